@@ -20,8 +20,9 @@ DOCS = Path(__file__).parent
 gc.set_threshold(50_000, 20, 50)
 sys.path[:0] = [str(DOCS), str(DOCS.parent / "tests")]
 
-# Sphinx imports objects by the names that users write, and `wd.records` stands in the package's room of ground motions.
-sys.modules["warpdyn.records"] = wd.records
+# Sphinx imports objects by the names that users write, such as `warpdyn.laws`; the packages are inside of layers.
+for public in ("inventories", "kernels", "laws", "plots", "records", "sites"):
+    sys.modules[f"warpdyn.{public}"] = getattr(wd, public)
 
 project = "warpdyn"
 author = "the warpdyn developers"

@@ -33,9 +33,9 @@ from parts.accuracy_speed.scenes import Charted, build_scenes
 from parts.command_line import file_in, read_arguments, save_figures
 from tqdm import tqdm
 
-from warpdyn.files import netcdf
-from warpdyn.kernels.queues import checked_devices, device_names
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.kernels.queues import checked_devices, device_names
+from warpdyn.engine.methods.table import METHODS
+from warpdyn.foundations.files import netcdf
 
 DTYPES = ("float32", "float64")
 Points = Mapping[tuple[str, str, float], Point]

@@ -30,7 +30,7 @@ from parts.benchmark.report import print_report
 from parts.benchmark.scaling import measure_starts, scale_gpus, scale_samples, scale_threads
 from parts.command_line import file_in, save_figures
 
-from warpdyn.files import netcdf
+from warpdyn.foundations.files import netcdf
 
 # Columns of the measurements: their long names, their units, and the value for rows without one.
 COLUMNS: dict[str, tuple[str, str, Any]] = {

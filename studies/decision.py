@@ -20,8 +20,8 @@ from parts.command_line import file_in, save_figures
 from parts.decision.errors import Choices, errors_of, precision_point, record_error
 from parts.decision.figure import decision_chart
 
-from warpdyn.files import netcdf
-from warpdyn.kernels.queues import checked_devices, device_names
+from warpdyn.engine.kernels.queues import checked_devices, device_names
+from warpdyn.foundations.files import netcdf
 
 PRECISION = 0.15  # of the medians that fragility_to is asked for
 

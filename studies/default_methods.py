@@ -25,9 +25,9 @@ import numpy as np
 from parts.default_methods.ensembles import PARABOLIC, TAPERED, Case, build_scene, records, seconds_of
 from peers.storey_laws import LAWS
 
-from warpdyn.kernels.queues import checked_devices
-from warpdyn.methods.defaults import COSTS, DEVICES, ERRORS, FALLBACK, default_method, measured_costs
-from warpdyn.methods.table import fitting_methods
+from warpdyn.engine.kernels.queues import checked_devices
+from warpdyn.engine.methods.defaults import COSTS, DEVICES, ERRORS, FALLBACK, default_method, measured_costs
+from warpdyn.engine.methods.table import fitting_methods
 
 ROOT = Path(__file__).parents[1]
 CANDIDATES = (("velocity_verlet", 2),)  # method, and steps in each of RK4's

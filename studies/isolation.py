@@ -20,9 +20,9 @@ from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
 from warpdyn import plots
-from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.files import netcdf
-from warpdyn.ground_motions.records import far_field
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.foundations.files import netcdf
+from warpdyn.model.ground_motions.records import far_field
 
 BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", storeys=5, damped_storeys=(1, 5))
 DRIFT_LIMITS = wd.hazus_drift_limits("C1M", "high")

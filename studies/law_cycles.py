@@ -21,7 +21,7 @@ from laws import DUCTILITIES, STIFFNESS, YIELD_DRIFT, YIELD_FORCE, protocol
 from peers.storey_laws import LAWS
 
 import warpdyn as wd
-from warpdyn.laws import DEVICES
+from warpdyn.engine.laws import DEVICES
 
 ROUNDING = 1e-3  # of forces, over the yield force
 EVERY = 10  # steps of the cycles from one that is kept to the next; all turning points are kept

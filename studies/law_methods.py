@@ -23,7 +23,7 @@ from parts.benchmark.machine import processor
 from parts.default_methods.ensembles import Case, build_scene, records, seconds_of
 from peers.storey_laws import LAWS
 
-from warpdyn.methods.table import METHODS, fitting_methods
+from warpdyn.engine.methods.table import METHODS, fitting_methods
 
 YARDSTICK = "bilinear"
 SHOWN = ("rk4", "velocity_verlet", "heun", "central_difference", "newmark_average")

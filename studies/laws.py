@@ -23,8 +23,8 @@ from parts.command_line import file_in, save_figures
 from peers.storey_laws import LAWS
 
 import warpdyn as wd
-from warpdyn.files import netcdf
-from warpdyn.plots.style import COLOURS
+from warpdyn.foundations.files import netcdf
+from warpdyn.interfaces.plots.style import COLOURS
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS

@@ -22,7 +22,7 @@ from parts.metropolis.region import build_inventory, shaking
 from portfolio import CORRELATION, SCATTER
 
 import warpdyn as wd
-from warpdyn.files import netcdf
+from warpdyn.foundations.files import netcdf
 
 PAIRS = 25
 OCCUPANCY = "RES1"  # of all buildings, whose repair costs Hazus gives by damage state

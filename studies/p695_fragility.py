@@ -15,8 +15,8 @@ import xarray as xr
 from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
-from warpdyn.files import netcdf
-from warpdyn.ground_motions.records import far_field
+from warpdyn.foundations.files import netcdf
+from warpdyn.model.ground_motions.records import far_field
 
 # HAZUS C1M, high code: a concrete frame whose first period is 0.75 s. A frame in the ensemble is "complete" at 5.3 %
 # drift; at 10 % it counts as collapsed.

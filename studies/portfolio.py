@@ -17,8 +17,8 @@ from matplotlib.figure import Figure
 from parts.command_line import file_in, read_arguments, save_figures
 
 import warpdyn as wd
-from warpdyn.files import netcdf
-from warpdyn.ground_motions.records import far_field
+from warpdyn.foundations.files import netcdf
+from warpdyn.model.ground_motions.records import far_field
 
 # The city, assumed and no survey of any place: a stock as of the western United States. Nine of ten buildings are wood
 # houses, manufactured homes and small masonry, as dwellings outnumber all else; commerce and industry are in low wood,

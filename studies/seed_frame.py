@@ -21,7 +21,7 @@ from scipy.integrate import cumulative_simpson
 from scipy.optimize import brentq
 
 import warpdyn as wd
-from warpdyn.files import netcdf
+from warpdyn.foundations.files import netcdf
 from warpdyn.truth.linear import harmonic_response
 
 FRAME = json.loads((Path(__file__).parents[1] / "data" / "seed_frame.json").read_text())
@@ -223,7 +223,7 @@ def build_dataset(samples: int, device: str | None, seed: int) -> xr.Dataset:
     # Its own times hold the compilation.
     kept = {name: value for name, value in run.attrs.items() if not name.startswith("seconds_")}
     dataset.attrs = kept | {
-        "history": run.attrs["history"].replace("warpdyn.running.simulate", "studies/seed_frame.py"),
+        "history": run.attrs["history"].replace("warpdyn.campaigns.running.simulate", "studies/seed_frame.py"),
         "seed": seed,
         "ensemble_scene": SCATTERED_SCENE.to_json(),
         "references": FRAME["source"],

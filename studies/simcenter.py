@@ -29,7 +29,7 @@ from peers.opensees_newmark import load_opensees
 from tqdm import tqdm
 
 import warpdyn as wd
-from warpdyn.files import netcdf
+from warpdyn.foundations.files import netcdf
 
 REGION = 1_840_000 * 25 * 2  # histories of SimCenter's Bay Area testbed: buildings, pairs of motions, components
 FINE = 5e-4  # s, the longest step where both have converged

@@ -22,11 +22,11 @@ from parts.command_line import file_in, read_arguments, save_figures
 from parts.stability import failure_figures, failures, figures, limit_table, oscillator
 from seed_frame import Variable, labelled
 
-from warpdyn.core.output_variables import STATUS_MEANINGS
-from warpdyn.files import netcdf
-from warpdyn.kernels.queues import checked_devices, device_names
-from warpdyn.methods.stability_limits import stability_limit
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.kernels.queues import checked_devices, device_names
+from warpdyn.engine.methods.stability_limits import stability_limit
+from warpdyn.engine.methods.table import METHODS
+from warpdyn.foundations.core.output_variables import STATUS_MEANINGS
+from warpdyn.foundations.files import netcdf
 
 STEPPED = [name for name, method in METHODS.items() if not method.is_adaptive]
 LIMITED = [name for name in STEPPED if np.isfinite(stability_limit(METHODS[name], 0.05))]

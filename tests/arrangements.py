@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.files.unfinished import Unfinished
-from warpdyn.files.zarr_stores import complete, lay_out, write_region
+from warpdyn.foundations.files.unfinished import Unfinished
+from warpdyn.foundations.files.zarr_stores import complete, lay_out, write_region
 
 IS_ROOT = hasattr(os, "geteuid") and os.geteuid() == 0
 NOBODY = 65534

@@ -13,14 +13,14 @@ from itertools import product
 import numpy as np
 
 import warpdyn as wd
-from warpdyn.core.output_variables import DIVERGED, UNSTABLE_STEP
-from warpdyn.core.thread_pool import cores
-from warpdyn.integration.model import dynamics_of
-from warpdyn.integration.run import prepare
-from warpdyn.integration.stability_guard import guard, integrate_guarded
-from warpdyn.kernels import build
-from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
-from warpdyn.methods.table import METHODS
+from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.campaigns.integration.stability_guard import guard, integrate_guarded
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.engine.methods.table import METHODS
+from warpdyn.foundations.core.output_variables import DIVERGED, UNSTABLE_STEP
+from warpdyn.foundations.core.thread_pool import cores
 
 LAWS, DAMPING = ("elastic", "bilinear", "bouc_wen"), ("rayleigh", "modal")
 BROKEN = 1 / 3  # the share of the buildings whose limit the step is beyond

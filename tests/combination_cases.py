@@ -31,16 +31,16 @@ from matrices import modal_damping_matrix
 from method_sources import by_source, shown, source_of
 
 import warpdyn as wd
-from warpdyn.integration.model import dynamics_of
-from warpdyn.kernels import build
-from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.output_table import RECORDERS
-from warpdyn.kernels.plan import DTYPES, Plan
-from warpdyn.laws import LAWS
-from warpdyn.laws.springs import SPRINGS
-from warpdyn.methods.stability_limits import stability_limit
-from warpdyn.methods.table import METHODS, fitting_methods
-from warpdyn.structures.shear_building import DAMPING
+from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.loads import LOADS
+from warpdyn.engine.kernels.output_table import RECORDERS
+from warpdyn.engine.kernels.plan import DTYPES, Plan
+from warpdyn.engine.laws import LAWS
+from warpdyn.engine.laws.springs import SPRINGS
+from warpdyn.engine.methods.stability_limits import stability_limit
+from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.model.structures.shear_building import DAMPING
 
 SAMPLES = 17  # one full row of lanes, and one that repeats its only sample
 VALUES = {  # of every parameter that a law or a damping takes

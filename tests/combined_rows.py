@@ -4,8 +4,8 @@ import numpy as np
 from combination_cases import VALUES
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
-from warpdyn.structures.shear_building import DAMPING
+from warpdyn.engine.laws import LAWS
+from warpdyn.model.structures.shear_building import DAMPING
 
 FRICTION = {"devices": ("friction_damper",), "slip_force": 200.0, "brace_stiffness": 4e5}
 STOP = {"clearance": 0.001, "contact_stiffness": 4e5, "restitution": 0.7}

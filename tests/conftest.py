@@ -21,7 +21,7 @@ from hypothesis import HealthCheck, settings
 from validation import Measured
 
 import warpdyn as wd
-from warpdyn.kernels import build, compilation
+from warpdyn.engine.kernels import build, compilation
 
 ROOT = Path(__file__).parents[1]
 # A shell's background jobs, and what they start, ignore Ctrl-C, which tests send.
@@ -98,7 +98,7 @@ def _forget_kernels_of_another_level() -> None:
         return
     built_for = wp.config.optimization_level
     for name, module in list(sys.modules.items()):
-        if name.startswith("warpdyn.kernels."):
+        if name.startswith("warpdyn.engine.kernels."):
             for each, factory in vars(module).items():
                 if each.endswith("_kernel") and hasattr(factory, "cache_clear"):
                     factory.cache_clear()

@@ -20,7 +20,7 @@ from fingerprint_face import (
 )
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
+from warpdyn.engine.laws import LAWS
 
 STRENGTH = {"yield_force": 1500.0}
 HARDENING = STRENGTH | {"hardening_ratio": 0.05}

@@ -29,7 +29,7 @@ from fingerprint_face import (
 )
 
 import warpdyn as wd
-from warpdyn.methods import METHODS
+from warpdyn.engine.methods import METHODS
 
 IN_FLOAT32 = ("rk4", "velocity_verlet", "dormand_prince54", "central_difference_lagged", "newmark_average", "exact")
 NO_TANGENT = [name for name, row in METHODS.items() if row.kind == "explicit"]  # methods that tangent damping takes

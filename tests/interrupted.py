@@ -45,8 +45,8 @@ def scene(is_many: bool, structures: int) -> wd.Scene:
 
 def compile_kernels(kernels: int) -> None:
     """Compile kernels that differ in their recorders, in processes side by side."""
-    from warpdyn.integration.model import dynamics_of, plan_of
-    from warpdyn.kernels import compilation
+    from warpdyn.campaigns.integration.model import dynamics_of, plan_of
+    from warpdyn.engine.kernels import compilation
 
     compilation.MOST_KERNELS_OF_THREADS = 0
     bare = replace(scene(False, 1), recorders=("drift",))
@@ -74,7 +74,7 @@ def run(what: str, path: str, structures: int) -> None:
     given, more = scene(is_many, structures), {} if is_many else {"structures": structures}
     settings: dict[str, Any] = {"seed": 7, "path": path, "device": "cpu", **more}
     if what in IN_REGIONS:
-        from warpdyn.running.regions import job
+        from warpdyn.campaigns.running.regions import job
 
         job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, max(4, structures // 2)
     else:
@@ -101,7 +101,7 @@ def serve() -> None:
     import warp  # noqa: F401  (before processes are forked, which takes most of their time)
     import zarr  # noqa: F401
 
-    import warpdyn.running.regions.datasets  # noqa: F401
+    import warpdyn.campaigns.running.regions.datasets  # noqa: F401
 
     for line in sys.stdin:
         what, path, structures = line.rstrip("\n").split("\t")

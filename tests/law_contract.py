@@ -11,10 +11,10 @@ import numpy as np
 import warp as wp
 
 import warpdyn as wd
-from warpdyn.kernels.kernel_cache import loaded
-from warpdyn.laws import DEVICES, LAWS, Parameter
-from warpdyn.laws.law import StoreyElement
-from warpdyn.laws.springs import spring_row
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.laws import DEVICES, LAWS, Parameter
+from warpdyn.engine.laws.law import StoreyElement
+from warpdyn.engine.laws.springs import spring_row
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS

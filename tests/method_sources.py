@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 import pytest
 
-from warpdyn.kernels.plan import keeps_slopes
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.kernels.plan import keeps_slopes
+from warpdyn.engine.methods.table import METHODS
 
 
 @functools.cache

@@ -11,12 +11,12 @@ import warp as wp
 from scipy.linalg import expm
 
 import warpdyn as wd
-from warpdyn.core.random_numbers import key_of
-from warpdyn.integration.run import prepare
-from warpdyn.kernels.arguments import brought
-from warpdyn.kernels.functions.noise import noise_of
-from warpdyn.kernels.kernel_cache import loaded
-from warpdyn.kernels.plan import Plan, row_types, structs
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.engine.kernels.arguments import brought
+from warpdyn.engine.kernels.functions.noise import noise_of
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.plan import Plan, row_types, structs
+from warpdyn.foundations.core.random_numbers import key_of
 
 LANES = 2
 INTENSITY, GROUND, OMEGA, RATIO = 0.01, (15.0, 0.6), 2 * np.pi, 0.05

@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from warpdyn.core.output_variables import STATUS_MEANINGS
+from warpdyn.foundations.core.output_variables import STATUS_MEANINGS
 
 LEVELS = np.array([0.2, 0.4, 0.8, 1.6])
 CAPACITY = 0.1  # drift ratio at which samples collapse

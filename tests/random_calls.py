@@ -146,7 +146,8 @@ def outcome(call: Call, arguments: dict[str, Any], names: list[str]) -> tuple[st
         except (ValueError, TypeError, OSError, MemoryError) as error:
             text = str(error)
             kind = type(error).__name__
-            bare = type(error) is MemoryError or type(error).__module__ not in ("builtins", "warpdyn.core.checks")
+            ours = ("builtins", "warpdyn.foundations.core.checks")
+            bare = type(error) is MemoryError or type(error).__module__ not in ours
             # An error of a file names the file.
             is_of_file = any(each and each in text for each in given)
             if (names_argument(text, names) or is_of_file) and not bare:

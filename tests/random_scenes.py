@@ -29,11 +29,11 @@ import numpy as np
 from combination_cases import springs_of_laws
 
 import warpdyn as wd
-from warpdyn.core.output_variables import DIVERGED
-from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
-from warpdyn.methods.table import METHODS, fitting_methods
-from warpdyn.structures.protection import DAMPINGS as ISOLATED_DAMPINGS
-from warpdyn.structures.shear_building import DAMPING
+from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.foundations.core.output_variables import DIVERGED
+from warpdyn.model.structures.protection import DAMPINGS as ISOLATED_DAMPINGS
+from warpdyn.model.structures.shear_building import DAMPING
 
 SCENES, BUILDINGS, MOTIONS = 10_000, 60, 4
 CASES = -(-SCENES // (BUILDINGS * MOTIONS))

@@ -12,9 +12,9 @@ import warp as wp
 from scipy import stats
 from scipy.special import kolmogorov
 
-from warpdyn.core.random_numbers import Purpose, key_of
-from warpdyn.device.random_numbers import normal_pair
-from warpdyn.kernels.kernel_cache import loaded
+from warpdyn.engine.device.random_numbers import normal_pair
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.foundations.core.random_numbers import Purpose, key_of
 
 BINS = 256
 BINS_AS_FLOAT = wp.constant(wp.float64(BINS))

@@ -121,7 +121,7 @@ def assert_made_of(table, run, over, labels, of_samples):
 
 def with_failures(monkeypatch, share):
     """Make a share of the samples diverge, the same ones however the run is divided."""
-    from warpdyn.running import pipeline
+    from warpdyn.campaigns.running import pipeline
 
     genuine = pipeline.rerun_in_float64
 
@@ -135,8 +135,8 @@ def with_failures(monkeypatch, share):
 
 def small_blocks(monkeypatch, samples):
     """Divide runs into blocks of so many samples, and let threads share blocks however small."""
-    from warpdyn.reduction import tally
-    from warpdyn.running import blocks
+    from warpdyn.campaigns.reductions import tally
+    from warpdyn.campaigns.running import blocks
 
     monkeypatch.setattr(blocks, "CPU_BLOCK", samples)
     monkeypatch.setattr(tally, "LEAST_SAMPLES", 1)

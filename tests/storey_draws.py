@@ -7,7 +7,7 @@ import itertools
 import numpy as np
 
 import warpdyn as wd
-from warpdyn.laws import LAWS, Parameter
+from warpdyn.engine.laws import LAWS, Parameter
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS

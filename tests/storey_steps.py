@@ -9,10 +9,10 @@ import warp as wp
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.kernels.kernel_cache import loaded
-from warpdyn.kernels.plan import DTYPES
-from warpdyn.laws import LAWS
-from warpdyn.laws.springs import SPRINGS
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.plan import DTYPES
+from warpdyn.engine.laws import LAWS
+from warpdyn.engine.laws.springs import SPRINGS
 
 CHORD = 1e-7  # of the path's largest drift
 

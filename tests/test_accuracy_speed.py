@@ -48,7 +48,7 @@ def result(scenes: dict) -> xr.Dataset:
         patch.setattr(points, "STEPS", points.STEPS[:6])
         patch.setattr(study, "STEPS", points.STEPS)
         for module in ("points", "plan"):
-            where = points if module == "points" else importlib.import_module("warpdyn.accuracy.pilot")
+            where = points if module == "points" else importlib.import_module("warpdyn.campaigns.accuracy.pilot")
             patch.setattr(where, "CANDIDATES", ("rk4",))
         patch.setattr(promises, "TARGETS", (1e-2, 1e-3))
         patch.setattr(study, "TARGETS", (1e-2, 1e-3))

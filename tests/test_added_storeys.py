@@ -10,7 +10,7 @@ import xarray as xr
 from test_damage import made
 
 import warpdyn as wd
-from warpdyn.core.output_variables import KIND_OF_ARCHETYPES, STOREY_KIND
+from warpdyn.foundations.core.output_variables import KIND_OF_ARCHETYPES, STOREY_KIND
 
 pytestmark = pytest.mark.meant_as_given("drift_limit")
 STOREYS = 5

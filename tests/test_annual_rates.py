@@ -14,7 +14,7 @@ from scipy.special import ndtr
 from scipy.stats import norm
 
 import warpdyn as wd
-from warpdyn.risk.annual_rates import weighted_bounds
+from warpdyn.answers.risk.annual_rates import weighted_bounds
 
 pytestmark = pytest.mark.fast
 

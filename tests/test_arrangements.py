@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from arrangements import ARRANGEMENTS, HEX, IS_ROOT, NEEDS_ROOT, NOBODY, OF_TEXT, WRITERS, entries, older, values_in
 
-from warpdyn.files.part_files import PartFile
+from warpdyn.foundations.files.part_files import PartFile
 
 pytestmark = [pytest.mark.fast, pytest.mark.skipif(os.name != "posix", reason="links and modes of POSIX")]
 

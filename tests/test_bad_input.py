@@ -11,7 +11,7 @@ import xarray as xr
 
 import warpdyn as wd
 from warpdyn import plots
-from warpdyn.kernels import build, queues as devices
+from warpdyn.engine.kernels import build, queues as devices
 
 pytestmark = [
     pytest.mark.fast,

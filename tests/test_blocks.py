@@ -14,15 +14,15 @@ import warp as wp
 from test_simulate import MOTIONS, SEEDED, assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn.core import checks
-from warpdyn.core.thread_pool import in_parts
-from warpdyn.integration import stability_guard as guard
-from warpdyn.integration.run import build_run
-from warpdyn.integration.settings import Execution, Integration
-from warpdyn.kernels import queues as devices
-from warpdyn.running import blocks
-from warpdyn.running.labels import columns_of
-from warpdyn.scene.scatter import SAMPLING
+from warpdyn.campaigns.integration import stability_guard as guard
+from warpdyn.campaigns.integration.run import build_run
+from warpdyn.campaigns.integration.settings import Execution, Integration
+from warpdyn.campaigns.running import blocks
+from warpdyn.campaigns.running.labels import columns_of
+from warpdyn.engine.kernels import queues as devices
+from warpdyn.foundations.core import checks
+from warpdyn.foundations.core.thread_pool import in_parts
+from warpdyn.model.scene.scatter import SAMPLING
 
 pytestmark = pytest.mark.meant_as_given(
     "first_period", "initial_velocity", "no_damping", "random_factor", "storey_height", "yield_base_shear_coefficient"
@@ -42,11 +42,11 @@ def divided(monkeypatch):
 
     def into(samples, on=("cpu",)):
         monkeypatch.setattr(blocks, "CPU_BLOCK", samples)
-        monkeypatch.setattr("warpdyn.integration.settings.checked_devices", lambda device: on)
+        monkeypatch.setattr("warpdyn.campaigns.integration.settings.checked_devices", lambda device: on)
         return found
 
     original = blocks.divide
-    monkeypatch.setattr("warpdyn.running.run_scene.divide", divide)
+    monkeypatch.setattr("warpdyn.campaigns.running.run_scene.divide", divide)
     return into
 
 
@@ -96,7 +96,7 @@ def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
 
     whole = prepared()
     monkeypatch.setattr(in_parts, "__defaults__", (7,))
-    monkeypatch.setattr("warpdyn.integration.dynamics.STRUCTURES_AT_A_TIME", 7)
+    monkeypatch.setattr("warpdyn.campaigns.integration.dynamics.STRUCTURES_AT_A_TIME", 7)
     assert prepared() == whole
 
 
@@ -246,7 +246,7 @@ def test_devices_by_name(monkeypatch):
 
 
 def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
-    monkeypatch.setattr("warpdyn.integration.settings.checked_devices", lambda device: ("cuda:0", "cuda:1"))
+    monkeypatch.setattr("warpdyn.campaigns.integration.settings.checked_devices", lambda device: ("cuda:0", "cuda:1"))
     monkeypatch.setattr(blocks, "free_memory", lambda device: 2**40)
 
     def sizes(samples, memory=None):

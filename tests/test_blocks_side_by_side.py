@@ -9,9 +9,9 @@ import pytest
 from test_simulate import assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn.running import blocks, pipeline
-from warpdyn.scene.scatter import SAMPLING
-from warpdyn.scene.sobol_points import SobolPoints
+from warpdyn.campaigns.running import blocks, pipeline
+from warpdyn.model.scene.scatter import SAMPLING
+from warpdyn.model.scene.sobol_points import SobolPoints
 
 pytestmark = pytest.mark.meant_as_given("storey_height")
 

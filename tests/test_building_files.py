@@ -12,7 +12,7 @@ import xarray as xr
 from labels import check_labels
 
 import warpdyn as wd
-from warpdyn.exchange.regional import building_table
+from warpdyn.interfaces.exchange.regional import building_table
 
 pytestmark = pytest.mark.fast
 

@@ -13,7 +13,7 @@ from scipy.constants import g as STANDARD_GRAVITY
 from scipy.signal import StateSpace, lsim
 
 import warpdyn as wd
-from warpdyn.ground_motions.records import far_field
+from warpdyn.model.ground_motions.records import far_field
 
 MASS, STIFFNESS, HEIGHT = np.array([2e5, 1.5e5]), np.array([9e7, 6e7]), 3.2
 YIELD_DRIFT_RATIO, HARDENING, DAMPING_RATIO = 0.005, 0.03, 0.05

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.structures.capacity.bilinear_curve import bilinear_curve
-from warpdyn.structures.hazus import DESIGN_LEVELS, building_class, building_types
+from warpdyn.model.structures.capacity.bilinear_curve import bilinear_curve
+from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
 pytestmark = pytest.mark.fast
 

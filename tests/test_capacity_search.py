@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from warpdyn.incremental.search import Levels, Search
+from warpdyn.campaigns.incremental.search import Levels, Search
 
 pytestmark = pytest.mark.fast
 

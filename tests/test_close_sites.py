@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.sites.places import EARTH_RADIUS, distances_between, grid_spacing
+from warpdyn.model.sites.places import EARTH_RADIUS, distances_between, grid_spacing
 
 pytestmark = pytest.mark.fast
 MODEL = wd.sites.JayaramBaker2009(1.0)

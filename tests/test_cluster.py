@@ -17,7 +17,7 @@ from test_sequences import make_building as make_shaken_building
 from test_simulate import make_scene
 
 import warpdyn as wd
-from warpdyn.running.regions import drive
+from warpdyn.campaigns.running.regions import drive
 
 distributed = pytest.importorskip("distributed")
 
@@ -67,7 +67,7 @@ def client(cluster):
 
 def make_regions_small(samples=96):
     """Run by a worker before runs are laid out."""
-    from warpdyn.running.regions import job
+    from warpdyn.campaigns.running.regions import job
 
     job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, samples
 
@@ -265,7 +265,7 @@ def test_what_workers_cannot_do_is_said_before_anything_runs(client, tmp_path, m
         wd.simulate(scene, structures=3, cluster=client, device=["cuda:0", "cuda:1"])
     with pytest.raises(ValueError, match="sample 400, but the run has samples 0 to 17"):
         wd.simulate(scene, structures=3, cluster=client, histories=wd.Histories([400]), path=path)
-    monkeypatch.setattr("warpdyn.core.checks.free_memory", lambda: 100)
+    monkeypatch.setattr("warpdyn.foundations.core.checks.free_memory", lambda: 100)
     with pytest.raises(MemoryError, match=r'give path="run\.zarr"'):
         wd.simulate(scene, structures=3, cluster=client)
     with pytest.raises(TypeError, match=r"as Client\(LocalCluster\(\)\), got LocalCluster"):

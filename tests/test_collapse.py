@@ -6,9 +6,9 @@ from combination_cases import SOURCES, springs_of_laws
 from method_sources import shown, source_of, thorough_unless
 
 import warpdyn as wd
-from warpdyn.core.output_variables import COLLAPSED, OK, UNSTABLE_STEP
-from warpdyn.integration import stability_guard
-from warpdyn.methods.table import METHODS, fitting_methods
+from warpdyn.campaigns.integration import stability_guard
+from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.foundations.core.output_variables import COLLAPSED, OK, UNSTABLE_STEP
 
 MASS, STIFFNESS, HEIGHT = [3e4, 2e4, 1e4], [2e7, 1.5e7, 8e6], [4.0, 3.0, 3.0]
 # One pulse after the other, each larger, so that it passes one limit after the other.

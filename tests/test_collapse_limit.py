@@ -13,8 +13,8 @@ from test_damage import LIMITS as CITY_LIMITS, made
 from test_fragility import synthetic_run, with_status
 
 import warpdyn as wd
-from warpdyn.reduction.damage.counts import Bounds
-from warpdyn.reduction.limits import limits_by_archetype
+from warpdyn.campaigns.reductions.damage.counts import Bounds
+from warpdyn.campaigns.reductions.limits import limits_by_archetype
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 LIMITS = {"light": 0.02, "collapse": math.inf}

@@ -42,15 +42,15 @@ from combined_rows import COMBINED, SOME, combined_structure
 from method_sources import source_of, thorough_unless
 
 import warpdyn as wd
-from warpdyn.core.output_variables import DIVERGED
-from warpdyn.kernels import build
-from warpdyn.kernels.loads import LOADS
-from warpdyn.kernels.output_table import HISTORY, RECORDERS
-from warpdyn.kernels.plan import DTYPES
-from warpdyn.kernels.queues import CpuQueue
-from warpdyn.laws.springs import SPRINGS
-from warpdyn.methods.table import METHODS, fitting_methods
-from warpdyn.running import pipeline, run_scene
+from warpdyn.campaigns.running import pipeline, run_scene
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.loads import LOADS
+from warpdyn.engine.kernels.output_table import HISTORY, RECORDERS
+from warpdyn.engine.kernels.plan import DTYPES
+from warpdyn.engine.kernels.queues import CpuQueue
+from warpdyn.engine.laws.springs import SPRINGS
+from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.foundations.core.output_variables import DIVERGED
 
 pytestmark = [pytest.mark.usefixtures("unoptimised"), pytest.mark.as_shipped, pytest.mark.meant_as_given("no_damping")]
 

@@ -16,8 +16,8 @@ from combined_rows import COMBINED, SOME
 from cubin import usage
 from method_sources import thorough_unless
 
-from warpdyn.kernels import build
-from warpdyn.kernels.plan import Plan
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.plan import Plan
 
 pytestmark = pytest.mark.as_shipped  # registers are what the optimiser leaves
 LIBRARY_SCRATCH, FEW_VALUES, MANY_VALUES = 40, 128, 8192  # bytes a thread

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 import pytest
 
-from warpdyn.kernels import compilation
+from warpdyn.engine.kernels import compilation
 
 # Without a `__main__` guard, as users write scripts: a process that ran it again would print twice, or never end.
 SCRIPT = """
 from dataclasses import replace
 import warpdyn as wd
-from warpdyn.integration.model import dynamics_of, plan_of
-from warpdyn.kernels import compilation
-from warpdyn.kernels.compilation import compile_side_by_side, is_compiled
+from warpdyn.campaigns.integration.model import dynamics_of, plan_of
+from warpdyn.engine.kernels import compilation
+from warpdyn.engine.kernels.compilation import compile_side_by_side, is_compiled
 compilation.MOST_KERNELS_OF_THREADS = 0  # processes are to do it
 building = wd.ShearBuilding(1.0, 100.0, 3.0)
 scene = wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), recorders=("drift",))

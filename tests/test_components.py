@@ -11,13 +11,13 @@ import record_files
 from scipy import signal
 
 import warpdyn as wd
-from warpdyn.ground_motions.records.components import (
+from warpdyn.model.ground_motions.records.components import (
     component_of_header,
     orientation,
     record_and_component,
     record_of_header,
 )
-from warpdyn.ground_motions.records.parsing.archives import is_litter
+from warpdyn.model.ground_motions.records.parsing.archives import is_litter
 
 pytestmark = pytest.mark.fast
 

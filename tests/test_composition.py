@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.kernels.composition import compose, kernel_of
-from warpdyn.kernels.source_text import folded, spliced, without_unread
+from warpdyn.engine.kernels.composition import compose, kernel_of
+from warpdyn.engine.kernels.source_text import folded, spliced, without_unread
 
 row = wp.types.vector(length=2, dtype=wp.float32)
 factor = wp.constant(wp.float32(3.0))

@@ -8,8 +8,8 @@ import pytest
 from sound_calls import LIMITS, OF_BUILDING, motions, without_runs
 
 import warpdyn as wd
-from warpdyn.core.description import fingerprint
-from warpdyn.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.description import fingerprint
+from warpdyn.foundations.core.frozen_values import FrozenMapping
 
 COPIES = {"copy": copy.copy, "deepcopy": copy.deepcopy, "pickle": lambda value: pickle.loads(pickle.dumps(value))}
 pytestmark = pytest.mark.filterwarnings("ignore:implausible|nothing is scattered")

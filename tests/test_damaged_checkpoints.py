@@ -13,11 +13,11 @@ from test_regions import interrupted_after, small_regions
 from test_simulate import assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn.files import checksums
-from warpdyn.files.checksums import are_whole, load_arrays, save_arrays
-from warpdyn.files.unfinished import Unfinished
-from warpdyn.running import blocks
-from warpdyn.running.journal import FINGERPRINT, Journal, is_finished
+from warpdyn.campaigns.running import blocks
+from warpdyn.campaigns.running.journal import FINGERPRINT, Journal, is_finished
+from warpdyn.foundations.files import checksums
+from warpdyn.foundations.files.checksums import are_whole, load_arrays, save_arrays
+from warpdyn.foundations.files.unfinished import Unfinished
 
 pytestmark = pytest.mark.meant_as_given("storey_height", "first_period", "yield_base_shear_coefficient")
 
@@ -162,13 +162,13 @@ def test_a_full_disk_keeps_the_blocks_that_are_done(part, tmp_path, monkeypatch,
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 save(path, arrays)
 
-            patched.setattr("warpdyn.running.journal.save_arrays", saving)
+            patched.setattr("warpdyn.campaigns.running.journal.save_arrays", saving)
         else:
 
             def fail(*arguments, **options):
                 raise RuntimeError("NetCDF: HDF error")  # what the library says of a full disk
 
-            patched.setattr("warpdyn.files.netcdf.GrowingFile.finish", _failing_finish(fail))
+            patched.setattr("warpdyn.foundations.files.netcdf.GrowingFile.finish", _failing_finish(fail))
         with pytest.raises(OSError, match=r"cannot write .*run\.nc: No space left") as caught:
             simulate(tmp_path / "run.nc")
     assert any("the same call goes on from there" in note for note in caught.value.__notes__)

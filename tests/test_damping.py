@@ -6,7 +6,7 @@ from method_sources import shown, thorough_unless
 from opensees import chain_drifts
 
 import warpdyn as wd
-from warpdyn.methods.table import METHODS, fitting_methods
+from warpdyn.engine.methods.table import METHODS, fitting_methods
 
 pytestmark = pytest.mark.meant_as_given("damping_ratio")
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.integration.settings import Integration, measured_dampings
-from warpdyn.methods import defaults
-from warpdyn.methods.defaults import (
+from warpdyn.campaigns.integration.settings import Integration, measured_dampings
+from warpdyn.engine.methods import defaults
+from warpdyn.engine.methods.defaults import (
     FALLBACK,
     MOST_COST,
     MOST_ERROR,
@@ -16,8 +16,8 @@ from warpdyn.methods.defaults import (
     measured_costs,
     measured_methods,
 )
-from warpdyn.methods.table import METHODS
-from warpdyn.structures.damping import DAMPING
+from warpdyn.engine.methods.table import METHODS
+from warpdyn.model.structures.damping import DAMPING
 
 TAKEDA = {"yield_force": 4e5, "hardening_ratio": 0.05, "unloading_exponent": 0.4}
 

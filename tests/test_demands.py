@@ -103,7 +103,7 @@ def test_limits_that_fit_no_demand_are_refused(limits, options, message):
 
 
 def test_structures_dealt_out_by_a_sobol_sequence_stay_in_their_runs():
-    from warpdyn.statistics.stripe_counts import structure_groups
+    from warpdyn.answers.fragility.stripe_counts import structure_groups
 
     structure = np.repeat(np.arange(64), 10)
     record = np.tile(np.arange(10), 64)

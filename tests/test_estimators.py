@@ -9,8 +9,8 @@ from scipy.special import expit, ndtr
 from scipy.stats import norm
 from validation import difference, relative_difference
 
-from warpdyn.statistics.estimators import ESTIMATORS, FIT_MEANINGS, estimator_of
-from warpdyn.statistics.maximum_likelihood.newton import covariance_of_influences
+from warpdyn.answers.fragility.estimators import ESTIMATORS, FIT_MEANINGS, estimator_of
+from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_influences
 
 pytestmark = pytest.mark.fast
 

@@ -8,7 +8,7 @@ from test_building_results import INVENTORY, LIMITS, OF_CITY, make_stock
 from test_reductions_at_sites import BOTH, EARTHQUAKE, EVENTS
 
 import warpdyn as wd
-from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 pytestmark = MARKS
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.kernels.kernel_cache import loaded
-from warpdyn.kernels.reductions.exact_sums import ExactSums
-from warpdyn.kernels.reductions.table import reductions
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.reductions.exact_sums import ExactSums
+from warpdyn.engine.kernels.reductions.table import reductions
 
 
 def sums_of(values):

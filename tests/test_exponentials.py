@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm, power_of
-from warpdyn.kernels.kernel_cache import loaded
-from warpdyn.kernels.plan import DTYPES
+from warpdyn.engine.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm, power_of
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.plan import DTYPES
 
 pytestmark = pytest.mark.fast
 

@@ -12,7 +12,7 @@ from test_cloud_curves import make_cloud
 from test_fragility import make_run, synthetic_run
 
 import warpdyn as wd
-from warpdyn.statistics.intervals.extrapolation import levels_towards
+from warpdyn.answers.fragility.intervals.extrapolation import levels_towards
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 MEDIAN = 1.5  # of the synthetic run at a limit of 0.03, which drifts by 0.02 times the intensity in the median
@@ -92,7 +92,7 @@ def test_tables_figures_reports_and_exports_carry_the_mark(tmp_path):
     labels = figure.axes[0].get_legend_handles_labels()[1]
     assert any(label.startswith("heavy") and label.endswith("extrapolated") for label in labels)
     assert not any(label.startswith("light") and "extrapolated" in label for label in labels)
-    from warpdyn.reports.curves import fragility as section
+    from warpdyn.interfaces.reports.curves import fragility as section
 
     run = wide_run((0.3, 0.6, 0.9, 1.2))
     html = "".join(section(run.merge(curves, combine_attrs="no_conflicts")))

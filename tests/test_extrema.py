@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.device.extrema import clamped, maximum, minimum
+from warpdyn.engine.device.extrema import clamped, maximum, minimum
 
 
 @wp.kernel(module="unique", enable_backward=False)

@@ -21,8 +21,8 @@ from noise_statistics import (
 from scipy.integrate import quad
 
 import warpdyn as wd
-from warpdyn.integration.run import prepare
-from warpdyn.running import blocks
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.campaigns.running import blocks
 
 pytestmark = pytest.mark.meant_as_given("record_step")
 

@@ -9,8 +9,8 @@ from scipy.optimize import minimize
 from scipy.stats import beta, norm, t
 
 import warpdyn as wd
-from warpdyn.statistics.estimators.table import FIT_MEANINGS as FIT_MEANINGS_OF_ESTIMATORS
-from warpdyn.statistics.lognormal_fit import FIT_MEANINGS, fit_lognormal
+from warpdyn.answers.fragility.estimators.table import FIT_MEANINGS as FIT_MEANINGS_OF_ESTIMATORS
+from warpdyn.answers.fragility.lognormal_fit import FIT_MEANINGS, fit_lognormal
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 

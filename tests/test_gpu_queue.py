@@ -17,9 +17,9 @@ import warp as wp
 from test_simulate import MOTIONS, assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn.kernels import arguments, build, kernel_cache, queues as devices
-from warpdyn.reduction import workers as reducing
-from warpdyn.running import blocks, run_portfolio, run_scene
+from warpdyn.campaigns.reductions import workers as reducing
+from warpdyn.campaigns.running import blocks, run_portfolio, run_scene
+from warpdyn.engine.kernels import arguments, build, kernel_cache, queues as devices
 
 pytestmark = pytest.mark.meant_as_given(
     "collapse_drift_ratio",

@@ -5,10 +5,15 @@ from math import factorial
 import numpy as np
 import pytest
 
-from warpdyn.methods.amplification import polynomial_limits
-from warpdyn.methods.kinds import ExplicitMethod, ImplicitMethod
-from warpdyn.methods.stability_limits import relaxation_limit, stability_limit, stable_step, stable_step_of_eigenvalues
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.methods.amplification import polynomial_limits
+from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod
+from warpdyn.engine.methods.stability_limits import (
+    relaxation_limit,
+    stability_limit,
+    stable_step,
+    stable_step_of_eigenvalues,
+)
+from warpdyn.engine.methods.table import METHODS
 
 pytestmark = pytest.mark.fast
 

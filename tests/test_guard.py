@@ -5,11 +5,11 @@ import pytest
 from building_sweep import BROKEN, sweep
 
 import warpdyn as wd
-from warpdyn.core.output_variables import UNSTABLE_STEP
-from warpdyn.integration.ensemble import Ensemble
-from warpdyn.integration.run import prepare
-from warpdyn.integration.stability_guard import Reruns
-from warpdyn.integration.time_grid import Schedule
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.campaigns.integration.stability_guard import Reruns
+from warpdyn.campaigns.integration.time_grid import Schedule
+from warpdyn.foundations.core.output_variables import UNSTABLE_STEP
 
 pytestmark = pytest.mark.meant_as_given(
     "damping_ratio",

@@ -9,8 +9,8 @@ import pytest
 from fragility_parameters import curves
 
 import warpdyn as wd
-from warpdyn.risk.hazard.measures import same_measure
-from warpdyn.risk.hazard.plausible import highest_rate
+from warpdyn.answers.risk.hazard.measures import same_measure
+from warpdyn.answers.risk.hazard.plausible import highest_rate
 
 pytestmark = pytest.mark.fast
 

@@ -15,8 +15,8 @@ import pytest
 from conftest import ROOT
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
-from warpdyn.structures.hazus import DESIGN_LEVELS, building_class, building_types
+from warpdyn.engine.laws import LAWS
+from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
 pytestmark = pytest.mark.fast
 

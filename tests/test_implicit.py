@@ -29,7 +29,7 @@ from three_storeys import (
 )
 
 import warpdyn as wd
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.methods.table import METHODS
 from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 every_method = pytest.mark.parametrize("method", IMPLICIT)

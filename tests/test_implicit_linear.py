@@ -18,7 +18,7 @@ from linear_systems import (
 )
 
 import warpdyn as wd
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.methods.table import METHODS
 from warpdyn.truth import harmonic_response
 
 # Steps of several a period, in which a few per cent of the energy go astray.

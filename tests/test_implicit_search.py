@@ -24,9 +24,9 @@ from three_storeys import (
 )
 
 import warpdyn as wd
-from warpdyn.kernels.kernel_cache import loaded
-from warpdyn.kernels.output_table import RECORDERS
-from warpdyn.laws.springs import SPRINGS
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.output_table import RECORDERS
+from warpdyn.engine.laws.springs import SPRINGS
 
 pytestmark = pytest.mark.meant_as_given(
     "damping_ratio", "first_period", "initial_velocity", "record_step", "storey_height", "yield_base_shear_coefficient"

@@ -11,8 +11,8 @@ import pytest
 from scipy.stats import gmean
 
 import warpdyn as wd
-import warpdyn.plots.drifts
-from warpdyn.ground_motions.intensity_measures import IntensityMeasure, spectral_acceleration
+import warpdyn.interfaces.plots.drifts
+from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, spectral_acceleration
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("no_damping", "record_step")]
 
@@ -177,7 +177,7 @@ def test_scenes_and_designs_do_not_import_warp():
     """They are data: only a measure that needs oscillators does, when it is computed."""
     program = (
         "import sys, types; package = types.ModuleType('warpdyn'); package.__path__ = [sys.argv[1]];"
-        "sys.modules['warpdyn'] = package; import warpdyn.scene; assert 'warp' not in sys.modules"
+        "sys.modules['warpdyn'] = package; import warpdyn.model.scene; assert 'warp' not in sys.modules"
     )
     path = Path(wd.__file__).parent
     subprocess.run([sys.executable, "-c", program, str(path)], check=True)

@@ -18,9 +18,9 @@ from stop_at_random_moments import main as stop_at_random_moments
 from xarray.backends.locks import CombinedLock
 
 import warpdyn as wd
-from warpdyn.core.interruption import interruptible, stop_if_asked
-from warpdyn.core.thread_pool import in_background, in_parts
-from warpdyn.files import netcdf
+from warpdyn.foundations.core.interruption import interruptible, stop_if_asked
+from warpdyn.foundations.core.thread_pool import in_background, in_parts
+from warpdyn.foundations.files import netcdf
 
 pytestmark = pytest.mark.fast
 

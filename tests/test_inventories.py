@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.inventories.taxonomies import structure_of
+from warpdyn.model.inventories.taxonomies import structure_of
 
 pytestmark = pytest.mark.fast
 

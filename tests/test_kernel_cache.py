@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpdyn.core import messages
-from warpdyn.kernels import kernel_cache
+from warpdyn.engine.kernels import kernel_cache
+from warpdyn.foundations.core import messages
 
 pytestmark = pytest.mark.fast
 PACKAGE = Path(kernel_cache.__file__).parents[1]

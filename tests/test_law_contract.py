@@ -1,4 +1,4 @@
-"""The contract of storey laws and devices: what every class of `warpdyn.laws` must fulfil.
+"""The contract of storey laws and devices: what every class of `warpdyn.engine.laws` must fulfil.
 
 Energy is in test_law_passivity.py, straight branches over long paths in test_law_branches.py, names and objects in
 test_law_objects.py; all of them take every law of the table.
@@ -32,9 +32,9 @@ from law_contract import (
 
 import warpdyn as wd
 from warpdyn import laws
-from warpdyn.laws import DEVICES, LAWS, springs
-from warpdyn.laws.law import StoreyElement
-from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
+from warpdyn.engine.laws import DEVICES, LAWS, springs
+from warpdyn.engine.laws.law import StoreyElement
+from warpdyn.engine.laws.springs import DEVICE_SPRINGS, SPRINGS
 
 UNITS = re.compile(r"1|(N|m|s|kg|rad)(-?\d)?( (N|m|s|kg|rad)(-?\d)?)*")
 EVERY = pytest.mark.parametrize("name", ELEMENTS)
@@ -203,7 +203,7 @@ PARAMETERS = '''
 
     from numpy.typing import ArrayLike
 
-    from warpdyn.laws.law import Law, Layout, parameter
+    from warpdyn.engine.laws.law import Law, Layout, parameter
 
 
     class Coefficient(Layout):
@@ -236,8 +236,8 @@ DEVICE_FUNCTIONS = '''
 
     import warp as wp
 
-    from warpdyn.laws.cubic.parameters import Coefficient as C
-    from warpdyn.laws.spring import Spring
+    from warpdyn.engine.laws.cubic.parameters import Coefficient as C
+    from warpdyn.engine.laws.spring import Spring
 
 
     @wp.func
@@ -269,7 +269,9 @@ def test_a_law_is_one_folder(tmp_path, monkeypatch):
     monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
     (new,) = set(laws.find(laws.Law)) - set(LAWS)
     monkeypatch.setitem(LAWS, new, laws.find(laws.Law)[new])
-    monkeypatch.setitem(SPRINGS, new, importlib.import_module("warpdyn.laws.cubic.device_functions").SPRINGS[new])
+    monkeypatch.setitem(
+        SPRINGS, new, importlib.import_module("warpdyn.engine.laws.cubic.device_functions").SPRINGS[new]
+    )
     cubic = LAWS["cubic"]
     assert issubclass(cubic, StoreyElement)
     drift = np.array([0.0, 0.01, -0.02])

@@ -6,7 +6,7 @@ from opensees import growing, material_forces, ratcheting, wandering
 from storey_steps import steps
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
+from warpdyn.engine.laws import LAWS
 
 pytestmark = pytest.mark.fast
 

@@ -6,7 +6,7 @@ from law_steps import law_steps
 from opensees import finer, growing, material_forces, ratcheting, wandering
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
+from warpdyn.engine.laws import LAWS
 
 pytestmark = pytest.mark.fast
 

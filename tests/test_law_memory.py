@@ -9,10 +9,10 @@ import warp as wp
 from scipy.integrate import solve_ivp
 
 import warpdyn as wd
-from warpdyn.laws import LAWS, Bilinear
-from warpdyn.laws.bilinear.device_functions import SPRINGS as BILINEAR_ROWS
-from warpdyn.laws.spring import Spring
-from warpdyn.laws.springs import SPRINGS
+from warpdyn.engine.laws import LAWS, Bilinear
+from warpdyn.engine.laws.bilinear.device_functions import SPRINGS as BILINEAR_ROWS
+from warpdyn.engine.laws.spring import Spring
+from warpdyn.engine.laws.springs import SPRINGS
 
 MASS, STIFFNESS, STRENGTH = np.array([1e5, 1e5, 8e4]), np.array([8e7, 6e7, 5e7]), np.array([2.2e5, 1.8e5, 1.2e5])
 SHAKE = wd.GroundMotion(2.5 * np.sin(np.arange(300) * 0.37) * np.random.default_rng(5).normal(size=300), 0.02)

@@ -13,8 +13,8 @@ from law_contract import ELEMENTS, STIFFNESS, STOREYS, drawn_storeys
 
 import warpdyn as wd
 from warpdyn import laws
-from warpdyn.core.description import to_json
-from warpdyn.laws import DEVICES, LAWS
+from warpdyn.engine.laws import DEVICES, LAWS
+from warpdyn.foundations.core.description import to_json
 
 pytestmark = pytest.mark.fast
 EVERY = pytest.mark.parametrize("name", ELEMENTS)
@@ -160,7 +160,7 @@ def test_laws_do_not_import_warp():
         package = types.ModuleType("warpdyn")  # without what the whole library imports
         package.__path__ = [sys.argv[1]]
         sys.modules["warpdyn"] = package
-        import warpdyn.laws, warpdyn.laws.lookup, warpdyn.laws.springs
+        import warpdyn.engine.laws, warpdyn.engine.laws.lookup, warpdyn.engine.laws.springs
         print("warp" in sys.modules)
     """
     path = wd.__path__[0]
@@ -169,7 +169,7 @@ def test_laws_do_not_import_warp():
 
 
 def test_editors_see_every_law():
-    """The imports of `warpdyn/laws/__init__.py` that only editors read name every class of the tables."""
+    """The imports of `warpdyn/engine/laws/__init__.py` that only editors read name every class of the tables."""
     tree = ast.parse(inspect.getsource(laws))
     (block,) = (node for node in tree.body if isinstance(node, ast.If))
     seen = {alias.name for node in block.body for alias in node.names}

@@ -5,7 +5,7 @@ import pytest
 from storey_draws import YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
 import warpdyn as wd
-from warpdyn.laws import LAWS
+from warpdyn.engine.laws import LAWS
 
 pytestmark = pytest.mark.fast
 

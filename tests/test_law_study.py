@@ -16,7 +16,7 @@ from opensees import material_forces
 from reference_pages import check_page
 from validation import Measured, difference
 
-from warpdyn.laws import DEVICES, LAWS
+from warpdyn.engine.laws import DEVICES, LAWS
 
 STOREY_LAWS = [name for name in LAWS if name not in ("lead_rubber_bearing", "friction_pendulum")]  # those are isolators
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from warpdyn.laws import LAWS
+from warpdyn.engine.laws import LAWS
 
 pytestmark = pytest.mark.fast
 

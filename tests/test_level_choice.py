@@ -12,7 +12,7 @@ from scipy.stats import norm
 from test_target_precision import scene as yielding_scene
 
 import warpdyn as wd
-from warpdyn.statistics.sample_size.level_choice import _moments
+from warpdyn.answers.fragility.sample_size.level_choice import _moments
 
 STIFFNESS, MASS, HEIGHT, DAMPING_RATIO = 4e6, 1e5, 3.0, 0.05
 OSCILLATOR = wd.ShearBuilding(

@@ -9,7 +9,7 @@ from scipy.optimize import minimize
 from scipy.stats import beta, norm
 from validation import difference
 
-from warpdyn.statistics.lognormal_fit import (
+from warpdyn.answers.fragility.lognormal_fit import (
     FIT_MEANINGS,
     clopper_pearson,
     fit_lognormal,

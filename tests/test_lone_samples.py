@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.integration import model
-from warpdyn.kernels import build, queues
+from warpdyn.campaigns.integration import model
+from warpdyn.engine.kernels import build, queues
 
 DRIFT = ("drift",)
 # Collapses take a branch of their own in a kernel that a sample leaves; parts that see forces keep it in the loop.

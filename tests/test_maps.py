@@ -6,7 +6,7 @@ import pytest
 from matplotlib.collections import PathCollection, QuadMesh
 
 import warpdyn as wd
-from warpdyn.plots import maps
+from warpdyn.interfaces.plots import maps
 
 pytestmark = pytest.mark.fast
 

@@ -9,7 +9,7 @@ from test_fragility import synthetic_run
 from test_simulate import MOTIONS, make_building
 
 import warpdyn as wd
-from warpdyn.core.output_variables import measure_name, measure_of_dataset
+from warpdyn.foundations.core.output_variables import measure_name, measure_of_dataset
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 SA = wd.SpectralAcceleration(0.4, 0.03)

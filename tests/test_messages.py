@@ -4,7 +4,7 @@ import warnings
 
 import pytest
 
-from warpdyn.core.messages import each_warning_once, no_warnings, warn_caller
+from warpdyn.foundations.core.messages import each_warning_once, no_warnings, warn_caller
 
 pytestmark = pytest.mark.fast
 

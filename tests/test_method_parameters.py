@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.methods.table import CHOICES, METHODS
+from warpdyn.engine.methods.table import CHOICES, METHODS
 
 OMEGA = 6 * np.pi  # of 1 kg, under a force of 1 N at 1.1 times its frequency, at rest (Code_Aster, test SDLD31)
 STEP, STEPS = 0.01, 70

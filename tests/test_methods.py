@@ -15,8 +15,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from validation import relative_difference
 
-from warpdyn.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod
+from warpdyn.engine.methods.table import METHODS
 
 pytestmark = pytest.mark.fast
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import eigh
 from validation import relative_difference
 
-from warpdyn.structures.modal import (
+from warpdyn.model.structures.modal import (
     chain_stiffness_matrix,
     modal_damping_matrix,
     modal_properties,

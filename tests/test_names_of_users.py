@@ -13,7 +13,7 @@ from matplotlib.text import Text
 from report_pages import Page
 
 import warpdyn as wd
-from warpdyn.plots.style import literal
+from warpdyn.interfaces.plots.style import literal
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("hazard_over_highest", "drift_limit")]
 

@@ -146,7 +146,7 @@ def test_curves_written_as_of_another_measure_are_warned_of(tmp_path):
 
 
 def test_warpdyn_s_own_names_are_all_understood():
-    from warpdyn.exchange.measures import openquake_measure
+    from warpdyn.interfaces.exchange.measures import openquake_measure
 
     measures = {
         wd.PeakGroundAcceleration(): "PGA",

@@ -9,7 +9,7 @@ import pytest
 from test_simulate import MOTIONS, SEEDED, make_building
 
 import warpdyn as wd
-from warpdyn.scene.number_of_structures import number_of_structures
+from warpdyn.model.scene.number_of_structures import number_of_structures
 
 pytestmark = pytest.mark.fast
 PGA = wd.PeakGroundAcceleration()
@@ -64,7 +64,7 @@ def test_the_public_functions_warn(function):
         raise RuntimeError("stopped before anything is run")
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("warpdyn.running.simulate.warn_of_implausible", stop)
-        patch.setattr("warpdyn.incremental.capacities.build_run", stop)
+        patch.setattr("warpdyn.campaigns.running.simulate.warn_of_implausible", stop)
+        patch.setattr("warpdyn.campaigns.incremental.capacities.build_run", stop)
         with pytest.warns(UserWarning, match="structures= is missing"), pytest.raises(RuntimeError, match="stopped"):
             function(scene())

@@ -7,8 +7,8 @@ from seed_problem import AMPLITUDE, DAMPING, MASS, STIFFNESS
 from validation import difference
 
 import warpdyn as wd
-from warpdyn.integration.run import prepare
-from warpdyn.methods.table import METHODS
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.engine.methods.table import METHODS
 from warpdyn.truth import harmonic_response
 
 CHAIN = wd.ShearBuilding(MASS, 20e3, 3.0, damping="storey", damping_coefficient=30.0)

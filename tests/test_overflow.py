@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.kernels.arguments import check_held
+from warpdyn.engine.kernels.arguments import check_held
 
 MOTION = wd.GroundMotion(np.sin(0.3 * np.arange(100)), 0.01)
 RATES = {"bouc_wen": {"hardening_ratio": 0.05, "exponent": 1.0}, "bilinear": {"hardening_ratio": 0.05}}

@@ -9,9 +9,9 @@ from method_sources import thorough_unless
 from scipy.integrate import quad, solve_ivp
 
 import warpdyn as wd
-from warpdyn.core.output_variables import COLLAPSED, OK, UNSTABLE_STEP
-from warpdyn.integration.run import prepare
-from warpdyn.methods.table import fitting_methods
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.engine.methods.table import fitting_methods
+from warpdyn.foundations.core.output_variables import COLLAPSED, OK, UNSTABLE_STEP
 from warpdyn.truth import piecewise_linear_response
 
 pytestmark = pytest.mark.meant_as_given(

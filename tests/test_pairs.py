@@ -9,8 +9,8 @@ import pytest
 from scipy import signal
 
 import warpdyn as wd
-from warpdyn.ground_motions import plausibility
-from warpdyn.ground_motions.records.components import is_vertical, record_and_component
+from warpdyn.model.ground_motions import plausibility
+from warpdyn.model.ground_motions.records.components import is_vertical, record_and_component
 
 pytestmark = pytest.mark.fast
 

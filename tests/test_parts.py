@@ -12,10 +12,10 @@ import pytest
 import warp as wp
 
 import warpdyn as wd
-from warpdyn.kernels import build, composition, registry, source
-from warpdyn.kernels.output_table import RECORDERS
-from warpdyn.kernels.plan import Plan, structs
-from warpdyn.kernels.source_text import bodies_of, slots_of
+from warpdyn.engine.kernels import build, composition, registry, source
+from warpdyn.engine.kernels.output_table import RECORDERS
+from warpdyn.engine.kernels.plan import Plan, structs
+from warpdyn.engine.kernels.source_text import bodies_of, slots_of
 
 SKELETONS = set(build.SKELETONS.values())
 EVERY = tuple(sorted(RECORDERS["chain"]))
@@ -33,7 +33,9 @@ def slots():
     return set().union(*map(slots_of, [*SKELETONS, *bodies]))
 
 
-@pytest.mark.parametrize("part", registry.all_parts(), ids=lambda part: part.__name__.removeprefix("warpdyn.kernels."))
+@pytest.mark.parametrize(
+    "part", registry.all_parts(), ids=lambda part: part.__name__.removeprefix("warpdyn.engine.kernels.")
+)
 def test_every_function_of_a_part_stands_in_a_slot(part):
     assert part.__doc__
     assert set(bodies_of(part)) <= slots()
@@ -98,7 +100,7 @@ import sys, types
 package = types.ModuleType("warpdyn")
 package.__path__ = [sys.argv[1]]
 sys.modules["warpdyn"] = package
-from warpdyn.kernels.registry import recorders
+from warpdyn.engine.kernels.registry import recorders
 assert "drift" in recorders()["chain"]
 assert "warp" not in sys.modules
 """

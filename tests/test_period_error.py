@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.methods.period_error import accurate_step, error_of_a_cycle
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.methods.period_error import accurate_step, error_of_a_cycle
+from warpdyn.engine.methods.table import METHODS
 
 # Leading terms of the relative period error over w h (Bathe and Wilson 1973; Hairer, Norsett and Wanner for RK4).
 LEADING = {"central_difference": (2, 1 / 24), "newmark_average": (2, 1 / 12), "rk4": (4, 1 / 120)}

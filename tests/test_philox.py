@@ -7,10 +7,10 @@ import pytest
 import warp as wp
 from random_streams import LEAST_P_VALUE, p_values
 
-from warpdyn.core import random_numbers as looked_up
-from warpdyn.core.random_numbers import Purpose, key_of, uniform_rows
-from warpdyn.device.random_numbers import Words, normal_of, normal_pair, philox, uniform_of, uniform_pair
-from warpdyn.kernels.kernel_cache import loaded
+from warpdyn.engine.device.random_numbers import Words, normal_of, normal_pair, philox, uniform_of, uniform_pair
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.foundations.core import random_numbers as looked_up
+from warpdyn.foundations.core.random_numbers import Purpose, key_of, uniform_rows
 
 pytestmark = pytest.mark.fast
 

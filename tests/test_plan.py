@@ -6,7 +6,7 @@ from matrices import chain_matrix
 from method_sources import thorough_unless
 
 import warpdyn as wd
-from warpdyn.accuracy import pilot
+from warpdyn.campaigns.accuracy import pilot
 from warpdyn.truth import bilinear_chain_response
 
 pytestmark = pytest.mark.meant_as_given("no_damping")

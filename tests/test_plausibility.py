@@ -35,11 +35,11 @@ from mistakes import (
 from mistakes_of_runs import RUNS
 
 import warpdyn as wd
-from warpdyn.accuracy import pilot
-from warpdyn.core.plausible_bands import BANDS
-from warpdyn.ground_motions.plausibility import warn_of_implausible_motions
-from warpdyn.kernels import build, queues
-from warpdyn.running import pushover, simulate as door
+from warpdyn.campaigns.accuracy import pilot
+from warpdyn.campaigns.running import pushover, simulate as door
+from warpdyn.engine.kernels import build, queues
+from warpdyn.foundations.core.plausible_bands import BANDS
+from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
 
 pytestmark = pytest.mark.fast
 

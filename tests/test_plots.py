@@ -15,7 +15,7 @@ from test_maps import make_results
 
 import warpdyn as wd
 from warpdyn import plots
-from warpdyn.plots.samples import fractiles
+from warpdyn.interfaces.plots.samples import fractiles
 
 pytestmark = pytest.mark.fast
 

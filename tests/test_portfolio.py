@@ -10,12 +10,12 @@ from test_simulate import MOTIONS, make_motion
 from tqdm import tqdm
 
 import warpdyn as wd
-from warpdyn.accuracy import pilot
-from warpdyn.integration.settings import Integration
-from warpdyn.integration.time_grid import STEPS_PER_PERIOD
-from warpdyn.portfolio.groups import ROUND_STEP, checked_archetypes, groups_of, parameters_of
-from warpdyn.portfolio.labels import common_attributes
-from warpdyn.running import run_portfolio as module
+from warpdyn.campaigns.accuracy import pilot
+from warpdyn.campaigns.integration.settings import Integration
+from warpdyn.campaigns.integration.time_grid import STEPS_PER_PERIOD
+from warpdyn.campaigns.portfolio.groups import ROUND_STEP, checked_archetypes, groups_of, parameters_of
+from warpdyn.campaigns.portfolio.labels import common_attributes
+from warpdyn.campaigns.running import run_portfolio as module
 
 pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient")
 
@@ -261,7 +261,7 @@ def test_each_building_can_have_a_motion_of_its_own():
 
 @pytest.mark.parametrize("keep_inputs", [True, False])
 def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monkeypatch):
-    monkeypatch.setattr("warpdyn.portfolio.labels.SAMPLES_AT_A_TIME", 7 * 6)  # ends within an archetype
+    monkeypatch.setattr("warpdyn.campaigns.portfolio.labels.SAMPLES_AT_A_TIME", 7 * 6)  # ends within an archetype
     # Three of the five kernels: the estimate of the error has as many again.
     names = ("low", "table", "linear")
     few = wd.Portfolio({name: ARCHETYPES[name] for name in names})
@@ -359,7 +359,7 @@ def test_one_bar_shows_how_far_all_groups_are(monkeypatch):
         bars.append(tqdm(**settings, file=io.StringIO()))
         return bars[-1]
 
-    monkeypatch.setattr("warpdyn.core.progress.tqdm", make)
+    monkeypatch.setattr("warpdyn.foundations.core.progress.tqdm", make)
     for _ in range(2):
         simulate(CITY, MOTIONS[0], recorders=("drift",), tail=0.0, device="cpu")
     wd.simulate(wd.Scene(chain(1), MOTIONS[0], recorders=("drift",), tail=0.0), device="cpu")

@@ -5,8 +5,8 @@ from test_portfolio import CITY, SCATTER, STRIPES, TABLE, chain, simulate, smoot
 from test_simulate import MOTIONS
 
 import warpdyn as wd
-from warpdyn.kernels import queues
-from warpdyn.portfolio.groups import parameters_of
+from warpdyn.campaigns.portfolio.groups import parameters_of
+from warpdyn.engine.kernels import queues
 
 pytestmark = [
     pytest.mark.fast,

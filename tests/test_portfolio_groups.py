@@ -8,8 +8,8 @@ import pytest
 from test_portfolio import CITY, MOTIONS, simulate
 
 import warpdyn as wd
-from warpdyn.core.messages import warn_caller
-from warpdyn.running import run_portfolio as module
+from warpdyn.campaigns.running import run_portfolio as module
+from warpdyn.foundations.core.messages import warn_caller
 
 pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient")
 

@@ -13,7 +13,7 @@ from conftest import ROOT, documented_commands, run_study
 from matplotlib.image import imread
 
 import warpdyn as wd
-from warpdyn.ground_motions.records import far_field
+from warpdyn.model.ground_motions.records import far_field
 
 BUILDINGS = 40  # of one to three storeys, at which the compiler has little to do
 # Hazus Technical Manual: median drift ratios of slight to complete damage.

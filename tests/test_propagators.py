@@ -30,7 +30,7 @@ from method_sources import thorough_unless
 from scipy.integrate import simpson
 
 import warpdyn as wd
-from warpdyn.integration.model import dynamics_of
+from warpdyn.campaigns.integration.model import dynamics_of
 from warpdyn.truth import harmonic_response, piecewise_linear_response
 
 # Steps that an exact response can take are long for the powers that energies are summed up from.
@@ -232,7 +232,7 @@ def test_samples_together_and_alone(family, damping, method, monkeypatch):
             close(run[name].values, one[name].values, 1e-11)  # matrices scaled before or after their modes: rounding
     assert set(together.status.values) == ({0, 1} if family == "chain" else {0})
     # What else is packed, launched or drawn beside a sample changes no bit of it.
-    monkeypatch.setattr("warpdyn.running.blocks.CPU_BLOCK", 4)
+    monkeypatch.setattr("warpdyn.campaigns.running.blocks.CPU_BLOCK", 4)
     chunked = wd.simulate(scene, structures=6, dtype="float64", **options)
     monkeypatch.undo()
     fewer = wd.simulate(scene, structures=2, dtype="float64", **options)

@@ -6,7 +6,7 @@ import xarray as xr
 from test_sites import haversine
 
 import warpdyn as wd
-from warpdyn.sites import random_fields
+from warpdyn.model.sites import random_fields
 
 pytestmark = pytest.mark.fast
 

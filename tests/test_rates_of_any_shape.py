@@ -13,8 +13,8 @@ from scipy.special import expit, ndtr
 from test_cloud_curves import make_cloud, with_collapses
 
 import warpdyn as wd
-from warpdyn.risk.curves import curves_of
-from warpdyn.statistics.estimators import FIT_MEANINGS
+from warpdyn.answers.fragility.estimators import FIT_MEANINGS
+from warpdyn.answers.risk.curves import curves_of
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 pytestmark = pytest.mark.fast
 

@@ -6,7 +6,7 @@ import time
 import pytest
 
 import warpdyn as wd
-from warpdyn.inventories import text_tables
+from warpdyn.model.inventories import text_tables
 
 pytestmark = pytest.mark.fast
 

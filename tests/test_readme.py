@@ -17,9 +17,9 @@ import pytest
 import xarray as xr
 from conftest import ROOT, documented_commands, run_study
 
-from warpdyn.core.output_variables import STATUS_MEANINGS
-from warpdyn.integration import stability_guard
-from warpdyn.kernels.output_table import ADAPTIVE, HISTORY, RECORDERS
+from warpdyn.campaigns.integration import stability_guard
+from warpdyn.engine.kernels.output_table import ADAPTIVE, HISTORY, RECORDERS
+from warpdyn.foundations.core.output_variables import STATUS_MEANINGS
 
 
 @pytest.mark.fast

@@ -14,7 +14,7 @@ import pytest
 import record_files
 
 import warpdyn as wd
-from warpdyn.ground_motions.records.parsing import archives
+from warpdyn.model.ground_motions.records.parsing import archives
 
 pytestmark = pytest.mark.fast
 

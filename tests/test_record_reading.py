@@ -383,6 +383,6 @@ def test_a_sound_file_gives_no_warning(tmp_path):
 
 
 def test_the_page_about_new_readers_shows_the_reader():
-    source = (Path(wd.__file__).parent / "ground_motions/records/formats/cwa.py").read_text()
+    source = (Path(wd.__file__).parent / "model/ground_motions/records/formats/cwa.py").read_text()
     page = Path(__file__).parents[1] / "docs/extending/reader.md"
     assert f"```python\n{source}```" in page.read_text()

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.ground_motions.records import UNITS
+from warpdyn.model.ground_motions.records import UNITS
 
 pytestmark = pytest.mark.fast
 

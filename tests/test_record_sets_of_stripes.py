@@ -11,8 +11,8 @@ from test_cloud_curves import make_cloud
 from test_fragility import make_run
 
 import warpdyn as wd
-from warpdyn.core import checks
-from warpdyn.statistics.intervals.strata import strata_of_records
+from warpdyn.answers.fragility.intervals.strata import strata_of_records
+from warpdyn.foundations.core import checks
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 LEVELS = np.array([0.3, 0.6, 0.9, 1.2, 1.6])

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 import warpdyn as wd
-from warpdyn.kernels import build
+from warpdyn.engine.kernels import build
 
 MASS, PERIOD, RATIO = 1000.0, 0.5, 0.05
 STIFFNESS = MASS * (2 * np.pi / PERIOD) ** 2

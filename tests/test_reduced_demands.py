@@ -17,11 +17,11 @@ from reduced_runs import (
 )
 
 import warpdyn as wd
-from warpdyn.reduction.demand_histogram import quantiles_of
-from warpdyn.reduction.demand_moments import moments
-from warpdyn.reduction.population import Population
-from warpdyn.reduction.tally import Block, Sums
-from warpdyn.reduction.workers import Threads
+from warpdyn.campaigns.reductions.demand_histogram import quantiles_of
+from warpdyn.campaigns.reductions.demand_moments import moments
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.tally import Block, Sums
+from warpdyn.campaigns.reductions.workers import Threads
 
 pytestmark = MARKS
 DRIFT, RESIDUAL, SHEAR = "peak_storey_drift_ratio", "residual_drift_ratio", "input_energy"

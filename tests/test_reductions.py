@@ -214,7 +214,7 @@ def test_a_posterior_from_counts_is_that_of_the_run(runs):
 
 
 def test_a_run_that_is_stopped_leaves_no_file(tmp_path, monkeypatch):
-    from warpdyn.reduction.reduction import Reduction
+    from warpdyn.campaigns.reductions.reduction import Reduction
 
     small_blocks(monkeypatch, 40)
     genuine, added = Reduction.add, []
@@ -252,7 +252,7 @@ def test_damage_shares_from_counts_are_those_of_the_run(design, events, share, m
     over = ("archetype", "motion" if events is None else "event", *(("stripe",) if design == "crossed" else ()))
     run, counts = simulate(scene), simulate(scene, statistics=wd.DamageCounts(CITY_LIMITS, over=over, events=events))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("warpdyn.statistics.damage_shares.warn_caller", lambda text: None)
+        patch.setattr("warpdyn.answers.fragility.damage_shares.warn_caller", lambda text: None)
         of_run, of_counts = wd.damage_shares(run, CITY_LIMITS, events=events), wd.damage_shares(counts)
     with pytest.raises(ValueError, match="has no status, integration_step: give what simulate"):
         wd.summary(of_counts)  # which tells failed samples, too

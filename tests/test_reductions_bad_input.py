@@ -19,9 +19,9 @@ def nothing_runs(monkeypatch):
     def ran(*arguments, **settings):
         raise AssertionError("it ran")
 
-    monkeypatch.setattr("warpdyn.running.run_scene.Pipeline", ran)
-    monkeypatch.setattr("warpdyn.running.run_scene.compile_side_by_side", ran)
-    monkeypatch.setattr("warpdyn.running.run_portfolio.compiling", ran)
+    monkeypatch.setattr("warpdyn.campaigns.running.run_scene.Pipeline", ran)
+    monkeypatch.setattr("warpdyn.campaigns.running.run_scene.compile_side_by_side", ran)
+    monkeypatch.setattr("warpdyn.campaigns.running.run_portfolio.compiling", ran)
 
 
 CASES = [
@@ -143,7 +143,7 @@ def test_limits_in_percent_are_warned_of():
 
 
 def test_counts_over_too_much_are_refused(monkeypatch):
-    monkeypatch.setattr("warpdyn.reduction.tally.free_memory", lambda device: 1000)
+    monkeypatch.setattr("warpdyn.campaigns.reductions.tally.free_memory", lambda device: 1000)
     statistic = wd.DamageCounts(LIMITS, over=("structure", "motion"))
     with pytest.raises(MemoryError, match=r"over 21 structures x 3 motions takes .* take it over less"):
         wd.simulate(scene_of("crossed"), structures=21, device="cpu", statistics=statistic)

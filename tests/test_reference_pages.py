@@ -11,9 +11,9 @@ import pytest
 from conftest import ROOT
 from validation import KEPT, Measured, kept_rows
 
-from warpdyn.laws import LAWS
-from warpdyn.methods.stability_limits import stability_limit
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.laws import LAWS
+from warpdyn.engine.methods.stability_limits import stability_limit
+from warpdyn.engine.methods.table import METHODS
 
 pytestmark = pytest.mark.fast
 ITSELF = "test_a_figure_beyond_its_bound_fails_and_so_does_another_claim"

@@ -13,11 +13,11 @@ from reduced_runs import CITY, CITY_LIMITS, LIMITS, MARKS, scene_of, simulate, s
 from test_regions import failing, interrupted_after, small_regions  # noqa: F401  (a fixture by its name)
 
 import warpdyn as wd
-from warpdyn.reduction.population import Population
-from warpdyn.reduction.reduction import Reduction
-from warpdyn.running.regions import job as jobs, reduced
-from warpdyn.running.regions.report import Report
-from warpdyn.running.regions.tasks import run_region
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.reduction import Reduction
+from warpdyn.campaigns.running.regions import job as jobs, reduced
+from warpdyn.campaigns.running.regions.report import Report
+from warpdyn.campaigns.running.regions.tasks import run_region
 
 pytestmark = MARKS
 DRIFT = "peak_storey_drift_ratio"
@@ -72,7 +72,9 @@ def test_statistics_of_regions_are_those_of_one_process(design, suffix, tmp_path
 def in_one_process(scene, statistics, **settings):
     """Return a run's statistics without a path, which does not divide it into regions."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("warpdyn.running.simulate.simulate_in_regions", None)  # which would fail, were it called
+        patched.setattr(
+            "warpdyn.campaigns.running.simulate.simulate_in_regions", None
+        )  # which would fail, were it called
         return wd.simulate(scene, statistics=statistics, **settings)
 
 
@@ -187,7 +189,7 @@ import sys, warnings
 from test_region_statistics import OF_ONE
 from reduced_runs import scene_of
 import warpdyn as wd
-from warpdyn.running.regions import job
+from warpdyn.campaigns.running.regions import job
 
 warnings.simplefilter("ignore")
 job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, 45

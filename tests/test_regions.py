@@ -13,11 +13,11 @@ from test_sequences import make_building as make_shaken_building
 from test_simulate import MOTIONS, assert_same_bits, make_oscillator, make_scene
 
 import warpdyn as wd
-from warpdyn.integration import stability_guard
-from warpdyn.integration.stability_guard import StabilityFindings
-from warpdyn.running.regions import drive, job as jobs, report as reports
-from warpdyn.running.regions.report import Report, include, state_of
-from warpdyn.running.regions.tasks import run_region
+from warpdyn.campaigns.integration import stability_guard
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings
+from warpdyn.campaigns.running.regions import drive, job as jobs, report as reports
+from warpdyn.campaigns.running.regions.report import Report, include, state_of
+from warpdyn.campaigns.running.regions.tasks import run_region
 
 pytest.importorskip("zarr")
 
@@ -142,7 +142,7 @@ def test_a_portfolio_goes_on_from_its_finished_groups(tmp_path, small_regions, m
     settings = {"seed": 3, "device": "cpu"}
     held = wd.simulate(CITY_SCENE, **settings)
     with monkeypatch.context() as patched:
-        patched.setattr("warpdyn.portfolio.labels.lay_out", interrupt)
+        patched.setattr("warpdyn.campaigns.portfolio.labels.lay_out", interrupt)
         with pytest.raises(KeyboardInterrupt):
             wd.simulate(CITY_SCENE, path=tmp_path / "run.zarr", **settings)
     done = interrupted_after(0, monkeypatch)

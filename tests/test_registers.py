@@ -6,9 +6,9 @@ import pytest
 import warp as wp
 from cubin import usage
 
-from warpdyn.kernels import build
-from warpdyn.kernels.output_table import RECORDERS
-from warpdyn.kernels.plan import Plan
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.output_table import RECORDERS
+from warpdyn.engine.kernels.plan import Plan
 
 pytestmark = pytest.mark.as_shipped  # registers are what the optimiser leaves
 DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.accuracy import reliability
-from warpdyn.core.output_variables import DIVERGED
+from warpdyn.campaigns.accuracy import reliability
+from warpdyn.foundations.core.output_variables import DIVERGED
 
 pytestmark = pytest.mark.meant_as_given("yield_base_shear_coefficient", "yield_drift_ratio")
 

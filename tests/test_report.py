@@ -11,7 +11,7 @@ from plotted_runs import COLLAPSES, LEVELS, MOTIONS, found_capacities, striped_r
 from report_pages import Page
 
 import warpdyn as wd
-from warpdyn.core.output_variables import DIVERGED
+from warpdyn.foundations.core.output_variables import DIVERGED
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit", "no_damping", "yield_drift_ratio")]
 DRIFT = "peak absolute storey drift ratio [1]"

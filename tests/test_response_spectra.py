@@ -16,8 +16,8 @@ from oscillator_peaks import integrated_displacement, largest_displacement
 
 import warpdyn as wd
 from warpdyn import plots
-from warpdyn.kernels.build import CPU_LANES
-from warpdyn.methods.oscillator_increments import halvings_of, oscillator_increments
+from warpdyn.engine.kernels.build import CPU_LANES
+from warpdyn.engine.methods.oscillator_increments import halvings_of, oscillator_increments
 
 pytestmark = pytest.mark.meant_as_given("measure_period", "peak_ground_acceleration", "record_step")
 

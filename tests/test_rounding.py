@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.accuracy import precision
-from warpdyn.core.output_variables import NOT_CONVERGED
-from warpdyn.integration.ensemble import Ensemble
+from warpdyn.campaigns.accuracy import precision
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.foundations.core.output_variables import NOT_CONVERGED
 
 STRUCTURES, STOREYS, PERIOD = 128, 3, 0.03
 

@@ -11,11 +11,11 @@ from scipy import stats
 from scipy.stats import qmc
 
 import warpdyn as wd
-from warpdyn.core import random_numbers as philox
-from warpdyn.core.random_numbers import Purpose
-from warpdyn.integration.sampler import Sampler
-from warpdyn.scene.correlation import check_correlation, correlation_factor
-from warpdyn.scene.scatter import SAMPLING
+from warpdyn.campaigns.integration.sampler import Sampler
+from warpdyn.foundations.core import random_numbers as philox
+from warpdyn.foundations.core.random_numbers import Purpose
+from warpdyn.model.scene.correlation import check_correlation, correlation_factor
+from warpdyn.model.scene.scatter import SAMPLING
 
 pytestmark = pytest.mark.fast
 

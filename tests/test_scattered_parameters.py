@@ -5,9 +5,9 @@ import pytest
 from combination_cases import springs_of_laws
 
 import warpdyn as wd
-from warpdyn.integration.model import dynamics_of
-from warpdyn.integration.run import build_run
-from warpdyn.integration.settings import Execution, Integration
+from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.campaigns.integration.run import build_run
+from warpdyn.campaigns.integration.settings import Execution, Integration
 
 pytestmark = pytest.mark.fast
 

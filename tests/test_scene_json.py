@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.core.description import fingerprint
+from warpdyn.foundations.core.description import fingerprint
 
 TIME = np.arange(200) / 100
 MOTIONS = [

@@ -9,7 +9,7 @@ from report_pages import Page
 from test_sequences import AFTER, LATER, MAIN, joined, make_building, make_motion, scaled
 
 import warpdyn as wd
-from warpdyn.core.output_variables import COLLAPSED, OK
+from warpdyn.foundations.core.output_variables import COLLAPSED, OK
 
 pytestmark = pytest.mark.meant_as_given(
     "damping_ratio",

@@ -15,7 +15,7 @@ import xarray as xr
 from conftest import ROOT
 
 import warpdyn as wd
-from warpdyn.files import netcdf
+from warpdyn.foundations.files import netcdf
 
 SHORT = 8  # a pair of the near-field set of 20 s, 0.87 g and 0.42 g
 

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 import warpdyn as wd
-from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.sites.places import EARTH_RADIUS, grid_spacing, nearest_points
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.sites.places import EARTH_RADIUS, grid_spacing, nearest_points
 
 pytestmark = pytest.mark.fast
 

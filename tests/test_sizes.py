@@ -8,9 +8,9 @@ import xarray as xr
 from sound_calls import LIMITS, OF_BUILDING, WAVE, motions
 
 import warpdyn as wd
-from warpdyn.core import checks
-from warpdyn.integration.sampler import Sampler
-from warpdyn.kernels import build, queues
+from warpdyn.campaigns.integration.sampler import Sampler
+from warpdyn.engine.kernels import build, queues
+from warpdyn.foundations.core import checks
 
 pytestmark = [pytest.mark.fast, pytest.mark.filterwarnings("ignore:implausible|nothing is scattered")]
 BUILDING = wd.ShearBuilding(**OF_BUILDING)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from warpdyn.scene import sobol_points
-from warpdyn.scene.sobol_points import BITS, DIMENSIONS, SobolPoints
+from warpdyn.model.scene import sobol_points
+from warpdyn.model.scene.sobol_points import BITS, DIMENSIONS, SobolPoints
 
 pytestmark = pytest.mark.fast
 

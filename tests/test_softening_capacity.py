@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
-from warpdyn.laws import GEM_DAMAGE
-from warpdyn.structures.hazus import building_class
+from warpdyn.engine.laws import GEM_DAMAGE
+from warpdyn.model.structures.hazus import building_class
 
 pytestmark = pytest.mark.fast
 

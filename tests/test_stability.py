@@ -9,15 +9,15 @@ from matrices import chain_matrix
 from scipy.linalg import eigh
 
 import warpdyn as wd
-from warpdyn.integration.model import dynamics_of
-from warpdyn.methods.kinds import ExplicitMethod
-from warpdyn.methods.stability_limits import (
+from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.engine.methods.kinds import ExplicitMethod
+from warpdyn.engine.methods.stability_limits import (
     stability_limit,
     stable_step,
     stable_step_of_eigenvalues,
 )
-from warpdyn.methods.state_matrices import highest_damping_rate, state_eigenvalues
-from warpdyn.methods.table import METHODS
+from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
+from warpdyn.engine.methods.table import METHODS
 
 EULER = ExplicitMethod("euler", 1, ((0,),), (1,), (0,))
 LIMITED = [EULER, *(method for method in METHODS.values() if stability_limit(method, 0.5) < np.inf)]

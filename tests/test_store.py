@@ -9,7 +9,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.files.unfinished import Unfinished, check_writable
+from warpdyn.foundations.files.unfinished import Unfinished, check_writable
 
 pytestmark = pytest.mark.fast
 

@@ -12,13 +12,13 @@ import xarray as xr
 from test_simulate import MOTIONS, assert_same_bits, make_oscillator, make_scene
 
 import warpdyn as wd
-from warpdyn.files import netcdf
-from warpdyn.files.unfinished import Unfinished
-from warpdyn.integration.settings import Execution, Integration
-from warpdyn.kernels import queues as devices
-from warpdyn.running import blocks, pipeline
-from warpdyn.running.journal import Journal
-from warpdyn.running.run_scene import Kept, fingerprint_of_run, machines_of
+from warpdyn.campaigns.integration.settings import Execution, Integration
+from warpdyn.campaigns.running import blocks, pipeline
+from warpdyn.campaigns.running.journal import Journal
+from warpdyn.campaigns.running.run_scene import Kept, fingerprint_of_run, machines_of
+from warpdyn.engine.kernels import queues as devices
+from warpdyn.foundations.files import netcdf
+from warpdyn.foundations.files.unfinished import Unfinished
 
 pytestmark = pytest.mark.meant_as_given("storey_height")
 

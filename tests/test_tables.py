@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.exchange import text_files
+from warpdyn.interfaces.exchange import text_files
 
 pytestmark = pytest.mark.fast
 

@@ -10,7 +10,7 @@ import xarray as xr
 from scipy.stats import f_oneway, t
 
 import warpdyn as wd
-from warpdyn.statistics.sample_size.variance_components import Variances, records_for, variances_of
+from warpdyn.answers.fragility.sample_size.variance_components import Variances, records_for, variances_of
 
 LIMITS = {"slight": 0.005, "extensive": 0.02}
 STIFFNESS = 2e5 * (2 * np.pi / 0.5) ** 2

@@ -5,8 +5,8 @@ import pytest
 import warp as wp
 
 import warpdyn as wd
-from warpdyn.kernels import build
-from warpdyn.kernels.queues import CpuQueue, load_kernel
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.queues import CpuQueue, load_kernel
 
 pytestmark = [pytest.mark.usefixtures("unoptimised"), pytest.mark.meant_as_given("yield_drift_ratio")]
 

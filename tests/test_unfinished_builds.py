@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import warp as wp
 
-from warpdyn.kernels import kernel_cache, unfinished_builds
-from warpdyn.kernels.unfinished_builds import NOTE, check_room, folder_of_this_process, noted
+from warpdyn.engine.kernels import kernel_cache, unfinished_builds
+from warpdyn.engine.kernels.unfinished_builds import NOTE, check_room, folder_of_this_process, noted
 
 pytestmark = [pytest.mark.fast, pytest.mark.skipif(os.name != "posix", reason="locks and limits of POSIX")]
 
@@ -48,7 +48,7 @@ FULL = """
 import resource, sys
 import warp as wp
 from test_unfinished_builds import thrice
-from warpdyn.kernels import kernel_cache
+from warpdyn.engine.kernels import kernel_cache
 wp.init()
 resource.setrlimit(resource.RLIMIT_FSIZE, (2**20, 2**20))  # a disk that takes files of 1 MB
 try:
@@ -124,7 +124,7 @@ def test_temporary_folders_of_killed_processes_go(tmp_path, monkeypatch):
 WORKERS = """
 import os, time
 from loky import ProcessPoolExecutor
-from warpdyn.kernels import compilation
+from warpdyn.engine.kernels import compilation
 
 if __name__ == "__main__":
     settings = compilation._settings(), os.getpid()

@@ -6,11 +6,11 @@ import warp as wp
 from conftest import quick_kernels
 
 import warpdyn as wd
-from warpdyn.device import processor
-from warpdyn.device.processor import has_wide_registers
-from warpdyn.integration.run import prepare
-from warpdyn.kernels import build
-from warpdyn.kernels.plan import Plan
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.engine.device import processor
+from warpdyn.engine.device.processor import has_wide_registers
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.plan import Plan
 
 pytestmark = [pytest.mark.as_shipped, pytest.mark.meant_as_given("record_baseline")]
 MOTION = wd.GroundMotion(4 * np.sin(np.arange(400) ** 1.2 * 0.1), 0.02)

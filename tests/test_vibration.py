@@ -10,8 +10,8 @@ import warp as wp
 from scipy.linalg import eigh_tridiagonal
 from validation import relative_difference
 
-from warpdyn.kernels.auxiliary.frequencies import circular_frequencies, frequencies_kernel
-from warpdyn.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies, frequencies_kernel
+from warpdyn.engine.kernels.kernel_cache import loaded
 
 # All that the algorithm does to a frequency is to multiply, divide and add what is positive, some 10 times a storey.
 ROUNDING = 1e-14

@@ -12,8 +12,8 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.files.part_files import whole_file
-from warpdyn.files.targets import ACL
+from warpdyn.foundations.files.part_files import whole_file
+from warpdyn.foundations.files.targets import ACL
 
 pytestmark = [pytest.mark.fast, pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")]
 
@@ -80,7 +80,7 @@ def test_a_file_that_is_being_written_is_as_private_as_the_older_one(tmp_path):
 
 
 def wd_unfinished(path):
-    from warpdyn.files.unfinished import Unfinished
+    from warpdyn.foundations.files.unfinished import Unfinished
 
     return Unfinished(path)
 
@@ -123,13 +123,13 @@ def test_long_names_are_written(length, tmp_path):
 # Calls that make, move or remove files, and the modules that may: those of `files`, and two that look after the folder
 # of compiled kernels, which is Warp's.
 WRITING = {"replace", "rename", "unlink", "truncate", "rmtree", "mkdtemp", "to_netcdf", "to_zarr", "savez"}
-ALLOWED = {"kernels/kernel_cache.py", "kernels/unfinished_builds.py", "running/journal.py"}
+ALLOWED = {"engine/kernels/kernel_cache.py", "engine/kernels/unfinished_builds.py", "campaigns/running/journal.py"}
 
 
 def test_all_files_are_written_in_one_way():
     for path in PACKAGE.rglob("*.py"):
         name = path.relative_to(PACKAGE).as_posix()
-        if name.startswith("files/") or name in ALLOWED:
+        if name.startswith("foundations/files/") or name in ALLOWED:
             continue
         for node in ast.walk(ast.parse(path.read_text())):
             if not isinstance(node, ast.Call) or not isinstance(node.func, ast.Attribute):
@@ -153,10 +153,10 @@ def test_whoever_opens_a_file_to_write_is_given_its_name_by_the_one_way():
                 ):
                     found.add(path.relative_to(PACKAGE).as_posix())
     assert found == {
-        "exchange/regional/geojson.py",
-        "exchange/regional/openquake_damages.py",
-        "exchange/text_files.py",
-        "files/checksums.py",
-        "kernels/kernel_cache.py",
-        "running/journal.py",
+        "interfaces/exchange/regional/geojson.py",
+        "interfaces/exchange/regional/openquake_damages.py",
+        "interfaces/exchange/text_files.py",
+        "foundations/files/checksums.py",
+        "engine/kernels/kernel_cache.py",
+        "campaigns/running/journal.py",
     }

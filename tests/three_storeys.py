@@ -8,8 +8,8 @@ from scipy.linalg import eigh
 from scipy.optimize import root
 
 import warpdyn as wd
-from warpdyn.integration.run import prepare
-from warpdyn.methods.table import METHODS
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.engine.methods.table import METHODS
 
 IMPLICIT = [name for name, method in METHODS.items() if method.kind == "implicit"]
 # The damping that yielding chains under base motion have, by method.

@@ -46,6 +46,6 @@ def __getattr__(name: str) -> object:
     """Return a public name; near misses are answered with the name that was meant."""
     if name in __all__ or name.startswith("_"):
         return _named(name)
-    from warpdyn.core.near_misses import did_you_mean
+    from warpdyn.foundations.core.near_misses import did_you_mean
 
     raise AttributeError(f"warpdyn has no {name!r}{did_you_mean(name, __all__)}")

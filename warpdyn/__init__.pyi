@@ -1,51 +1,91 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
-from . import (
-    inventories as inventories,
-    kernels as kernels,
-    laws as laws,
-    plots as plots,
-    sites as sites,
-    truth as truth,
+from . import truth as truth
+from .answers.fragility.building_results import building_results as building_results
+from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
+from .answers.fragility.cloud_curves import fragility_of_cloud as fragility_of_cloud
+from .answers.fragility.damage_shares import damage_shares as damage_shares
+from .answers.fragility.fragility_curves import fragility as fragility
+from .answers.fragility.posterior import fragility_posterior as fragility_posterior
+from .answers.fragility.sample_size.level_choice import levels_for as levels_for
+from .answers.fragility.sample_size.target_precision import fragility_to as fragility_to
+from .answers.risk.annual_rates import annual_rates as annual_rates
+from .answers.risk.collapse_margin import (
+    collapse_margin as collapse_margin,
+    spectral_shape_factor as spectral_shape_factor,
 )
-from .accuracy.method_choice import MethodChoice as MethodChoice
-from .accuracy.pilot import plan as plan
-from .core.plausibility import meant_as_given as meant_as_given
-from .exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
-from .exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
-from .exchange.nrml_vulnerability import (
+from .answers.risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
+from .answers.risk.event_losses import event_losses as event_losses
+from .answers.risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
+from .answers.risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
+from .answers.risk.portfolio_losses import portfolio_losses as portfolio_losses
+from .answers.risk.risk_targets import (
+    check_risk_target as check_risk_target,
+    risk_targeted_intensity as risk_targeted_intensity,
+)
+from .answers.risk.storey_losses import storey_losses as storey_losses
+from .answers.risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, vulnerability as vulnerability
+from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
+from .campaigns.accuracy.pilot import plan as plan
+from .campaigns.incremental.capacities import capacities as capacities
+from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
+from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
+from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram
+from .campaigns.reductions.demand_moments import DemandMoments as DemandMoments, LargestDemand as LargestDemand
+from .campaigns.running.histories import Histories as Histories
+from .campaigns.running.joining.join import join as join
+from .campaigns.running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
+from .campaigns.running.selections import (
+    select_archetype as select_archetype,
+    select_event as select_event,
+    select_storeys as select_storeys,
+)
+from .campaigns.running.simulate import simulate as simulate
+from .engine import kernels as kernels, laws as laws
+from .foundations.core.plausibility import meant_as_given as meant_as_given
+from .foundations.files.netcdf import write as write
+from .interfaces import plots as plots
+from .interfaces.exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
+from .interfaces.exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
+from .interfaces.exchange.nrml_vulnerability import (
     read_nrml_vulnerability as read_nrml_vulnerability,
     write_nrml_vulnerability as write_nrml_vulnerability,
 )
-from .exchange.openquake_tables import (
+from .interfaces.exchange.openquake_tables import (
     read_consequences as read_consequences,
     read_taxonomy_mapping as read_taxonomy_mapping,
     write_consequences as write_consequences,
     write_taxonomy_mapping as write_taxonomy_mapping,
 )
-from .exchange.pelicun import write_pelicun_demands as write_pelicun_demands
-from .exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
-from .exchange.regional.building_files import write_building_results as write_building_results
-from .exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages
-from .exchange.regional.r2d_results import write_r2d_results as write_r2d_results
-from .exchange.tables import write_table as write_table
-from .files.netcdf import write as write
-from .ground_motions import records as records
-from .ground_motions.designs import Cloud as Cloud, OneMotionPerStructure as OneMotionPerStructure, Stripes as Stripes
-from .ground_motions.event_sequences import EventSequence as EventSequence
-from .ground_motions.filtered_noise import (
+from .interfaces.exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .interfaces.exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
+from .interfaces.exchange.regional.building_files import write_building_results as write_building_results
+from .interfaces.exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages
+from .interfaces.exchange.regional.r2d_results import write_r2d_results as write_r2d_results
+from .interfaces.exchange.tables import write_table as write_table
+from .interfaces.reports.run_report import report as report
+from .interfaces.reports.summary import summary as summary
+from .model import inventories as inventories, sites as sites
+from .model.ground_motions import records as records
+from .model.ground_motions.designs import (
+    Cloud as Cloud,
+    OneMotionPerStructure as OneMotionPerStructure,
+    Stripes as Stripes,
+)
+from .model.ground_motions.event_sequences import EventSequence as EventSequence
+from .model.ground_motions.filtered_noise import (
     CloughPenzien as CloughPenzien,
     FilteredNoise as FilteredNoise,
     JenningsEnvelope as JenningsEnvelope,
     KanaiTajimi as KanaiTajimi,
     WhiteNoise as WhiteNoise,
 )
-from .ground_motions.forces import (
+from .model.ground_motions.forces import (
     ForceHistory as ForceHistory,
     FreeVibration as FreeVibration,
     HarmonicForce as HarmonicForce,
 )
-from .ground_motions.intensity_measures import (
+from .model.ground_motions.intensity_measures import (
     AriasIntensity as AriasIntensity,
     AverageSpectralAcceleration as AverageSpectralAcceleration,
     CumulativeAbsoluteVelocity as CumulativeAbsoluteVelocity,
@@ -56,59 +96,19 @@ from .ground_motions.intensity_measures import (
     SpectralAcceleration as SpectralAcceleration,
     intensity_measures as intensity_measures,
 )
-from .ground_motions.motions import GroundMotion as GroundMotion
-from .ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
-from .ground_motions.pair_measures import (
+from .model.ground_motions.motions import GroundMotion as GroundMotion
+from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
+from .model.ground_motions.pair_measures import (
     GeometricMean as GeometricMean,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
-from .ground_motions.response_spectra import response_spectra as response_spectra
-from .incremental.capacities import capacities as capacities
-from .reduction.damage.counts import DamageCounts as DamageCounts
-from .reduction.damage.losses import DamageLoss as DamageLoss
-from .reduction.demand_histogram import DemandHistogram as DemandHistogram
-from .reduction.demand_moments import DemandMoments as DemandMoments, LargestDemand as LargestDemand
-from .reports.run_report import report as report
-from .reports.summary import summary as summary
-from .risk.annual_rates import annual_rates as annual_rates
-from .risk.collapse_margin import (
-    collapse_margin as collapse_margin,
-    spectral_shape_factor as spectral_shape_factor,
-)
-from .risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
-from .risk.event_losses import event_losses as event_losses
-from .risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
-from .risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
-from .risk.portfolio_losses import portfolio_losses as portfolio_losses
-from .risk.risk_targets import (
-    check_risk_target as check_risk_target,
-    risk_targeted_intensity as risk_targeted_intensity,
-)
-from .risk.storey_losses import storey_losses as storey_losses
-from .risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, vulnerability as vulnerability
-from .running.histories import Histories as Histories
-from .running.joining.join import join as join
-from .running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
-from .running.selections import (
-    select_archetype as select_archetype,
-    select_event as select_event,
-    select_storeys as select_storeys,
-)
-from .running.simulate import simulate as simulate
-from .scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
-from .scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
-from .scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
-from .scene.scene import Scene as Scene
-from .statistics.building_results import building_results as building_results
-from .statistics.capacity_curves import fragility_from_capacities as fragility_from_capacities
-from .statistics.cloud_curves import fragility_of_cloud as fragility_of_cloud
-from .statistics.damage_shares import damage_shares as damage_shares
-from .statistics.fragility_curves import fragility as fragility
-from .statistics.posterior import fragility_posterior as fragility_posterior
-from .statistics.sample_size.level_choice import levels_for as levels_for
-from .statistics.sample_size.target_precision import fragility_to as fragility_to
-from .structures.hazus import hazus_drift_limits as hazus_drift_limits
-from .structures.modal import modal_table as modal_table
-from .structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding
+from .model.ground_motions.response_spectra import response_spectra as response_spectra
+from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
+from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
+from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
+from .model.scene.scene import Scene as Scene
+from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
+from .model.structures.modal import modal_table as modal_table
+from .model.structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding
 
 __version__: str

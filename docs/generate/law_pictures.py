@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from warpdyn.plots.style import COLOURS
+from warpdyn.interfaces.plots.style import COLOURS
 
 DPI = 110
 

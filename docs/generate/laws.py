@@ -12,9 +12,9 @@ import xarray as xr
 
 from generate.law_pictures import draw_law, draw_viscous_damper
 from generate.tables import prose, rows_of, table, write
-from warpdyn.laws import DEVICES, LAWS, StoreyElement
-from warpdyn.laws.springs import DEVICE_SPRINGS, SPRINGS
-from warpdyn.methods.defaults import default_method
+from warpdyn.engine.laws import DEVICES, LAWS, StoreyElement
+from warpdyn.engine.laws.springs import DEVICE_SPRINGS, SPRINGS
+from warpdyn.engine.methods.defaults import default_method
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of the storeys of cycles.nc
 DAMPER = {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4}
@@ -107,7 +107,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
         f"# {element.__name__}",
         prose(_without_help(head.split("\n\nExample:")[0])),
         f"In a scene it is `{kind}={(name,) if name in DEVICES else name!r}`, or an object of "
-        f"{{py:class}}`warpdyn.laws.{element.__name__}`. {_kind_of_memory(element)}",
+        f"{{py:class}}`warpdyn.engine.laws.{element.__name__}`. {_kind_of_memory(element)}",
         f"![Force of {name} under cycles of growing drift and in one push](./{name}.png)",
         _caption(name),
         "## Parameters",

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from generate.tables import rows_of, table, write
-from warpdyn.laws import LAWS
-from warpdyn.methods.kinds import ImplicitMethod, Method
-from warpdyn.methods.stability_limits import relaxation_limit, stability_limit
-from warpdyn.methods.table import METHODS, fitting_methods
+from warpdyn.engine.laws import LAWS
+from warpdyn.engine.methods.kinds import ImplicitMethod, Method
+from warpdyn.engine.methods.stability_limits import relaxation_limit, stability_limit
+from warpdyn.engine.methods.table import METHODS, fitting_methods
 
 FAMILIES = {
     "runge_kutta": ("heun", "midpoint", "kutta3", "ssprk3", "rk4", "three_eighths", "dormand_prince5"),

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from warpdyn.files.unfinished import check_writable
+from warpdyn.foundations.files.unfinished import check_writable
 
 if TYPE_CHECKING:  # matplotlib takes a third of a second to import, which a study's results need not wait for
     from matplotlib.figure import Figure

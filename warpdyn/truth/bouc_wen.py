@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
-from warpdyn.laws import LAWS
+from warpdyn.engine.laws import LAWS
 from warpdyn.truth.chain import ShearChain, YieldingResponse
 
 RELATIVE_TOLERANCE = 1e-12

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.linalg import eigh
 
-from warpdyn.core.checks import finite_numbers, real_number
-from warpdyn.laws import HARDENING_RATIO, YIELD_FORCE, Parameter
+from warpdyn.engine.laws import HARDENING_RATIO, YIELD_FORCE, Parameter
+from warpdyn.foundations.core.checks import finite_numbers, real_number
 
 POSITIVE = Parameter("", "", low=0.0, low_open=True)
 

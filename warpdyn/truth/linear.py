@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
-from warpdyn.core.checks import finite_numbers, real_number
+from warpdyn.foundations.core.checks import finite_numbers, real_number
 
 LARGEST_FREQUENCY = 1e9  # rad/s; sines of larger arguments have no digits left
 

@@ -12,13 +12,13 @@ import numpy as np
 from tqdm import tqdm
 
 from parts.accuracy_speed.scenes import Charted
-from warpdyn.accuracy.error_estimate import compare, relative_errors
-from warpdyn.accuracy.pilot import CANDIDATES
-from warpdyn.integration.ensemble import Ensemble
-from warpdyn.integration.run import prepare
-from warpdyn.integration.stability_guard import guard, integrate_guarded
-from warpdyn.kernels.build import load_kernel
-from warpdyn.methods.table import METHODS, fitting_methods
+from warpdyn.campaigns.accuracy.error_estimate import compare, relative_errors
+from warpdyn.campaigns.accuracy.pilot import CANDIDATES
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.campaigns.integration.stability_guard import guard, integrate_guarded
+from warpdyn.engine.kernels.build import load_kernel
+from warpdyn.engine.methods.table import METHODS, fitting_methods
 
 # Steps of the charts, from each scene's first step on [s]; an adaptive method also has the tolerance below.
 STEPS = tuple(0.08 / 2**k for k in range(9))

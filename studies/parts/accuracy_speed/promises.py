@@ -10,9 +10,9 @@ import xarray as xr
 
 from parts.accuracy_speed.points import TIMED_RUNS, Point, Settings, every, make_run, statistics, timed
 from parts.accuracy_speed.scenes import Charted
-from warpdyn.accuracy.error_estimate import compare
-from warpdyn.accuracy.pilot import plan
-from warpdyn.integration.stability_guard import integrate_guarded
+from warpdyn.campaigns.accuracy.error_estimate import compare
+from warpdyn.campaigns.accuracy.pilot import plan
+from warpdyn.campaigns.integration.stability_guard import integrate_guarded
 
 TARGETS = (1e-2, 1e-3, 1e-4)
 FACTOR = 2.0  # that estimated errors are to be within

@@ -10,7 +10,7 @@ import numpy as np
 from p695_fragility import BUILDING, SCATTER as BUILDING_SCATTER
 
 import warpdyn as wd
-from warpdyn.ground_motions.records import far_field
+from warpdyn.model.ground_motions.records import far_field
 
 # Horizontal pairs of the far-field set: five recorded every 0.01 s and three every 0.02 s.
 PAIRS = ("1", "2", "3", "7", "11", "15", "17", "18")

@@ -12,7 +12,7 @@ from peers.storey_laws import LAWS as STOREY_LAWS
 from scipy.signal import cont2discrete, lfilter
 
 import warpdyn as wd
-from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 STOREYS = (1, 3, 5, 10, 20, 40, 60)
 LAWS = ("elastic", "bilinear", "bouc_wen")

@@ -11,7 +11,7 @@ from p695_fragility import DRIFT_LIMITS, build_scene
 
 import warpdyn as wd
 from parts.benchmark.kernels import seconds_in_kernels
-from warpdyn.files import netcdf
+from warpdyn.foundations.files import netcdf
 
 TIMED_RUNS = 2  # after a warm-up; the fastest counts, with all its parts
 PARTS = {

@@ -16,9 +16,9 @@ from tqdm import tqdm
 
 import warpdyn as wd
 from parts.benchmark.cases import STEP, build_scene, draw_ensemble, spread_out
-from warpdyn.integration.run import build_run
-from warpdyn.integration.settings import Execution, Integration
-from warpdyn.kernels.build import load_kernel
+from warpdyn.campaigns.integration.run import build_run
+from warpdyn.campaigns.integration.settings import Execution, Integration
+from warpdyn.engine.kernels.build import load_kernel
 
 # The least of several runs counts, after a warm-up: of two at least, and until they have been so long in kernels or
 # taken so long in all [s]. A GPU's clock needs some 0.2 s of work to speed up.

@@ -12,9 +12,9 @@ from p695_fragility import DRIFT_LIMITS, build_scene
 from tqdm import tqdm
 
 import warpdyn as wd
-from warpdyn.reduction.limits import DamageLimits
-from warpdyn.statistics.estimators.table import estimator_of
-from warpdyn.statistics.stripe_counts import count_stripes
+from warpdyn.answers.fragility.estimators.table import estimator_of
+from warpdyn.answers.fragility.stripe_counts import count_stripes
+from warpdyn.campaigns.reductions.limits import DamageLimits
 
 # The crossed design runs the same structures under every record, the nested one gives each record its own.
 DESIGNS = ("crossed, Monte Carlo", "crossed, Sobol", "nested, Sobol")

@@ -12,13 +12,13 @@ from peers.storey_laws import LAWS
 
 import warpdyn as wd
 from parts.accuracy_speed.scenes import strong_part
-from warpdyn.core.output_variables import DIVERGED
-from warpdyn.core.units import STANDARD_GRAVITY
-from warpdyn.ground_motions.records import far_field
-from warpdyn.integration.ensemble import Ensemble
-from warpdyn.integration.run import prepare
-from warpdyn.integration.stability_guard import guard, integrate_guarded
-from warpdyn.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.campaigns.integration.stability_guard import guard, integrate_guarded
+from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.foundations.core.output_variables import DIVERGED
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.records import far_field
 
 YIELD_DRIFT, FLOOR_MASS, HEIGHT, TAIL = 0.015, 2.0e5, 3.0, 1.0  # m, kg, m, s
 FINER = 16  # steps of the reference, in float64, in each default step

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import warpdyn as wd
-from warpdyn.core.units import STANDARD_GRAVITY
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 INTERVAL = 0.005  # s, between the values of the motions, and the step
 REPETITIONS = 3

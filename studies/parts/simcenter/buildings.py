@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import warpdyn as wd
-from warpdyn.structures.hazus import building_class
+from warpdyn.model.structures.hazus import building_class
 
 SMALL, LARGE = 150.0, 900.0  # plan area of a storey [m2], up to two storeys and beyond
 # MDOF-LU's fits over the storeys N: share of the mass in the first mode; stiffness over mass and squared frequency.

@@ -8,10 +8,10 @@ from scipy.optimize import brentq
 
 import warpdyn as wd
 from parts.stability.oscillator import first_failure
-from warpdyn.integration.run import prepare
-from warpdyn.methods.stability_limits import relaxation_limit, stability_limit
-from warpdyn.methods.table import METHODS
-from warpdyn.structures.modal import rayleigh_coefficients
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.engine.methods.stability_limits import relaxation_limit, stability_limit
+from warpdyn.engine.methods.table import METHODS
+from warpdyn.model.structures.modal import rayleigh_coefficients
 
 STOREYS, FIRST_PERIOD, DAMPING_RATIO = 20, 2.0, 0.05
 STIFFNESS = (np.pi / FIRST_PERIOD / np.sin(np.pi / (4 * STOREYS + 2))) ** 2  # of a storey, over a floor's mass

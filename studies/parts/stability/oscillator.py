@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 import warpdyn as wd
-from warpdyn.integration.run import prepare
+from warpdyn.campaigns.integration.run import prepare
 
 # Of a growth a step: an eigenvalue of a defective matrix is good to the square root of rounding, about 1e-8.
 GROWTH_TOLERANCE = 1e-8

@@ -1,0 +1,1 @@
+"""What users ask of a run: fragility, hazard, risk and loss."""

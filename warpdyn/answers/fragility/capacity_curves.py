@@ -1,0 +1,239 @@
+"""Fragility curves from capacities: the intensity at which each structure first passes a limit, under each motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.answers.fragility.curve_dataset import dataset_of_curves
+from warpdyn.answers.fragility.estimators import LOGNORMAL
+from warpdyn.answers.fragility.estimators.binomial import UNDETERMINED
+from warpdyn.answers.fragility.estimators.censored import CensoredRegression
+from warpdyn.answers.fragility.fragility_curves import OVER
+from warpdyn.answers.fragility.intervals.extrapolation import mark, sentences
+from warpdyn.answers.fragility.intervals.jackknife import few_groups, trusted
+from warpdyn.answers.fragility.intervals.observations import Observations
+from warpdyn.answers.fragility.lognormal_fit import (
+    ALL_EXCEEDING,
+    FIT_MEANINGS,
+    FITTED,
+    NO_EXCEEDANCE,
+    NO_FINITE_MEDIAN,
+    SEPARATED,
+    check_confidence,
+)
+from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION, measure_of_dataset
+
+PAIRS = ("structure", "motion")
+_ADVICE = "give what capacities() returned"
+
+
+@suggests_names
+def fragility_from_capacities(
+    capacities: xr.Dataset,
+    *,
+    intervals_over: str = OVER[0],
+    replicates: int = 1000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Fit a lognormal fragility curve to the capacities of every damage state, with intervals.
+
+    Curves maximise the likelihood of what is known of each capacity: that it lies within its bracket, or above the
+    highest level that was run (right-censored), or below the lowest. If every capacity is known exactly, this is the
+    method of moments: mean and standard deviation of ln capacity, with divisor n as NumPy's `std` and scipy.stats'
+    `lognorm.fit` have it; Baker (2015, Earthquake Spectra 31(1)) has n - 1. Intervals are those of
+    `fragility`: a jackknife over records and structures with Student's t.
+
+    Args:
+        capacities: `capacity(structure, motion, damage_state)` [g, or the unit of the intensity measure], and its
+            bracket `capacity_lower` and `capacity_upper`: infinite above a capacity that was not reached, 0 below one
+            that the lowest level passed, NaN where the search failed. Without a bracket capacities are exact.
+        intervals_over: "records and structures", or "records" to take the structures as given.
+        replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
+        confidence: Probability that the intervals cover [1].
+        seed: Seed of these draws.
+
+    Returns:
+        Medians, dispersions [1] and curves, each with its interval, as `fragility` returns them; `fit_status`,
+        `censored_capacities` (the number of those that were not reached), `median_variance` by source, and
+        `median_variance_by_sandwich`, cluster-robust with records as clusters.
+
+    Raises:
+        ValueError: If a variable or dimension is missing, a capacity is not positive, a bracket does not hold its
+            capacity, or more than 1 % of the searches failed; if another argument is out of its range.
+        TypeError: If `capacities` is no Dataset.
+
+    Example:
+        >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=3)
+        >>> curves = wd.fragility_from_capacities(found)
+        >>> curves["fragility_median"].round(1).values  # g
+        array([0.5, 1.2])
+    """
+    check_dataset("fragility_from_capacities", capacities, "capacity", advice=_ADVICE, argument="capacities")
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
+    check_confidence(confidence)
+    one_of("intervals_over", intervals_over, OVER)
+    lower, upper = _checked_brackets(capacities)
+    motions, states = lower.shape[1:]
+    known = ~np.isnan(lower).any(axis=-1).ravel()
+    structure, motion = np.divmod(np.arange(known.size), motions)
+    sampling = ""
+    if "drawn_structure" in capacities.coords:
+        sampling = str(capacities["drawn_structure"].attrs.get("sampling", ""))
+        structure = capacities["drawn_structure"].transpose(..., "motion").values.ravel()
+        _check_pairs(structure, motion)
+    observed = Observations(motion[known], structure[known], sampling, intervals_over == OVER[0])
+    with np.errstate(divide="ignore"):
+        low, high = np.log(lower.reshape(-1, states)[known]), np.log(upper.reshape(-1, states)[known])
+
+    rows, count = len(observed.weights), int(known.sum())
+    logarithms, influences = np.full((rows, 2, states), np.nan), np.full((count, 2, states), np.nan)
+    independent = np.full((2, states), np.nan)
+    outcome = np.array([_outcome(low[:, state], high[:, state]) for state in range(states)])
+    for state in np.flatnonzero(outcome == FITTED):
+        fitted = CensoredRegression(low[:, state], high[:, state], np.ones((count, 1)))
+        centre, deviation = fitted.fit(observed.weights)
+        if not np.isfinite(deviation[0]):
+            outcome[state] = NO_FINITE_MEDIAN
+            continue
+        each, alone = fitted.influences(centre[0], float(deviation[0]))
+        scale = np.array([1.0, deviation[0]])  # from the dispersion to its logarithm
+        influences[:, :, state], independent[:, state] = each / scale, np.diag(alone) / scale**2
+        logarithms[:, 0, state], logarithms[:, 1, state] = centre[:, 0], np.log(deviation)
+    names = tuple(str(name) for name in capacities["damage_state"].values)
+    left = observed.left_out(logarithms, influences, independent)
+    attributes = capacities["capacity"].attrs
+    units = str(attributes.get("units", "g"))
+    lowest, highest = np.exp(_ends(low, high))
+    marked = mark(left, outcome, lowest, highest)
+    left, outcome = marked.left, marked.outcome
+    told = few_groups(left, trusted(left, outcome), names)
+    told += sentences(names, marked.status, outcome, marked.fitted, lowest, highest, units)
+    _warn(names, outcome, observed.records, high, told)
+    medians, dispersions = np.exp(logarithms)[:, 0, :, None], np.exp(logarithms)[:, 1, :, None]
+    finite = upper[np.isfinite(upper)]
+    result = dataset_of_curves(
+        observed,
+        names,
+        left,
+        outcome,
+        marked.status,
+        curves=lambda intensity: LOGNORMAL.probability(intensity, medians, dispersions),
+        highest=float(finite.max()) if finite.size else 1.0,
+        units=units,
+        confidence=confidence,
+        replicates=replicates,
+        seed=seed,
+    )
+    said = {"long_name": "capacities above the highest level, right-censored", "units": "1"}
+    result["censored_capacities"] = ("damage_state", np.isposinf(high).sum(axis=0), said)
+    said = {"long_name": "pairs of a structure and a motion whose search failed", "units": "1"}
+    result["excluded_pairs"] = ((), int((~known).sum()), said)
+    return result.assign_attrs(
+        measure_of_dataset(capacities)
+        | {name: capacities.attrs[name] for name in ("demand",) if name in capacities.attrs}
+        | {
+            "fragility_method": "maximum likelihood of lognormal capacities, within brackets and right-censored",
+            "fragility_shape": LOGNORMAL.name,
+        }
+    )
+
+
+def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
+    """Raise a ValueError if a pair of a structure and a motion is there twice, as where calls were put together."""
+    pairs = np.unique(np.column_stack([structure, motion]), axis=0)
+    if len(pairs) < structure.size:
+        raise ValueError(
+            f"fragility_from_capacities: {structure.size - len(pairs)} of {structure.size} pairs of a drawn structure "
+            "and a motion are there twice. Capacities of several calls put together, as by xr.concat, count structures "
+            "of one call as those of another: join them by wd.join([found, other])"
+        )
+
+
+def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return the brackets, shape [structure, motion, damage_state]; NaN where a search failed."""
+    name = "fragility_from_capacities"
+    given = capacities["capacity"]
+    if not {"motion", "damage_state"} <= set(given.dims) <= {*PAIRS, "damage_state"}:
+        raise ValueError(
+            f"{name}: capacity has dimensions {given.dims}; they must be ('structure', 'motion', 'damage_state')"
+        )
+    if "damage_state" not in capacities.coords:
+        raise ValueError(f"{name}: damage_state has no names; {_ADVICE}")
+    if 0 in given.shape:
+        raise ValueError(f"{name}: there are no capacities, of shape {dict(given.sizes)}")
+    parts: list[np.ndarray] = []
+    for part in ("capacity", "capacity_lower", "capacity_upper"):
+        if part not in capacities:
+            parts.append(parts[0])  # without a bracket the capacity is exact
+            continue
+        values = capacities[part].transpose(..., "motion", "damage_state").values.astype(np.float64)
+        parts.append(values if values.ndim == 3 else values[None])
+    capacity, lower, upper = parts
+    failed = np.isnan(capacity) & (np.isnan(lower) | np.isnan(upper))
+    lower = np.where(failed, np.nan, np.where(np.isnan(lower), 0.0, lower))
+    upper = np.where(failed, np.nan, np.where(np.isnan(upper), np.inf, upper))
+    bad = ~failed & ~((lower >= 0) & (upper > 0) & (lower <= upper) & np.isfinite(lower))
+    if bad.any():
+        place = tuple(int(i) for i in np.argwhere(bad)[0])
+        hint = (
+            "; a capacity that was not reached needs capacity_lower, the highest level that was run"
+            if np.isinf(lower[place])
+            else ""
+        )
+        raise ValueError(
+            f"{name}: the capacity of structure {place[0]}, motion {place[1]}, damage state "
+            f"{str(capacities['damage_state'].values[place[2]])!r} lies between {lower[place]:g} and {upper[place]:g}; "
+            f"brackets must be positive and increase{hint}"
+        )
+    pairs = failed.any(axis=-1)
+    if pairs.sum() > LARGEST_EXCLUDED_FRACTION * pairs.size:
+        raise ValueError(
+            f"{name}: {pairs.sum()} of {pairs.size} pairs of a structure and a motion have no capacity; at most "
+            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may. Take a smaller step or another method"
+        )
+    return lower, upper
+
+
+def _ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Return the logarithms of the lowest and the highest level that tell of each state, shape [2, damage_state].
+
+    Capacities that are known bound the levels, and so do the ends of those that are not.
+    """
+    from_below = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high, np.inf))
+    from_above = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, -np.inf))
+    return np.stack([from_below.min(axis=0), from_above.max(axis=0)])
+
+
+def _outcome(low: np.ndarray, high: np.ndarray) -> int:
+    """Return whether the likelihood of brackets can have a maximum, before it is fitted."""
+    if np.isposinf(high).all():
+        return NO_EXCEEDANCE
+    if np.isneginf(low).all():
+        return ALL_EXCEEDING
+    return SEPARATED if low.max() <= high.min() else FITTED
+
+
+def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.ndarray, few: list[str]) -> None:
+    """Warn of curves without a fit or an interval, of those beyond the levels that were run, and of `few`."""
+    advice = {
+        NO_EXCEEDANCE: "no capacity was reached: raise the highest level",
+        ALL_EXCEEDING: "every capacity lies below the lowest level: lower it",
+        SEPARATED: "all brackets have a level in common: take a smaller tolerance, or more motions",
+    }
+    share = np.isposinf(high).mean(axis=0)
+    said = [*few]
+    for name, each, part in zip(names, outcome, share, strict=True):
+        what = advice.get(each, "see its capacities")
+        if each == SEPARATED and part > 0.5:
+            what = f"{100 * part:.0f} % of the capacities lie above the highest level: raise it"
+        if each not in (FITTED, UNDETERMINED):
+            said.append(f"damage state {name!r} has no fit ({FIT_MEANINGS[each]}); {what}")
+    if records == 1:
+        said.append("there is one motion: records are what intervals are over, so that none is given")
+    if said:
+        warn_caller("\n- ".join(["fragility_from_capacities:", *said]) if len(said) > 1 else said[0])

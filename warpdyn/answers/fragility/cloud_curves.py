@@ -1,0 +1,324 @@
+"""Fragility curves from clouds: regression of demands under motions that are not scaled to common levels."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.answers.fragility.curve_dataset import dataset_of_curves
+from warpdyn.answers.fragility.demands import checked_demand, refuse_portfolio
+from warpdyn.answers.fragility.estimators import FIT_MEANINGS, LOGNORMAL
+from warpdyn.answers.fragility.estimators.binomial import PENALISED, UNDETERMINED
+from warpdyn.answers.fragility.estimators.censored import CensoredRegression
+from warpdyn.answers.fragility.estimators.cloud import (
+    DEMAND_AND_COLLAPSE,
+    CloudFits,
+    fit_censored,
+    fit_collapse,
+    fit_with_collapse,
+)
+from warpdyn.answers.fragility.fragility_curves import OVER
+from warpdyn.answers.fragility.intervals.extrapolation import mark, sentences
+from warpdyn.answers.fragility.intervals.jackknife import few_groups, trusted
+from warpdyn.answers.fragility.intervals.observations import Observations
+from warpdyn.answers.fragility.lognormal_fit import (
+    FITTED,
+    NO_EXCEEDANCE,
+    NO_FINITE_MEDIAN,
+    NOT_INCREASING,
+    check_confidence,
+)
+from warpdyn.answers.fragility.stripe_counts import decoded_status, structure_label
+from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
+from warpdyn.campaigns.running.joining.duplicates import check_samples
+from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.output_variables import (
+    COLLAPSED,
+    DIVERGED,
+    LARGEST_EXCLUDED_FRACTION,
+    STATUS_MEANINGS,
+    measure_of_dataset,
+)
+
+METHODS = {
+    "censored": "regression of ln demand on ln intensity by maximum likelihood, collapses right-censored (Tobin 1958)",
+    "collapse": "regression of ln demand on ln intensity where there is no collapse, and probit of collapse "
+    "(Jalayer et al. 2017)",
+}
+LEAST_STANDING = 4  # samples that did not collapse, which a line and a deviation are fitted to
+_SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # one deviation below and above the median
+
+
+@suggests_names
+def fragility_of_cloud(
+    dataset: xr.Dataset,
+    limits: Mapping[str, Limit],
+    *,
+    estimator: str = "censored",
+    demand: str = DRIFT,
+    intervals_over: str = OVER[0],
+    added_storeys: bool = False,
+    replicates: int = 1000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Fit fragility curves to a cloud: ln demand is a line in ln intensity, with a constant deviation.
+
+    The deviation is that of maximum likelihood: the sum of squared residuals over n samples, as in pyFragility and
+    statsmodels' likelihood. Programs that divide by n - 1 or n - 2 print dispersions sqrt(n / (n - 1)) or
+    sqrt(n / (n - 2)) times as large.
+
+    A sample that collapsed has a demand of at least that up to which it was followed, which estimator "censored" takes
+    as it is (right-censored): the curve of a limit c is lognormal, with the median exp((ln c - intercept) / slope) and
+    the dispersion deviation / slope. Estimator "collapse" fits the line to the samples that stand, and the probability
+    of collapse by itself; a sample exceeds a limit if it collapses, or stands and has a larger demand. Its curves are
+    not lognormal: their dispersion is half of ln of the ratio of the intensities exceeded by 84 and 16 %. Where samples
+    collapse because their demand is large, those that stand have the smaller ones, which biases their line; "censored"
+    has no such bias. Both take the demand of the worst storey or floor. Intervals are those of `fragility`: a jackknife
+    over records and structures.
+
+    Args:
+        dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it (a run on stripes is taken as a
+            cloud too): a demand, the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
+        limits: Limit of each damage state, from the lightest on, in the units of the demand. `math.inf` is passed by
+            collapse alone; its curve is the probit of collapse, with either estimator.
+        estimator: "censored" or "collapse".
+        demand: Variable of the run that limits are of; of one with a sign, its absolute value.
+        intervals_over: "records and structures", or "records" to take the structures as given.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
+        replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
+        confidence: Probability that the intervals cover [1].
+        seed: Seed of these draws.
+
+    Returns:
+        Medians [g, or the unit of the intensity], dispersions [1] and curves, each with its interval, as `fragility`
+        returns them; `regression_intercept` (of ln demand at an intensity of 1), `regression_slope` and
+        `regression_deviation`; of estimator "collapse" `collapse_median` and `collapse_dispersion`; of estimator
+        "censored" `median_variance_by_sandwich`, cluster-robust with records as clusters.
+
+    Raises:
+        ValueError: If the dataset lacks a variable or coordinate, a demand or an intensity is not positive, fewer than
+            4 samples stand or all have one intensity, more than 1 % failed, or an argument is out of its range.
+        TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
+        >>> curves = wd.fragility_of_cloud(run, {"slight": 0.005, "moderate": 0.007})
+        >>> curves["fragility_median"].round(1).values  # g
+        array([0.5, 0.7])
+    """
+    check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
+    if not true_or_false("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
+    refuse_portfolio("fragility_of_cloud", dataset)
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
+    check_confidence(confidence)
+    one_of("estimator of a cloud", estimator, tuple(METHODS))
+    one_of("intervals_over", intervals_over, OVER)
+    checked = DamageLimits.of(limits, demand)
+    if checked.single is None:
+        raise ValueError(
+            f"fragility_of_cloud: limits are of several demands ({', '.join(checked.demands)}), and a regression is of "
+            "one: give limits of one demand, or take fragility() on stripes"
+        )
+    intensity, values, collapsed, observed, failed = _checked_cloud(dataset, checked.single, intervals_over == OVER[0])
+    limit = checked.values[0]
+    regression: CensoredRegression | None = None
+    of_collapse = NO_EXCEEDANCE
+    if estimator == "censored":
+        fits, regression = fit_censored(intensity, values, collapsed, observed.weights)
+        if np.isinf(limit).any():
+            middle, scatter, of_collapse = fit_collapse(intensity, collapsed, observed.weights)
+            fits = replace(fits, collapse_median=middle, collapse_dispersion=scatter)
+    else:
+        fits, of_collapse = fit_with_collapse(intensity, values, collapsed, observed.weights)
+    outcome = np.full(limit.size, FITTED if fits.slope[0] > 0 else NOT_INCREASING)
+    outcome[np.isinf(limit)] = of_collapse
+    median = fits.fractile(0.5, limit)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        spread = np.log(fits.fractile(_EIGHTY_FOURTH, limit) / fits.fractile(_SIXTEENTH, limit)) / 2.0
+        logarithms = np.log(np.stack([median, spread], axis=1))
+    outcome[(outcome == FITTED) & ~np.isfinite(logarithms[0]).all(axis=0)] = NO_FINITE_MEDIAN
+    logarithms[:, :, ~np.isin(outcome, (FITTED, PENALISED))] = np.nan
+    influences, independent = _influences(observed, regression, fits, np.where(np.isinf(limit), np.nan, logarithms[0]))
+    left = observed.left_out(logarithms, influences, independent)
+    ends = float(intensity.min()), float(intensity.max())
+    marked = mark(left, outcome, *ends)
+    left, outcome = marked.left, marked.outcome
+    units = str(dataset["im_level"].attrs.get("units", "g"))
+    told = few_groups(left, trusted(left, outcome), checked.states)
+    told += sentences(checked.states, marked.status, outcome, marked.fitted, *ends, units)
+    _warn(
+        checked,
+        outcome,
+        of_collapse,
+        collapsed,
+        values,
+        observed.records,
+        estimator,
+        told,
+    )
+    result = dataset_of_curves(
+        observed,
+        checked.states,
+        left,
+        outcome,
+        marked.status,
+        curves=lambda points: fits.probability(points[None, None], limit),
+        highest=float(max(intensity.max(), np.nanmax(median[0], initial=0.0) * 2.0)),
+        units=units,
+        confidence=confidence,
+        replicates=replicates,
+        seed=seed,
+    )
+    for name in ("median_variance_by_sandwich", "dispersion_variance_by_sandwich"):
+        if name in result:  # it is that of the regression
+            result[name] = result[name].where(np.isfinite(limit))
+    said = {
+        "regression_intercept": (fits.intercept[0], "ln demand at an intensity of 1, of the regression"),
+        "regression_slope": (fits.slope[0], "slope of ln demand on ln intensity"),
+        "regression_deviation": (
+            fits.deviation[0],
+            "standard deviation of ln demand about the regression, with divisor n",
+        ),
+        "collapsed_samples": (int(collapsed.sum()), "samples that collapsed"),
+        "valid_samples": (intensity.size, "samples counted, collapsed ones included"),
+        "excluded_samples": (failed, "samples kept out"),
+    }
+    if estimator == "collapse" or np.isinf(limit).any():
+        said["collapse_median"] = fits.collapse_median[0], "median intensity of collapse; infinite without collapses"
+        said["collapse_dispersion"] = fits.collapse_dispersion[0], "dispersion of the intensity of collapse"
+    for name, (number, words) in said.items():
+        result[name] = ((), number, {"long_name": words, "units": "1"})
+    of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
+    result["damage_limit"] = ("damage_state", limit, {"long_name": f"limit of {checked.single}"} | of_demand)
+    attributes: dict[str, object] = {
+        "demand": checked.single,
+        "fragility_method": METHODS[estimator],
+        "fragility_shape": LOGNORMAL.name if estimator == "censored" else DEMAND_AND_COLLAPSE,
+    }
+    return result.assign_attrs(measure_of_dataset(dataset) | attributes)
+
+
+def _checked_cloud(
+    dataset: xr.Dataset, demand: str, over_structures: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, Observations, int]:
+    """Return intensity, demand and collapse of the samples that did not fail, what they are of, and how many failed."""
+    name = "fragility_of_cloud"
+    for key in ("im_level", "motion_index", "status"):
+        if key not in dataset:
+            raise ValueError(f"{name}: the dataset has no {key!r}; needed are a demand, status, motion_index, im_level")
+        if dataset[key].dims != ("sample",):
+            of_one = "; take one event by `select_event`" if "event" in dataset[key].dims else ""
+            raise ValueError(f"{name}: {key!r} has dimensions {dataset[key].dims}; they must be ('sample',){of_one}")
+    check_samples(name, dataset)
+    status = decoded_status(dataset["status"])
+    intensity = dataset["im_level"].values.astype(np.float64)
+    worst = checked_demand(dataset, demand, status).max(axis=0).astype(np.float64)
+    kept, collapsed = status < DIVERGED, status == COLLAPSED
+    failed = int((~kept).sum())
+    if failed > LARGEST_EXCLUDED_FRACTION * status.size:
+        codes, counts = np.unique(status[~kept], return_counts=True)
+        which = ", ".join(f"{count} {STATUS_MEANINGS[code]}" for code, count in zip(codes, counts, strict=True))
+        raise ValueError(
+            f"{name}: {failed} of {status.size} samples are kept out ({which}); at most "
+            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Take a smaller step or another method"
+        )
+    for what, values in (("im_level", intensity), (demand, worst)):
+        bad = np.flatnonzero(kept & ~((values > 0) & np.isfinite(values)))
+        if bad.size:
+            why = (
+                "collapsed samples have no such demand, which a regression would need a lower bound of"
+                if collapsed[bad[0]] and what == demand
+                else "its logarithm is taken, so that it must be finite and above 0"
+            )
+            raise ValueError(f"{name}: {what} of sample {bad[0]} is {values[bad[0]]}: {why}")
+    standing = kept & ~collapsed
+    if standing.sum() < LEAST_STANDING or np.unique(intensity[standing]).size < 2:
+        raise ValueError(
+            f"{name}: {standing.sum()} of {kept.sum()} samples stand, at {np.unique(intensity[standing]).size} "
+            f"intensities; a line and a deviation need at least {LEAST_STANDING} samples that did not collapse, at 2 "
+            "intensities: add motions of lower intensity"
+        )
+    own = structure_label(dataset)
+    structure = np.arange(status.size) if own is None else own.values
+    sampling = "" if own is None else str(own.attrs.get("sampling", ""))
+    observed = Observations(dataset["motion_index"].values[kept], structure[kept], sampling, over_structures)
+    return intensity[kept], worst[kept], collapsed[kept], observed, failed
+
+
+def _influences(
+    observed: Observations, regression: CensoredRegression | None, fits: CloudFits, logarithms: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each sample adds to ln median and ln dispersion, and their variances if samples were independent.
+
+    Of the estimator with collapse nothing is returned: the interaction of record and structure then counts twice in the
+    variance, which errs on the safe side.
+    """
+    states, samples = logarithms.shape[1], observed.record.size
+    influences, independent = np.zeros((samples, 2, states)), np.full((2, states), np.nan)
+    if regression is None:
+        return influences, independent
+    slope, deviation = float(fits.slope[0]), float(fits.deviation[0])
+    each, alone = regression.influences(np.array([fits.intercept[0], slope]), deviation)
+    for state in np.flatnonzero(np.isfinite(logarithms).all(axis=0)):
+        # ln median = (ln limit - intercept) / slope and dispersion = deviation / slope, by their derivatives.
+        change = np.array([[-1.0, -logarithms[0, state], 0.0], [0.0, -deviation / slope, 1.0]]) / slope
+        scale = np.array([1.0, deviation / slope])
+        influences[:, :, state] = each @ change.T / scale
+        independent[:, state] = np.diag(change @ alone @ change.T) / scale**2
+    return influences, independent
+
+
+def _warn(
+    limits: DamageLimits,
+    outcome: np.ndarray,
+    of_collapse: int,
+    collapsed: np.ndarray,
+    demand: np.ndarray,
+    records: int,
+    estimator: str,
+    few: list[str],
+) -> None:
+    """Warn of what the curves do not rest on, and of what else is told (`few`)."""
+    said = [*few]
+    is_finite = np.isfinite(limits.values[0])
+    for number in np.flatnonzero(~is_finite & ~np.isin(outcome, (FITTED, PENALISED))):
+        said.append(
+            f"damage state {limits.states[number]!r} has no curve: only collapse passes its infinite limit, and the "
+            f"probability of collapse has no fit ({FIT_MEANINGS[of_collapse]}; {collapsed.sum()} of {collapsed.size} "
+            "samples collapsed); add motions of intensities at which some samples collapse and some do not"
+        )
+    without = is_finite & ~np.isin(outcome, (FITTED, UNDETERMINED))
+    if without.any():
+        said.append(
+            f"no curve of a finite limit has a fit ({FIT_MEANINGS[outcome[without][0]]}): the demand does not grow "
+            "with the intensity; take another intensity measure, or motions of a wider range of it"
+        )
+    if (estimator == "collapse" or not is_finite.all()) and collapsed.any() and of_collapse != FITTED:
+        said.append(
+            f"the probability of collapse is {FIT_MEANINGS[of_collapse]}: {collapsed.sum()} of {collapsed.size} "
+            "samples collapsed, at intensities apart from those of the others; add motions of intensities between them"
+        )
+    if records == 1:
+        said.append("there is one motion: records are what intervals are over, so that none is given")
+    standing = demand[~collapsed].max()
+    finite = zip(limits.states, limits.values[0], strict=True)
+    above = [repr(state) for state, limit in finite if standing < limit < np.inf]
+    if above:
+        advice = "add motions of higher intensity"
+        if estimator == "censored" and collapsed.any():
+            advice += ", or take estimator='collapse', which counts every collapse as exceeding it"
+        of_standing = " (of the samples that stand)" if estimator == "collapse" and collapsed.any() else ""
+        said.append(
+            f"the limit of {' and '.join(above)} lies above every demand of a sample that stands ({standing:.3g}), so "
+            f"that its curve{of_standing} is extrapolated; {advice}"
+        )
+    if said:
+        warn_caller("\n- ".join(["fragility_of_cloud:", *said]) if len(said) > 1 else f"fragility_of_cloud: {said[0]}")

@@ -1,0 +1,121 @@
+"""The dataset of fragility curves that were not fitted to stripes: from capacities, and from clouds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.special import ndtr, ndtri
+
+from warpdyn.answers.fragility.curve_variables import (
+    draws,
+    fit_flags,
+    intensities_along,
+    interval_method,
+    sandwich,
+    variable,
+    variances,
+    with_bounds,
+)
+from warpdyn.answers.fragility.intervals.extrapolation import status_attributes
+from warpdyn.answers.fragility.intervals.jackknife import SOURCES, LeftOut, spread_of, trusted
+from warpdyn.answers.fragility.intervals.observations import Observations
+from warpdyn.foundations.core.output_variables import MEDIAN_STATUS
+from warpdyn.foundations.core.units import unit_attributes
+
+_LEAST_PROBABILITY = 1e-12  # below it, and so near to 1, the bounds of a curve are the curve
+
+
+def dataset_of_curves(
+    observed: Observations,
+    states: tuple[str, ...],
+    left: LeftOut,
+    outcome: np.ndarray,
+    status: np.ndarray,
+    *,
+    curves: Callable[[np.ndarray], np.ndarray],
+    highest: float,
+    units: str,
+    confidence: float,
+    replicates: int,
+    seed: int,
+) -> xr.Dataset:
+    """Return curves with their intervals, the variance by its source, and draws from their sampling distribution.
+
+    Args:
+        observed: The observations.
+        states: Names of the damage states.
+        left: Logarithms of median and dispersion, whole and with parts left out.
+        outcome: Outcome of each fit, an index into FIT_MEANINGS.
+        status: Where each median lies among the intensities, an index into MEDIAN_MEANINGS.
+        curves: Returns of intensities the probability of exceedance, for each row of weights, shape
+            [row, damage_state, intensity].
+        highest: Highest intensity of the curves.
+        units: Units of the intensity.
+        confidence: Probability that the intervals cover [1].
+        replicates: Number of draws.
+        seed: Their seed.
+    """
+    known = trusted(left, outcome)
+    bounds = np.exp(np.where(known, left.spread.interval(confidence), np.nan))
+    median, dispersion = np.exp(left.whole)
+    no_fit = "NaN where there is no fit"
+    of_measure = unit_attributes(units, no_fit)
+    of_state = "damage_state"
+    variables: dict[str, tuple] = {}
+    for number, (name, values, words, said) in enumerate(
+        (
+            ("median", median, "median capacity", of_measure),
+            ("dispersion", dispersion, "dispersion of the capacity", {"comment": no_fit}),
+        )
+    ):
+        for suffix, part, text in with_bounds(values, bounds[:, number], words, confidence):
+            variables[f"fragility_{name}{suffix}"] = variable(of_state, part, text, **said)
+    variables |= variances(left, known)
+    variables |= draws(left, known, replicates, seed, units, confidence)
+    variables["fit_status"] = variable(of_state, outcome.astype(np.int8), "outcome of the fit", **fit_flags())
+    text = "where the median lies among the intensities that were run"
+    variables[MEDIAN_STATUS] = variable(of_state, status, text, **status_attributes())
+    intensity = intensities_along(highest)
+    curve, between = _curves(observed, left, curves, intensity, confidence)
+    curve = np.where(np.isfinite(median)[:, None], curve, np.nan)
+    between = np.where(known[:, None], between, np.nan)
+    on_curve = (of_state, "intensity")
+    for suffix, part, text in with_bounds(curve, between, "fragility curve", confidence):
+        variables[f"fragility_curve{suffix}"] = variable(on_curve, part, text, comment=no_fit)
+    coordinates: dict[str, Any] = {
+        of_state: (of_state, np.array(states), {"long_name": "damage state"}),
+        "intensity": variable("intensity", intensity, "intensity along the curve", **of_measure),
+        "source": ("source", np.array(SOURCES), {"long_name": "source of variance"}),
+    }
+    if np.isfinite(left.influences).any() and np.any(left.influences):
+        variables |= sandwich(left, outcome)
+    attributes = {
+        "interval_method": interval_method(observed.records, observed.groups, observed.parts),
+        "confidence": float(confidence),
+        "replicates_seed": seed,
+    }
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def _curves(
+    observed: Observations,
+    left: LeftOut,
+    curves: Callable[[np.ndarray], np.ndarray],
+    intensity: np.ndarray,
+    confidence: float,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the curves and their bounds, shape [damage_state, intensity] and [2, damage_state, intensity]."""
+    probability = curves(intensity)
+    curve = probability[0]
+    score = ndtri(np.clip(probability, _LEAST_PROBABILITY, 1.0 - _LEAST_PROBABILITY))
+    whole, records, groups = observed.split(score)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # Of the score (ln intensity - ln median) / dispersion, by the derivatives of a lognormal curve.
+        slopes = np.stack([np.exp(-left.whole[1])[:, None] + 0.0 * whole, whole])
+        interaction = (slopes**2 * left.interaction[:, :, None]).sum(axis=0)
+        bounds = ndtr(spread_of(whole, records, groups, interaction).interval(confidence))
+    certain = (curve < _LEAST_PROBABILITY) | (curve > 1.0 - _LEAST_PROBABILITY)
+    return curve, np.where(certain, curve, bounds)

@@ -1,0 +1,209 @@
+"""The variables of a dataset of fragility curves: fractions, curves, variances by source, draws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.answers.fragility.estimators.binomial import PENALISED
+from warpdyn.answers.fragility.estimators.table import FIT_MEANINGS, CurveShape
+from warpdyn.answers.fragility.intervals.extrapolation import status_attributes
+from warpdyn.answers.fragility.intervals.fractions import fraction_intervals
+from warpdyn.answers.fragility.intervals.jackknife import LeftOut, spread_of
+from warpdyn.answers.fragility.lognormal_fit import FITTED
+from warpdyn.answers.fragility.stripe_counts import StripeCounts
+from warpdyn.foundations.core.output_variables import MEDIAN_STATUS
+from warpdyn.foundations.core.units import unit_attributes
+
+DISCRETISATION = "discretisation"
+NO_FIT = "NaN where the stripes have no lognormal fit"
+_CURVE_POINTS = 401
+_OF_STRIPES = ("damage_state", "stripe")
+
+
+def variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
+    """Return what a dataset takes as a variable, without units unless they are given."""
+    return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
+
+
+def estimates(
+    counts: StripeCounts,
+    left: LeftOut,
+    outcome: np.ndarray,
+    status: np.ndarray,
+    has_interval: np.ndarray,
+    confidence: float,
+    over_structures: bool,
+) -> dict[str, tuple]:
+    """Return fractions, medians and dispersions with their bounds, of the worst place and of each."""
+    with np.errstate(invalid="ignore"):
+        fraction = counts.total / counts.trials
+    bounds = np.where(has_interval, np.exp(left.spread.interval(confidence)), np.nan)
+    of_measure = unit_attributes(counts.units, NO_FIT)
+    median, dispersion = np.exp(left.whole)
+    fraction_bounds = fraction_intervals(counts, confidence, over_structures=over_structures)
+    bounds[:, 0] = np.where(outcome == PENALISED, levels_about_median(counts.levels, fraction_bounds), bounds[:, 0])
+    rows: dict[str, tuple[np.ndarray, np.ndarray | None, str, dict[str, Any]]] = {
+        "exceedance_fraction": (fraction, fraction_bounds, "fraction of samples exceeding", {}),
+        "fragility_median": (median, bounds[:, 0], "median capacity", of_measure),
+        "fragility_dispersion": (dispersion, bounds[:, 1], "dispersion of the capacity", {"comment": NO_FIT}),
+        "fit_status": (outcome, None, "outcome of the lognormal fit", fit_flags()),
+        MEDIAN_STATUS: (status, None, "where the median lies among the levels", status_attributes()),
+    }
+    variables = {"exceeding_samples": variable(_OF_STRIPES, counts.total[-1], "samples exceeding, worst place")}
+    for name, (values, bound, meaning, attributes) in rows.items():
+        dimensions: tuple[str, ...] = _OF_STRIPES[: values.ndim - 1]
+        for suffix, part, words in with_bounds(values, bound, meaning, confidence):
+            variables[name + suffix] = variable(dimensions, part[-1], f"{words}, worst place", **attributes)
+            if counts.dim:
+                by_place = np.moveaxis(part[:-1], 0, -1)
+                variables[f"{counts.dim}_{name}{suffix}"] = variable(
+                    (*dimensions, counts.dim), by_place, words, **attributes
+                )
+    return variables
+
+
+def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.ndarray:
+    """Return the levels between which the median lies, whatever the shape of the curve, shape [2, row ...].
+
+    Below it is the highest level where the interval of the fraction of exceeding samples lies below one half, above it
+    the lowest level where it lies above; NaN where there is none.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level], increasing.
+        fraction_bounds: Lower and upper bound of the fractions, shape [2, row ..., im_level].
+    """
+    low, high = fraction_bounds
+    below = np.where(high < 0.5, levels, -np.inf).max(axis=-1)
+    above = np.where(low > 0.5, levels, np.inf).min(axis=-1)
+    bounds = np.stack([below, above])
+    return np.where(np.isfinite(bounds), bounds, np.nan)
+
+
+def with_bounds(
+    values: np.ndarray, bounds: np.ndarray | None, meaning: str, confidence: float
+) -> list[tuple[str, np.ndarray, str]]:
+    """Return name suffix, values and wording of an estimate and, if it has them, of its bounds."""
+    parts = [("", values, meaning)]
+    for side, bound in zip(("lower", "upper"), () if bounds is None else bounds, strict=bounds is not None):
+        parts.append((f"_{side}", bound, f"{meaning}, {side} bound of the {100 * confidence:g} % interval"))
+    return parts
+
+
+def curves(
+    counts: StripeCounts, left: LeftOut, has_interval: np.ndarray, confidence: float, shape: CurveShape
+) -> tuple[dict[str, tuple], np.ndarray]:
+    """Return the curves of the worst place with their bounds, and their intensities."""
+    intensity, worst, has_interval = intensities_along(counts.levels.max()), left.worst, has_interval[-1]
+    median, dispersion = np.exp(worst.whole)
+    curve = shape.probability(intensity, median[:, None], dispersion[:, None])
+    with np.errstate(divide="ignore"):
+        logarithm = np.log(intensity[1:])
+
+    def scores(of: np.ndarray) -> np.ndarray:
+        return (logarithm - of[..., 0, :, None]) * np.exp(-of[..., 1, :, None])
+
+    slopes = np.stack([-np.exp(-worst.whole[1])[:, None] + 0 * logarithm, -scores(worst.whole)])
+    interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # without the covariance, which is small
+    parts = scores(worst.whole), scores(worst.records), scores(worst.groups)
+    spread = spread_of(*parts, interaction, worst.strata)
+    with np.errstate(over="ignore"):
+        standardised = np.exp(np.where(has_interval[:, None], spread.interval(confidence), np.nan))
+    bounds = shape.probability(standardised, 1.0, 1.0)
+    none = np.where(has_interval, 0.0, np.nan)[None, :, None].repeat(2, axis=0)
+    bounds = np.concatenate([none, bounds], axis=-1)
+    variables = {
+        f"fragility_curve{suffix}": variable(("damage_state", "intensity"), part, words, comment=NO_FIT)
+        for suffix, part, words in with_bounds(curve, bounds, "fragility curve, worst place", confidence)
+    }
+    return variables, intensity
+
+
+def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int) -> np.ndarray:
+    """Return the variance of the logarithms of median and dispersion from the step, shape [2, damage_state].
+
+    Of the median it is the square of the demand's median relative error, by `checked_share` of the run; NaN where the
+    run does not tell it, and of the dispersion.
+    """
+    variance = np.full((2, states), np.nan)
+    if "estimated_relative_error" in dataset and demand in dataset["estimated_relative_error"]["demand"].values:
+        variance[0] = float(dataset["estimated_relative_error"].sel(demand=demand, error_statistic="median")) ** 2
+    return variance
+
+
+def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.ndarray | None = None) -> dict[str, tuple]:
+    """Return the variances of the logarithms of median and dispersion by their source, and what they are without it.
+
+    Args:
+        left: The fits at one place, the worst.
+        has_interval: Whether a damage state has an interval, shape [damage_state].
+        of_discretisation: The variance from the step, shape [2, damage_state]; None where no source has it.
+    """
+    by_source, comment = np.where(has_interval, left.spread.by_source, np.nan), "of its logarithm; "
+    if of_discretisation is not None:
+        by_source = np.concatenate([by_source, of_discretisation[None]])
+        comment += "discretisation of the median: square of the demand's median relative error, by `checked_share`; "
+    comment += "record and structure: their interaction, and what is neither's"
+    variables = {}
+    for number, name in enumerate(("median", "dispersion")):
+        variables[f"{name}_variance"] = variable(
+            ("damage_state", "source"), by_source[:, number].T, f"variance of the {name} by its source", comment=comment
+        )
+        variables[f"{name}_variance_if_independent"] = variable(
+            "damage_state",
+            left.binomial[number],
+            f"variance of the {name} if all observations were independent, which they are not",
+            comment="of its logarithm: the likelihood's own",
+        )
+    return variables
+
+
+def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
+    """Return the cluster-robust variances of the logarithms of median and dispersion at one place, the worst.
+
+    A penalised fit has none: its stripes hold no scatter to tell it from.
+    """
+    found = np.where(outcome == FITTED, left.sandwich, np.nan)
+    return {
+        f"{name}_variance_by_sandwich": variable(
+            "damage_state",
+            found[number],
+            f"variance of the {name} by the cluster-robust sandwich, with records as clusters",
+            comment="of its logarithm; structures are taken as given",
+        )
+        for number, name in enumerate(("median", "dispersion"))
+    }
+
+
+def draws(
+    left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str, confidence: float
+) -> dict[str, tuple]:
+    """Return draws from the joint sampling distribution of the medians and dispersions at one place, the worst."""
+    drawn = np.exp(np.where(has_interval, left.spread.draw(count, seed, confidence), np.nan))
+    said = "draw from the sampling distribution of the"
+    of_replicates = ("replicate", "damage_state")
+    return {
+        "replicate_median": variable(of_replicates, drawn[:, 0], f"{said} median", units=units),
+        "replicate_dispersion": variable(of_replicates, drawn[:, 1], f"{said} dispersion"),
+    }
+
+
+def fit_flags() -> dict[str, Any]:
+    """Return the attributes of a flag variable of FIT_MEANINGS."""
+    return {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
+
+
+def intensities_along(highest: float) -> np.ndarray:
+    """Return the intensities at which curves are given, from 0 to the highest, closer together at low levels."""
+    return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
+
+
+def interval_method(records: int, groups: int, parts: int | None = None, strata: int = 1) -> str:
+    """Return what intervals come from: records, left out in parts and compared within strata, and structures."""
+    nested = f" in {strata} sets, each at levels of its own," if strata > 1 else ""
+    in_parts = "" if parts in (None, records) else f" in {parts} parts"
+    and_groups = f" and {groups} groups of structures" if groups else ""
+    return f"jackknife over {records} records{nested}{in_parts}{and_groups}, less its bias, with Student's t"

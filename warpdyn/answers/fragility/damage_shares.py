@@ -1,0 +1,348 @@
+"""Damage of a portfolio: the share of its buildings in each damage state, with limits for each archetype."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.answers.fragility.reduced_counts import counts_over, is_reduced
+from warpdyn.answers.fragility.stripe_counts import decoded_status
+from warpdyn.campaigns.reductions.limits import BUILDING_NUMBER, DAMAGE_COUNT, limits_by_archetype
+from warpdyn.campaigns.reductions.population import numbered_events
+from warpdyn.campaigns.running.joining.duplicates import check_samples
+from warpdyn.campaigns.running.selections import archetypes_of, without_added_storeys
+from warpdyn.foundations.core.checks import check_dataset, finite_numbers, true_or_false
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.output_variables import (
+    COLLAPSED,
+    DIVERGED,
+    KIND_OF_ARCHETYPES,
+    LARGEST_EXCLUDED_FRACTION,
+    OK,
+    STRIPED,
+)
+from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
+from warpdyn.foundations.core.units import unit_attributes
+from warpdyn.model.ground_motions.motions import motion_numbers
+from warpdyn.model.inventories.table import is_in_inventory_order, warn_of_inventory_order
+
+SAMPLES_AT_A_TIME = 2**18  # read from a file
+FAILED = -1
+Limits = Mapping[str, Mapping[str, float]]
+Events = Sequence[str] | Sequence[int] | xr.DataArray | None
+
+
+@suggests_names
+def damage_shares(
+    run: xr.Dataset,
+    limits: Limits | None = None,
+    *,
+    events: Events = None,
+    number: ArrayLike | None = None,
+    added_storeys: bool = False,
+) -> xr.Dataset:
+    """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
+
+    A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
+    it is above no limit, and in the last state of all if it collapsed. Storeys of isolators or of a tuned mass damper
+    do not count, unless `added_storeys` is set.
+
+    Args:
+        run: What `simulate` returned of a portfolio, with the recorder "drift"; or its statistics, DamageCounts over
+            ("archetype", "motion") or ("archetype", "event"), with "stripe" if the run has stripes.
+        limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
+            states' names are the same for all. None for those that counts were made by.
+        events: The event of each motion, shape [motion], as names or whole numbers: if several motions belong to one
+            event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
+            coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
+            itself, or as counts were made.
+        number: Buildings that each building of the portfolio stands for [1], shape [building]: an inventory's column
+            `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares, and the buildings
+            counted and failed, are of these numbers then. Counts have it from `DamageCounts(number=...)`. None for one
+            building each.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building. Counts
+            have it from `DamageCounts(added_storeys=...)`.
+
+    Returns:
+        `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
+        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`, which are not among
+        the counted: one of their motions failed, and no other left them in the last state. Without `events` the
+        dimension is `motion` instead of `event`; on stripes the dimension `stripe` follows it. Shares among no building
+        are NaN. The attributes are those of the run.
+
+    Raises:
+        ValueError, TypeError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do
+            not increase, events are not one for each motion, or more than 1 % of the buildings, counted in every event,
+            failed; if more than 1 % of an archetype failed in an event, a warning names both.
+
+    Example:
+        >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
+        >>> shares["damage_share"].mean("motion").sel(damage_state=["none", "slight"]).round(2).values
+        array([0.25, 0.71])
+    """
+    check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio", argument="run")
+    if limits is None and not is_reduced(run):
+        raise TypeError("limits must map each archetype to its limits, got none; only counts have limits of their own")
+    if is_reduced(run):
+        if number is not None:
+            raise ValueError("number= is told to DamageCounts, which adds up the buildings: leave it out")
+        if true_or_false("added_storeys", added_storeys):
+            raise ValueError(
+                "damage_shares: added_storeys=True has no effect on counts, which are made already: give it to "
+                "DamageCounts(..., added_storeys=True)"
+            )
+        found = _read(run, limits, events)
+    else:
+        if not true_or_false("added_storeys", added_storeys):
+            run = without_added_storeys(run)  # of an archetype by itself
+        found = _count(run, {} if limits is None else limits, events, number, added_storeys)
+    names, states, counts, failures, event_names, levels = (
+        found.names,
+        found.states,
+        found.counts,
+        found.failures,
+        found.event_names,
+        found.levels,
+    )
+    _check_failures(failures, counts.sum(axis=-1), names, event_names if found.along == "event" else None)
+    dims: tuple[str, ...] = (found.along, "stripe", "damage_state")
+    if levels is None:
+        counts, failures, dims = counts[:, :, 0], failures[:, :, 0], (found.along, "damage_state")
+    counted = counts.sum(axis=-1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        archetype_shares, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
+    units = {"units": "1"}
+    variables: dict[str, Any] = {
+        "damage_share": (dims, of_all, units | {"long_name": "share of all buildings in the damage state"}),
+        "archetype_damage_share": (
+            ("archetype", *dims),
+            archetype_shares,
+            units | {"long_name": "share of the archetype's buildings in the damage state"},
+        ),
+        "counted_buildings": (
+            ("archetype", *dims[:-1]),
+            counted,
+            units | {"long_name": "buildings counted, collapsed ones included, failed ones not"},
+        ),
+        "failed_buildings": (
+            ("archetype", *dims[:-1]),
+            failures,
+            units | {"long_name": "buildings not counted, because their integration failed"},
+        ),
+        "damage_limit": (
+            ("archetype", "damage_state"),
+            np.concatenate([np.zeros((len(names), 1)), found.limits], axis=1),
+            units | {"long_name": "storey drift ratio above which a building is in the damage state"},
+        ),
+        "failed_samples": ((), found.failed_samples, units | {"long_name": "samples that failed"}),
+    }
+    coordinates = {
+        "archetype": ("archetype", names, {"long_name": "name of the archetype"}),
+        "damage_state": ("damage_state", np.array(states), {"long_name": "damage state"}),
+    }
+    if found.along == "event":
+        is_text = event_names.dtype.kind == "U"
+        coordinates["event"] = ("event", event_names, {"long_name": "event"} | ({} if is_text else units))
+    else:
+        coordinates["motion"] = motion_numbers(len(event_names))
+        if "motion_name" in run:
+            variables["motion_name"] = run["motion_name"].variable
+    if levels is not None:
+        units_of_level = str(run["im_level" if "im_level" in run else "stripe"].attrs.get("units", "g"))
+        level = {"long_name": "intensity of the stripe"} | unit_attributes(units_of_level)
+        coordinates["stripe"] = ("stripe", levels, level)
+    return xr.Dataset(variables, coordinates, run.attrs)
+
+
+@dataclass(frozen=True, eq=False)
+class _Counted:
+    """Buildings counted by archetype, event (or motion), stripe and damage state.
+
+    Args:
+        names: Names of the archetypes.
+        states: The damage states, no damage first.
+        limits: Limits, shape [archetype, damage_state - 1].
+        counts: Buildings (of `number`, where it is given), shape [archetype, event, stripe, damage_state].
+        failures: Buildings that failed, shape [archetype, event, stripe].
+        failed_samples: Samples that failed.
+        along: "event", or "motion" where motions count by themselves.
+        event_names: Names of the events.
+        levels: Levels of the stripes [g]; None where there are none.
+    """
+
+    names: np.ndarray
+    states: list[str]
+    limits: np.ndarray
+    counts: np.ndarray
+    failures: np.ndarray
+    failed_samples: int
+    along: str
+    event_names: np.ndarray
+    levels: np.ndarray | None
+
+
+def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None, added_storeys: bool) -> _Counted:
+    """Count the samples of a run; arguments as of `damage_shares`."""
+    if not run.sizes.get("sample", 0):
+        raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
+    names = archetypes_of(run)
+    check_samples("damage_shares", run)
+    states, table = limits_by_archetype(names.tolist(), limits)
+    warn_of_implausible_limits(
+        {f" of {state!r} of {name!r}": limit for name in limits for state, limit in limits[name].items()}
+    )
+    record, event_names = _events_of(run, events)
+    state = _states_of_samples(run, table, added_storeys)
+    failed_samples = int(np.count_nonzero(state == FAILED))  # those that diverged and the like
+    is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
+    levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
+    if is_striped:
+        levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
+    archetype, building = run["archetype_index"].values, run["building"].values.astype(np.int64)
+    if events is not None:
+        key = (building * len(event_names) + record) * levels.size + stripe
+        _, first, unit = np.unique(key, return_index=True, return_inverse=True)
+        worst = np.zeros(first.size, dtype=np.int64)
+        np.maximum.at(worst, unit, state)
+        # If a motion failed, the worst state is known only if another motion left the building in the last state.
+        failed = unit[state == FAILED]
+        worst[failed[worst[failed] < len(states) - 1]] = FAILED
+        state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
+        building = building[first]
+
+    shape = (len(names), len(event_names), levels.size, len(states))
+    # Failures are counted as an additional state after the last one.
+    places = archetype, record, stripe, np.where(state == FAILED, len(states), state)
+    wide = (*shape[:-1], len(states) + 1)
+    cells = np.ravel_multi_index(tuple(values.astype(np.int64) for values in places), wide)
+    if is_in_inventory_order(number):
+        warn_of_inventory_order("damage_shares: number", len(names))
+    weights = None if number is None else _checked_number(number, building)
+    counts = np.bincount(cells, weights, minlength=np.prod(wide)).reshape(wide)
+    counts, failures = counts[..., :-1], counts[..., -1]
+    along = "motion" if events is None else "event"
+    of_stripes = levels if is_striped else None
+    return _Counted(names, states, table, counts, failures, failed_samples, along, event_names, of_stripes)
+
+
+def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
+    """Return what was counted where the samples ran; arguments as of `damage_shares`."""
+    if events is not None:
+        raise ValueError("events= is told to DamageCounts, which counts the worst of an event's motions: leave it out")
+    stripe = ("stripe",) if "stripe" in run.dims else ()
+    name = counts_over("damage_shares", run, *((("archetype", along, *stripe)) for along in ("event", "motion")))
+    along = "event" if "event" in run[name].dims else "motion"
+    names, table = run["archetype"].values.astype(str), run["damage_limit"].transpose("archetype", "damage_state")
+    states, values = [str(state) for state in table["damage_state"].values], table.values[:, 1:]
+    if limits is not None:
+        asked = limits_by_archetype(names.tolist(), limits)
+        if asked[0] != states or not np.array_equal(asked[1], values):
+            raise ValueError(
+                "the buildings were counted by other limits (see damage_limit), and are no longer there to be counted "
+                "by these: leave out `limits`"
+            )
+    numbers = name.replace(DAMAGE_COUNT, BUILDING_NUMBER)  # counts as they are where each is one building
+    counts = run[numbers if numbers in run else name].transpose("archetype", along, *stripe, "damage_state").values
+    failures = run[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure")
+    failures = run.get(f"failed_{numbers}", failures).transpose("archetype", along, *stripe)
+    failed_samples = int(run["failed_samples"].sum())
+    shape = (len(names), run.sizes[along], -1)
+    of_stripes = run["stripe"].values if stripe else None
+    counts, failed = counts.reshape(*shape, len(states)), failures.values.reshape(shape)
+    return _Counted(names, states, values, counts, failed, failed_samples, along, run[along].values, of_stripes)
+
+
+def _checked_number(number: ArrayLike, building: np.ndarray) -> np.ndarray:
+    """Return how many buildings each of some samples stands for, or raise a ValueError.
+
+    Args:
+        number: Of each building of the portfolio.
+        building: Building of each sample.
+    """
+    values = finite_numbers("damage_shares: number", number)
+    if values.ndim != 1 or values.size <= building.max() or np.any(values <= 0):
+        raise ValueError(
+            f"damage_shares: number must be above 0 for each building of the portfolio, at least "
+            f"{building.max() + 1:,} of them; got shape {values.shape}"
+            + (f" and a least value of {values.min():g}" if values.size else "")
+        )
+    return values[building]
+
+
+def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:
+    """Raise an error if too many buildings failed; warn if many of an archetype failed in an event.
+
+    Args:
+        failures: Buildings that failed, shape [archetype, event, stripe]; sums of `number` are no integers.
+        counted: Buildings that did not.
+        names: Names of the archetypes.
+        events: Names of the events; None if motions are counted by themselves.
+    """
+    allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
+    if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
+        once = "" if events is None else ", each counted once an event,"
+        unit = "samples" if events is None and failures.dtype.kind in "iu" else f"buildings{once}"
+        raise ValueError(
+            f"{failures.sum():,.12g} of {total.sum():,.12g} {unit} failed; at most {allowed} may: take a smaller step "
+            "or another method"
+        )
+    failures, total = failures.sum(axis=2), total.sum(axis=2)
+    many = np.argwhere(failures > LARGEST_EXCLUDED_FRACTION * total)
+    if not len(many):
+        return
+    worst = sorted(many.tolist(), key=lambda place: -failures[tuple(place)] / total[tuple(place)])
+    shown = [
+        f"{failures[i, j]:,.12g} of {total[i, j]:,.12g} of archetype {str(names[i])!r} in "
+        + (f"motion {j}" if events is None else f"event {events[j].item()!r}")
+        for i, j in worst[:3]
+    ]
+    warn_caller(
+        f"of {len(many)} archetypes in an event more than {allowed} failed and are not counted: "
+        + "; ".join(shown + ["..."] * (len(worst) > 3))
+    )
+
+
+def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]:
+    """Return the event of each sample as an index, and the names of the events in the order of their first use."""
+    if "motion_index" not in run.variables:
+        raise ValueError("the dataset has no 'motion_index': it is not what simulate() returned of a portfolio")
+    record, motions = run["motion_index"].values, run.sizes["motion"]
+    if events is None:
+        return record, np.arange(motions)
+    if isinstance(events, xr.DataArray) and "sample" in events.dims:
+        if events.shape != record.shape:
+            raise ValueError(f"events must lie along sample, {record.size:,} of them, got the shape {events.shape}")
+        names, place = np.unique(events.values, return_inverse=True)
+        return place, names
+    of_motion, names = numbered_events(events, motions)
+    return of_motion[record], names
+
+
+def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) -> np.ndarray:
+    """Return the damage state of every sample, 0 for no damage; FAILED if the sample failed."""
+    if "peak_storey_drift_ratio" not in run:
+        raise ValueError("the run has no 'peak_storey_drift_ratio': leave 'drift' in what is recorded")
+    status, archetype = decoded_status(run["status"]), run["archetype_index"].values
+    states = np.empty(status.size, dtype=np.int8)
+    is_added = None
+    if KIND_OF_ARCHETYPES in run.coords and not added_storeys:
+        is_added = run[KIND_OF_ARCHETYPES].transpose("archetype", "storey").values > 0
+    for first in range(0, status.size, SAMPLES_AT_A_TIME):
+        part = slice(first, first + SAMPLES_AT_A_TIME)
+        drift = run["peak_storey_drift_ratio"][part].values
+        if is_added is not None:
+            drift = np.where(is_added[archetype[part]], np.nan, drift)
+        worst = np.fmax.reduce(drift.astype(np.float64), axis=1)  # NaN are storeys that a building does not have
+        bad = np.flatnonzero(np.isnan(worst) & (status[part] == OK))
+        if bad.size:
+            raise ValueError(f"sample {first + bad[0]} is 'ok', but its peak_storey_drift_ratio is NaN at every storey")
+        states[part] = (worst[:, None] > table[archetype[part]]).sum(axis=1)
+    states[status == COLLAPSED] = table.shape[1]
+    states[status >= DIVERGED] = FAILED
+    return states

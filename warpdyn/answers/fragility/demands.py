@@ -1,0 +1,127 @@
+"""Which damage states the samples of a run have reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, magnitudes
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.foundations.core.output_variables import COLLAPSED, OK
+
+
+@dataclass(frozen=True, eq=False)
+class Damage:
+    """The damage states of samples.
+
+    Args:
+        passed: Number of damage states that each sample has reached, shape [column, sample]; a state is reached if one
+            of its limits or of a later state's is exceeded. The last column is the worst of all places.
+        dim: Dimension of the places, such as "storey"; "" where only the worst is known.
+        places: Their labels, shape [column - 1].
+    """
+
+    passed: np.ndarray
+    dim: str
+    places: np.ndarray
+
+
+def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> None:
+    """Raise a ValueError of a run of several archetypes.
+
+    Args:
+        function: The public function, which takes one archetype.
+        dataset: The run.
+        others: What else is told, of functions that take all.
+    """
+    if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
+        raise ValueError(
+            f"this is a run of a portfolio of several archetypes: {function}() takes one archetype, "
+            f"select_archetype(run, name){others}: {', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+        )
+
+
+def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
+    """Return which damage states the samples of a run have reached; collapsed ones have reached all.
+
+    Args:
+        dataset: The run.
+        limits: The limits.
+        status: Outcome of each sample, as an index into `STATUS_MEANINGS`.
+
+    Raises:
+        ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is not
+            finite, or a negative peak, in a sample that is ok.
+    """
+    refuse_portfolio(
+        "fragility", dataset, ", and damage_shares(run, limits) counts all, with limits for each of the archetypes"
+    )
+    single, dim, places = limits.single, "", np.arange(0)
+    worst = np.zeros(status.size, dtype=np.uint8)
+    columns: list[np.ndarray] = []
+    for name, values in zip(limits.demands, limits.values, strict=True):
+        demand = checked_demand(dataset, name, status)
+        reached = [_reached(row, values) for row in demand]
+        for each in reached:
+            np.maximum(worst, each, out=worst)
+        if single is not None and dataset[name].ndim == 2:
+            (dim,) = (str(each) for each in dataset[name].dims if each != "sample")
+            places = dataset[dim].values if dim in dataset.coords else np.arange(1, len(reached) + 1)
+            columns = reached
+    passed = np.stack([*columns, worst])
+    passed[:, status == COLLAPSED] = len(limits.states)
+    return Damage(passed, dim, places)
+
+
+def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
+    """Return the number of the last state whose limit each value exceeds, shape [sample]."""
+    reached = np.zeros(demand.shape, dtype=np.uint8)
+    for number, limit in enumerate(limits, start=1):
+        if np.isfinite(limit):
+            # Values of single precision exceed a limit if they exceed the largest such number that is not above it.
+            bound = demand.dtype.type(limit)
+            if bound > limit:
+                bound = np.nextafter(bound, demand.dtype.type(0))
+            np.maximum(reached, (demand > bound).view(np.uint8) * np.uint8(number), out=reached)
+    return reached
+
+
+def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
+    """Return a demand by place without its sign, shape [place, sample]."""
+    if name not in dataset:
+        known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
+        advice = "leave its recorder in the scene's" + (f"; the run has {', '.join(known)}" if known else "")
+        # A recorder's name, as "drift", is a word of the variable that it fills.
+        named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
+        hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
+        raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")
+    variable = dataset[name]
+    if "sample" not in variable.dims or variable.ndim > 2:
+        of_one = "; take one event by `select_event`" if "event" in variable.dims else ""
+        raise ValueError(
+            f"{name!r} has dimensions {variable.dims}; they must be 'sample' and at most one more, as ('sample', "
+            f"'storey'){of_one}"
+        )
+    if not np.issubdtype(variable.dtype, np.floating):
+        raise ValueError(f"{name!r} holds no demand: its values are of type {variable.dtype}")
+    if variable.size == 0:
+        raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
+    values = variable.transpose("sample", ...).values
+    values = magnitudes(name, np.ascontiguousarray(values.reshape(len(values), -1).T))
+    # What a sample that failed or collapsed holds is not read.
+    is_good = np.ones(status.size, dtype=bool)
+    for row in values:
+        is_good &= (row >= 0) & (row < np.inf)
+    bad = np.flatnonzero(~is_good & (status == OK))
+    if bad.size:
+        first = bad[0]
+        where = " and ".join(
+            f"{key} {dataset[key].values[first]}" for key in ("motion_index", "im_level") if key in dataset
+        )
+        raise ValueError(
+            f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite, "
+            f"and a peak not negative ({bad.size} of {status.size} samples)"
+        )
+    return values

@@ -1,0 +1,198 @@
+"""Curves through binomial stripe counts by probit or logit, with a penalised fit for separated stripes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.answers.fragility.lognormal_fit import FITTED, NO_FINITE_MEDIAN, SEPARATED, fit_stripes
+from warpdyn.answers.fragility.maximum_likelihood.links import (
+    LOGIT,
+    PROBIT,
+    Link,
+    gradient_in_line,
+    information_in_line,
+    likelihood,
+)
+from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
+
+PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a fit, after those of `fit_stripes`
+UNDETERMINED = PENALISED + 1  # a median outside the levels that the data do not determine
+
+
+def penalised_likelihood(
+    link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
+) -> Evaluation:
+    """Return what `likelihood` does, with the logarithm of Jeffreys' prior added; the information is the expected one.
+
+    The penalty is half the logarithm of the determinant of the expected information. Its maximum is finite for any
+    counts (Firth 1993, Biometrika 80; Kosmidis and Firth 2021, Biometrika 108).
+    """
+    score = parameters[:, :1] + parameters[:, 1:] * position
+    above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
+    rise, fall = np.exp(density - above), np.exp(density - below)
+    weight = (exceeding + passing) * np.exp(2.0 * density - above - below)
+    information = information_in_line(weight, position)
+    determinant = np.linalg.det(information)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        value = (exceeding * above + passing * below).sum(axis=1) + 0.5 * np.log(determinant)
+        # The leverage of a level: its row of the design, through the inverse of the information.
+        a, b, c = (information[:, i, j, None] for i, j in ((0, 0), (0, 1), (1, 1)))
+        leverage = (c - 2.0 * b * position + a * position**2) / determinant[:, None]
+    slope = exceeding * rise - passing * fall
+    slope += 0.5 * weight * leverage * (2.0 * link.slope(score) - rise + fall)
+    return value, gradient_in_line(slope, position), information
+
+
+def fit_probit(
+    levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit lognormal curves by maximum likelihood, and those of separated stripes by penalised likelihood.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [..., im_level].
+        total: Number of trials, broadcast with `exceeding`.
+        start: Median and dispersion that the search starts from; None for none.
+
+    Returns:
+        Median, dispersion [1] and outcome (an index into FIT_MEANINGS), of the leading shape.
+
+    Raises:
+        ValueError: As `fit_stripes`.
+
+    Example:
+        >>> median, dispersion, outcome = fit_probit([0.2, 0.4, 0.6, 0.8], [0, 0, 11, 11], 11)
+        >>> float(median.round(3)), int(outcome) == PENALISED
+        (0.49, True)
+    """
+    median, dispersion, outcome = fit_stripes(levels, exceeding, total, start)
+    return _penalised_where_separated(PROBIT, levels, exceeding, total, median, dispersion, outcome)
+
+
+def fit_logit(
+    levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit loglogistic curves as `fit_probit` does lognormal ones.
+
+    The dispersion is the standard deviation of the logarithm of the capacity, pi / sqrt(3) over the slope of the logit.
+    """
+    median, dispersion, outcome = (np.atleast_1d(part) for part in fit_stripes(levels, exceeding, total, start))
+    position, centre, spread = _positions(levels)
+    exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
+    rows = np.flatnonzero(outcome.ravel() == FITTED)  # a finite maximum exists for the same counts (Albert, Anderson)
+    counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
+    passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
+    slope = LOGIT.deviation * spread / dispersion.ravel()[rows]
+    first = np.stack([slope * (centre - np.log(median.ravel()[rows])) / spread, slope], axis=1)
+    found = maximise(lambda p, row: likelihood(LOGIT, position, p, counted[row], passing[row]), first)
+    _set(median, dispersion, outcome, rows, found, (centre, spread, LOGIT.deviation), FITTED)
+    shape = exceeding.shape[:-1]
+    parts = median.reshape(shape), dispersion.reshape(shape), outcome.reshape(shape)
+    return _penalised_where_separated(LOGIT, levels, exceeding, total, *parts)
+
+
+def _penalised_where_separated(
+    link: Link,
+    levels: np.ndarray,
+    exceeding: np.ndarray,
+    total: np.ndarray,
+    median: np.ndarray,
+    dispersion: np.ndarray,
+    outcome: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the fits with those of separated stripes replaced by penalised ones."""
+    shape = outcome.shape
+    median, dispersion, outcome = (np.array(part).reshape(-1) for part in (median, dispersion, outcome))
+    rows = np.flatnonzero(outcome == SEPARATED)
+    if rows.size:
+        position, centre, spread = _positions(levels)
+        exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
+        counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
+        passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
+        # The search starts from a straight line through the fractions, moved off 0 and 1 by half a sample.
+        share = (counted + 0.5) / (counted + passing + 1.0)
+        score, weight = np.log(share / (1.0 - share)) * link.deviation / LOGIT.deviation, counted + passing
+        mean, rise = (weight @ position) / weight.sum(axis=1), (weight * score).sum(axis=1) / weight.sum(axis=1)
+        away = position - mean[:, None]
+        slope = (weight * away * score).sum(axis=1) / (weight * away**2).sum(axis=1)
+        first = np.stack([rise - slope * mean, slope], axis=1)
+        found = maximise(lambda p, row: penalised_likelihood(link, position, p, counted[row], passing[row]), first)
+        _set(median, dispersion, outcome, rows, found, (centre, spread, link.deviation), PENALISED)
+    return median.reshape(shape), dispersion.reshape(shape), outcome.reshape(shape)
+
+
+def _positions(levels: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Return centred and scaled logarithms of the levels, with centre and scale."""
+    logarithm = np.log(np.asarray(levels, dtype=np.float64))
+    centre, spread = float(logarithm.mean()), float(logarithm.std())
+    return (logarithm - centre) / spread, centre, spread
+
+
+def _set(
+    median: np.ndarray,
+    dispersion: np.ndarray,
+    outcome: np.ndarray,
+    rows: np.ndarray,
+    found: np.ndarray,
+    scales: tuple[float, float, float],
+    success: int,
+) -> None:
+    """Write fitted intercepts and slopes into rows of medians, dispersions and outcomes."""
+    centre, spread, deviation = scales
+    with np.errstate(all="ignore"):
+        middle, scatter = np.exp(centre - spread * found[:, 0] / found[:, 1]), deviation * spread / found[:, 1]
+    good = np.isfinite(middle) & (middle > 0) & np.isfinite(scatter) & (scatter > 0)
+    median.reshape(-1)[rows] = np.where(good, middle, np.nan)
+    dispersion.reshape(-1)[rows] = np.where(good, scatter, np.nan)
+    outcome.reshape(-1)[rows] = np.where(good, success, NO_FINITE_MEDIAN)
+
+
+def influences_of_cells(
+    link: Link,
+    levels: np.ndarray,
+    exceeding: np.ndarray,
+    valid: np.ndarray,
+    median: np.ndarray,
+    dispersion: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
+
+    Args:
+        link: Probit or logit.
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Samples of a cell that exceed, shape [record, group, im_level, row ...].
+        valid: Samples of a cell, shape [record, group, im_level].
+        median: Fitted medians, shape [row ...].
+        dispersion: Fitted dispersions.
+
+    Returns:
+        The score of each cell times the inverse of the whole's information, shape [record, group, 2, row ...]; and the
+        diagonal of that inverse, the variances if all samples were independent, shape [2, row ...]; NaN without a fit.
+    """
+    rows = median.shape
+    at = (slice(None), *(None,) * len(rows))
+    score = link.deviation * (np.log(levels)[at] - np.log(median)) / dispersion
+    log_density = link.log_density(score)
+    above, below = (np.exp(log_density - link.log_cumulative(side)) for side in (score, -score))
+    # Of the score in both logarithms.
+    slopes = np.stack([-link.deviation / dispersion + 0.0 * score, -score])
+    bend, over = link.slope(score), exceeding.sum(axis=(0, 1))
+    under = valid.sum(axis=(0, 1))[at] - over
+    weight = over * above * (above - bend) + under * below * (below + bend)
+    # At the maximum the second derivatives of the score itself add nothing: they multiply a gradient of 0.
+    information = np.einsum("al...,bl...,l...->...ab", slopes, slopes, weight)
+    determinant = information[..., 0, 0] * information[..., 1, 1] - information[..., 0, 1] ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        flipped = np.stack(
+            [
+                np.stack([information[..., 1, 1], -information[..., 0, 1]], axis=-1),
+                np.stack([-information[..., 0, 1], information[..., 0, 0]], axis=-1),
+            ],
+            axis=-2,
+        )
+        inverse = flipped / determinant[..., None, None]
+    factors = np.einsum("...ab,bl...->al...", inverse, slopes)  # of a derivative in the score
+    # What exceeds adds its score, what passes takes its own: counted as all that pass, and those that exceed besides.
+    influences = np.einsum("rgl...,al...->rga...", exceeding.astype(np.float64), factors * (above + below))
+    influences -= np.tensordot(valid.astype(np.float64), np.moveaxis(factors * below, 1, 0), axes=1)
+    return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)

@@ -1,0 +1,213 @@
+"""Curves of ordered damage states with one dispersion, so that they cannot cross: a cumulative probit."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import log_ndtr, ndtri
+
+from warpdyn.answers.fragility.lognormal_fit import FITTED, NO_FINITE_MEDIAN, NOT_INCREASING, SEPARATED, fit_stripes
+from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
+
+_LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
+
+
+def fit_ordinal(
+    levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit lognormal curves of one dispersion to all damage states at once, by maximum multinomial likelihood.
+
+    The likelihood is that of a cumulative probit with a common slope (McCullagh 1980, Journal of the Royal Statistical
+    Society B 42). A state that no sample exceeds, or that every sample exceeds, has no curve; two states that the same
+    samples exceed have the same one.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [..., damage_state, im_level], not increasing along `damage_state`.
+        total: Number of trials, broadcast with `exceeding` and the same for every damage state.
+        start: Median and dispersion that the search starts from, shape [..., damage_state]; None for none.
+
+    Returns:
+        Median, dispersion [1] and outcome (an index into FIT_MEANINGS), shape [..., damage_state].
+
+    Raises:
+        ValueError: If a damage state has more exceedances than the one before it, or as `fit_stripes`.
+
+    Example:
+        >>> counts = [[2, 10, 22, 32], [0, 2, 8, 18]]
+        >>> median, dispersion, outcome = fit_ordinal([0.2, 0.4, 0.7, 1.0], counts, 40)
+        >>> bool(median[0] < median[1]), bool(dispersion[0] == dispersion[1])
+        (True, True)
+    """
+    alone = fit_stripes(levels, exceeding, total)  # it checks the counts, and says where a state has no curve
+    exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
+    if exceeding.ndim < 2 or np.any(np.diff(exceeding, axis=-2) > 0):
+        raise ValueError("exceeding must have shape [..., damage_state, im_level] and not increase from state to state")
+    states, stripes = exceeding.shape[-2:]
+    counts = exceeding.reshape(-1, states, stripes)
+    trials = total.reshape(-1, states, stripes)[:, 0]
+    logarithm = np.log(np.asarray(levels, dtype=np.float64))
+    centre, spread = logarithm.mean(), logarithm.std()
+    position = (logarithm - centre) / spread
+
+    sums = counts.sum(axis=2)
+    # Of states that the same samples exceed the first stands for all; those of no or every sample are left out.
+    is_first = np.diff(sums, axis=1, prepend=-1.0) != 0
+    is_kept = is_first & (sums > 0) & (sums < trials.sum(axis=1, keepdims=True))
+    median, dispersion = np.full((2, len(counts), states), np.nan)
+    outcome = np.array(alone[2]).reshape(-1, states)
+    patterns, pattern_of = np.unique(is_kept, axis=0, return_inverse=True)
+    for number, pattern in enumerate(patterns):
+        rows = np.flatnonzero(pattern_of.ravel() == number)
+        kept = np.flatnonzero(pattern)
+        if not kept.size:
+            continue
+        each = _in_each_state(counts[rows][:, kept], trials[rows])
+        first = _start(position, counts[rows][:, kept], trials[rows])
+        if start is not None:
+            middle, scatter = (np.broadcast_to(part, exceeding.shape[:-1]).reshape(-1, states) for part in start)
+            near = np.column_stack([(centre - np.log(middle)) / scatter, spread / scatter[:, 0]])
+            near = near[rows][:, [*kept, states]]
+            usable = np.isfinite(near).all(axis=1) & (np.diff(near[:, :-1], axis=1) < 0).all(axis=1)
+            first = np.where(usable[:, None], near, first)
+        found = maximise(lambda p, row, each=each: _likelihood(position, p, each[row]), first)  # type: ignore[misc]
+        slope = found[:, -1]
+        with np.errstate(all="ignore"):
+            middle, scatter = np.exp(centre - spread * found[:, :-1] / slope[:, None]), spread / slope
+        good = np.isfinite(middle).all(axis=1) & (slope > 0)
+        missing = np.full(good.shape, NO_FINITE_MEDIAN)
+        missing[slope <= 0] = NOT_INCREASING
+        missing[(outcome[rows][:, kept] == SEPARATED).all(axis=1)] = SEPARATED
+        # A state that was left out as a copy of another one is given the curve of that one.
+        source = np.maximum.accumulate(np.where(pattern, np.arange(states), -1))
+        for state in np.flatnonzero(source >= 0):
+            of = int(np.searchsorted(kept, source[state]))
+            same = rows[sums[rows, state] == sums[rows, source[state]]]
+            at = np.searchsorted(rows, same)
+            median[same, state] = np.where(good[at], middle[at, of], np.nan)
+            dispersion[same, state] = np.where(good[at], scatter[at], np.nan)
+            outcome[same, state] = np.where(good[at], FITTED, missing[at])
+    shape = exceeding.shape[:-1]
+    return median.reshape(shape), dispersion.reshape(shape), outcome.reshape(shape)
+
+
+def influences_of_cells(
+    levels: np.ndarray, exceeding: np.ndarray, valid: np.ndarray, median: np.ndarray, dispersion: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Samples of a cell that exceed, shape [record, group, im_level, ..., damage_state].
+        valid: Samples of a cell, shape [record, group, im_level].
+        median: What `fit_ordinal` found for the sums over the cells, shape [..., damage_state].
+        dispersion: Likewise.
+
+    Returns:
+        The influences, shape [record, group, 2, ..., damage_state], and the variances if all samples were independent,
+        shape [2, ..., damage_state]; NaN without a fit.
+    """
+    cells, states = exceeding.shape[:2], exceeding.shape[-1]
+    position = np.log(np.asarray(levels, dtype=np.float64))
+    counts = exceeding.reshape(*cells, position.size, -1, states)
+    middle, scatter = (np.reshape(part, (-1, states)) for part in (median, dispersion))
+    influences = np.full((*cells, 2, *middle.shape), np.nan)
+    independent = np.full((2, *middle.shape), np.nan)
+    for row in range(len(middle)):
+        fitted = np.flatnonzero(np.isfinite(middle[row]))
+        kept = fitted[np.diff(middle[row, fitted], prepend=-1.0) > 0]
+        if not kept.size:
+            continue
+        slope = 1.0 / scatter[row, kept[0]]
+        parameters = np.append(-slope * np.log(middle[row, kept]), slope)[None]
+        in_states = _in_each_state(
+            np.moveaxis(counts[:, :, :, row, kept], -1, -2).reshape(-1, kept.size, position.size),
+            np.broadcast_to(valid, (*cells, position.size)).reshape(-1, position.size),
+        )
+        each = _gradients(position, parameters, in_states)
+        _, _, information = _likelihood(position, parameters, in_states.sum(axis=0)[None])
+        inverse = np.linalg.pinv(information[0], hermitian=True)
+        for state in fitted:
+            of = int(np.searchsorted(middle[row, kept], middle[row, state]))
+            change = np.zeros((2, kept.size + 1))  # of both logarithms in the intercepts and the slope
+            change[0, of], change[0, -1], change[1, -1] = -1.0, -np.log(middle[row, state]), -1.0
+            change /= slope
+            influences[:, :, :, row, state] = (each @ (change @ inverse).T).reshape(*cells, 2)
+            independent[:, row, state] = np.diag(change @ inverse @ change.T)
+    shape = np.shape(median)
+    return influences.reshape(*cells, 2, *shape), independent.reshape(2, *shape)
+
+
+def _in_each_state(exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
+    """Return the samples in each state and, first, in none, shape [row, damage_state + 1, im_level]."""
+    with_all = np.concatenate([trials[:, None], exceeding, np.zeros_like(trials[:, None])], axis=1)
+    return -np.diff(with_all, axis=1)
+
+
+def _start(position: np.ndarray, exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
+    """Return intercepts and slope of flat curves through the overall fraction of each state."""
+    share = exceeding.sum(axis=2) / trials.sum(axis=1, keepdims=True)
+    return np.column_stack([ndtri(share), np.zeros(len(share))])
+
+
+def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> Evaluation:
+    """Return log-likelihood, gradient and negative second derivatives in the intercepts and the slope.
+
+    Args:
+        position: Logarithm of each level, shape [im_level].
+        parameters: Intercept of each state, from the lightest on, and the slope, shape [row, damage_state + 1].
+        counts: Samples in each state and, first, in none, shape [row, damage_state + 1, im_level].
+    """
+    rows, states = parameters.shape[0], parameters.shape[1] - 1
+    score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
+    log_share, above, below = _densities(position, parameters, counts)
+    value = np.where(counts > 0, counts * log_share, 0.0).sum(axis=(1, 2))
+    value[~(np.diff(parameters[:, :-1], axis=1) < 0).all(axis=1)] = -np.inf  # curves that cross
+    slope = counts[:, 1:] * above - counts[:, :-1] * below
+    own = score * slope + counts[:, 1:] * above**2 + counts[:, :-1] * below**2
+    beside = -counts[:, 1:-1] * above[:, :-1] * below[:, 1:]  # between a state and the next
+    gradient = np.column_stack([slope.sum(axis=2), (slope @ position).sum(axis=1)])
+    information = np.zeros((rows, states + 1, states + 1))
+    place, across = np.arange(states), own.copy()
+    across[:, :-1] += beside
+    across[:, 1:] += beside
+    information[:, place, place] = own.sum(axis=2)
+    information[:, place[:-1], place[1:]] = information[:, place[1:], place[:-1]] = beside.sum(axis=2)
+    information[:, -1, :-1] = information[:, :-1, -1] = across @ position
+    information[:, -1, -1] = (across @ position**2).sum(axis=1)
+    return value, gradient, information
+
+
+def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the gradient of each cell's log-likelihood at one row of parameters, in which the counts are linear.
+
+    Args:
+        position: Logarithm of each level, shape [im_level].
+        parameters: Intercepts and slope, shape [1, damage_state + 1].
+        counts: Samples of each cell in each state and, first, in none, shape [cell, damage_state + 1, im_level].
+    """
+    one = np.ones((1, *counts.shape[1:]))
+    above, below = _densities(position, parameters, one)[1:]
+    slope = counts[:, 1:] * above - counts[:, :-1] * below
+    return np.column_stack([slope.sum(axis=2), (slope @ position).sum(axis=1)])
+
+
+def _densities(
+    position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return ln of the probability of each state, and the density at its upper and its lower edge over the probability.
+
+    The densities are 0 where there are no counts.
+    """
+    score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
+    edge = np.full((len(parameters), 1, position.size), np.inf)
+    high, low = np.concatenate([edge, score], axis=1), np.concatenate([score, -edge], axis=1)
+    # The probability of a state is the difference of two normal ones, taken in the tail where both are small.
+    is_right = low > 0
+    upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        log_upper = log_ndtr(upper)
+        log_share = log_upper + np.log1p(-np.exp(log_ndtr(lower) - log_upper))
+        log_density = -0.5 * score * score - _LOG_SQRT_2PI
+        above = np.where(counts[:, 1:] > 0, np.exp(log_density - log_share[:, 1:]), 0.0)
+        below = np.where(counts[:, :-1] > 0, np.exp(log_density - log_share[:, :-1]), 0.0)
+    return log_share, above, below

@@ -1,0 +1,115 @@
+"""The table of estimators: what each fits to stripe counts, and the shape of its curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import expit
+
+from warpdyn.answers.fragility.estimators.binomial import (
+    LOGIT,
+    PENALISED,
+    PROBIT,
+    fit_logit,
+    fit_probit,
+    influences_of_cells,
+)
+from warpdyn.answers.fragility.estimators.ordinal import fit_ordinal, influences_of_cells as ordinal_influences
+from warpdyn.answers.fragility.lognormal_fit import FIT_MEANINGS as UNPENALISED_MEANINGS, probability
+from warpdyn.foundations.core.checks import one_of
+
+FIT_MEANINGS = (*UNPENALISED_MEANINGS, "penalised", "undetermined")
+assert FIT_MEANINGS.index("penalised") == PENALISED
+
+
+@dataclass(frozen=True)
+class CurveShape:
+    """Shape of fragility curves: how median and dispersion make a probability.
+
+    Args:
+        name: "lognormal" or "loglogistic", the attribute `fragility_shape` of curves.
+        probability: Returns the probability of exceedance of intensity, median and dispersion, which broadcast. The
+            dispersion is the standard deviation of the logarithm of the capacity.
+    """
+
+    name: str
+    probability: Callable[[ArrayLike, ArrayLike, ArrayLike], np.ndarray]
+
+
+def loglogistic_probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
+    """Return the probability of exceedance by a loglogistic fragility curve, 0 at zero intensity.
+
+    Args:
+        intensity: Intensity measure, in the unit of the median; 0 or above.
+        median: Intensity exceeded with probability one half.
+        dispersion: Standard deviation of the logarithm of the capacity [1].
+    """
+    with np.errstate(divide="ignore"):
+        return expit(LOGIT.deviation * (np.log(intensity) - np.log(median)) / np.asarray(dispersion))
+
+
+LOGNORMAL, LOGLOGISTIC = CurveShape("lognormal", probability), CurveShape("loglogistic", loglogistic_probability)
+
+
+@dataclass(frozen=True)
+class Estimator:
+    """One way to fit curves to stripe counts.
+
+    Args:
+        method: What the attribute `fragility_method` says.
+        shape: Shape of its curves.
+        fit: Returns of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with it) and a
+            start (median and dispersion, or None) the median, the dispersion and the outcome, an index into
+            FIT_MEANINGS, all of shape [..., damage_state].
+        influences: Returns of levels, exceeding [record, group, im_level, ..., damage_state], trials
+            [record, group, im_level], medians and dispersions what each cell adds to their logarithms, to first order,
+            shape [record, group, 2, ..., damage_state], and the variances of these if all samples were independent.
+    """
+
+    method: str
+    shape: CurveShape
+    fit: Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]
+    influences: Callable[..., tuple[np.ndarray, np.ndarray]]
+
+
+_SEPARATED = "where stripes are separated, penalised by Jeffreys' prior (Firth 1993; Kosmidis and Firth 2021)"
+
+ESTIMATORS = {
+    "lognormal": Estimator(
+        f"maximum binomial likelihood of a lognormal curve through stripes (Baker 2015); {_SEPARATED}",
+        LOGNORMAL,
+        fit_probit,
+        partial(influences_of_cells, PROBIT),
+    ),
+    "logit": Estimator(
+        f"maximum binomial likelihood of a loglogistic curve through stripes (logit of ln intensity); {_SEPARATED}",
+        LOGLOGISTIC,
+        fit_logit,
+        partial(influences_of_cells, LOGIT),
+    ),
+    "ordinal": Estimator(
+        "maximum multinomial likelihood of lognormal curves of one dispersion through stripes (cumulative probit, "
+        "McCullagh 1980)",
+        LOGNORMAL,
+        fit_ordinal,
+        ordinal_influences,
+    ),
+}
+
+
+def estimator_of(name: str) -> Estimator:
+    """Return the estimator of a name.
+
+    Raises:
+        ValueError: If there is none.
+
+    Example:
+        >>> estimator_of("ordinal").shape.name
+        'lognormal'
+    """
+    one_of("estimator", name, tuple(ESTIMATORS))
+    return ESTIMATORS[name]

@@ -1,0 +1,234 @@
+"""Fragility curves from the demands of a run: stripe fractions, fitted curves, and their intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.answers.fragility.curve_variables import (
+    DISCRETISATION,
+    curves,
+    discretisation_variance,
+    draws,
+    estimates,
+    interval_method,
+    sandwich,
+    variable,
+    variances,
+)
+from warpdyn.answers.fragility.estimators.binomial import PENALISED, UNDETERMINED
+from warpdyn.answers.fragility.estimators.table import FIT_MEANINGS, estimator_of
+from warpdyn.answers.fragility.intervals.extrapolation import mark, sentences
+from warpdyn.answers.fragility.intervals.jackknife import SOURCES, few_groups, leave_out, trusted
+from warpdyn.answers.fragility.lognormal_fit import (
+    FITTED,
+    NO_EXCEEDANCE,
+    SEPARATED,
+    check_confidence,
+    levels_to_add,
+)
+from warpdyn.answers.fragility.reduced_counts import is_reduced, labels_of_run, limits_of
+from warpdyn.answers.fragility.stripe_counts import StripeCounts, count_stripes
+from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
+from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.output_variables import measure_of_dataset
+from warpdyn.foundations.core.units import unit_attributes
+
+OVER = ("records and structures", "records")
+
+
+@suggests_names
+def fragility(
+    dataset: xr.Dataset,
+    limits: Mapping[str, Limit] | None = None,
+    *,
+    demand: str = DRIFT,
+    estimator: str = "lognormal",
+    intervals_over: str = OVER[0],
+    added_storeys: bool = False,
+    replicates: int = 1000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
+
+    A sample exceeds a damage state if its demand is above the state's limit (strictly) at the worst place: the storey
+    or floor where it is largest. Storeys of isolators or of a tuned mass damper do not count, nor the floors above
+    them, unless `added_storeys` is set. A collapsed sample exceeds every state, also if the isolators failed. Curves
+    maximise the binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
+
+    Intervals cover what was sampled, the records and the structures, by a jackknife over both with Student's t. Where
+    each structure runs under one record alone, records tell all. `median_variance` and `dispersion_variance` say where
+    the variance comes from.
+
+    The result has the dimension `stripe`, because `im_level` lies along `sample` in the run:
+    `run.merge(result, combine_attrs="no_conflicts")` keeps both, with the attributes of both, in one dataset.
+
+    Args:
+        dataset: A run on stripes, as `simulate` returned it: a demand over (sample) or (sample, storey) or the like,
+            the flag variable `status(sample)`, and the coordinates `motion_index`, `im_level` and `structure` (or
+            `building`) of each sample; or the statistics of a run, DamageCounts over ("motion", "stripe",
+            "structure_group"), from which the same curves follow.
+        limits: Of each damage state, from the lightest on, the limit of the demand in the units of its variable, such
+            as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, of which the worst decides:
+            `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
+            a state has reached those before it; `math.inf` is passed by collapse alone. A warning names drift limits
+            that seem to be in percent or mm. None for the limits that counts were made by.
+        demand: Variable of the run that plain limits are of; of one with a sign, such as the residual drift ratio, the
+            absolute value is compared.
+        estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
+            cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so:
+            the interval of the median is then that of the levels where the fractions are surely below and above one
+            half, and the dispersion, which such stripes hardly tell, has none.
+        intervals_over: "records and structures", or "records" to take the structures as given.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building.
+        replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
+            losses carry on.
+        confidence: Probability that the intervals cover [1].
+        seed: Seed of these draws.
+
+    Returns:
+        Fractions by stripe, medians [g, or the unit of the levels], dispersions [1] and curves, each with its interval,
+        for the worst place and (named `storey_...`, or after its dimension) for each. A median and a dispersion are NaN
+        if the stripes have no fit (see `fit_lognormal`; `fit_status` gives the case), or if the median lies outside the
+        levels and the data do not determine it. `median_status` marks medians outside the levels that they do
+        determine as extrapolated, and a warning gives their values. Bounds are also NaN where the
+        stripes without one of the records have no fit, or there is only one record.
+
+    Raises:
+        ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
+            an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
+            step; if limits are not positive and increasing; if another argument is out of its range.
+        TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> curves = wd.fragility(run, {"slight": 0.005, "complete": 0.015})
+        >>> curves["fragility_median"].round(2).values  # g
+        array([0.49, 1.24])
+        >>> contents = dict(limits={"contents": 3.0}, demand="peak_floor_acceleration")  # m/s2
+        >>> wd.fragility(run, **contents, intervals_over="records")["fragility_median"].round(2).values
+        array([0.75])
+    """
+    check_dataset("fragility", dataset, advice="give what simulate() returned")
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
+    check_confidence(confidence)
+    one_of("intervals_over", intervals_over, OVER)
+    chosen = estimator_of(estimator)
+    if not true_or_false("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
+    checked = limits_of(dataset, limits, demand)
+    counts = count_stripes(dataset, checked)
+    labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
+    over_structures = intervals_over == OVER[0]
+    left, outcome = leave_out(counts, chosen, over_structures=over_structures)
+    ends = float(counts.levels[0]), float(counts.levels[-1])
+    marked = mark(left, outcome, *ends)
+    left, outcome = marked.left, marked.outcome
+    has_interval = trusted(left, outcome)
+    told = few_groups(left.worst, has_interval[-1], checked.states)
+    of_worst = marked.status[-1], outcome[-1], marked.fitted[-1]
+    told += sentences(checked.states, *of_worst, *ends, counts.units)
+    _warn(checked, counts, outcome, has_interval, told)
+    variables = estimates(counts, left, outcome, marked.status, has_interval, confidence, over_structures)
+    curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
+    variables |= curve
+    of_discretisation = discretisation_variance(dataset, checked.single, len(checked.states))
+    variables |= variances(left.worst, has_interval[-1], of_discretisation)
+    variables |= sandwich(left.worst, outcome[-1])
+    variables |= draws(left.worst, has_interval[-1], replicates, seed, counts.units, confidence)
+    kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
+    variables |= {
+        "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),
+        "excluded_samples": variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
+    }
+    if checked.single:
+        of_demand = {"units": str(labels[checked.single].attrs.get("units", "1")), "demand": checked.single}
+        variables["damage_limit"] = variable(
+            "damage_state", checked.values[0], f"limit of {checked.single}", **of_demand
+        )
+    else:
+        words = {"long_name": "limit of each demand, in its demand_units", "demand": "several"}
+        variables["damage_limit"] = ("limited_demand", "damage_state"), checked.values, words
+    of_measure = unit_attributes(counts.units)
+    coordinates: dict[str, Any] = {
+        "damage_state": ("damage_state", np.array(checked.states), {"long_name": "damage state"}),
+        "stripe": variable("stripe", counts.levels, "intensity of the stripe", **of_measure),
+        "intensity": variable("intensity", intensity, "intensity along the curve", **of_measure),
+        "source": ("source", np.array([*SOURCES, DISCRETISATION]), {"long_name": "source of variance"}),
+    }
+    if counts.dim:
+        said = labels[counts.dim].attrs if counts.dim in labels.coords else {}
+        words = {"long_name": f"{counts.dim}, from the ground up", "units": "1"}
+        coordinates[counts.dim] = (counts.dim, counts.places, words | said)
+    if not checked.single:
+        of_each = [str(labels[name].attrs.get("units", "1")) for name in checked.demands]
+        of_limit = "limited_demand"  # a run may have the dimension `demand`
+        coordinates[of_limit] = (of_limit, np.array(checked.demands), {"long_name": "variable of the run"})
+        coordinates["demand_units"] = (of_limit, np.array(of_each), {"long_name": "units of the variable"})
+    return xr.Dataset(
+        variables,
+        coords=coordinates,
+        attrs={
+            **measure_of_dataset(labels),
+            "demand": ", ".join(checked.demands),
+            "fragility_method": chosen.method,
+            "fragility_shape": chosen.shape.name,
+            "interval_method": interval_method(len(left.records), len(left.groups), strata=counts.strata.max() + 1)
+            + "; stripe fractions: Korn and Graubard (1998)",
+            "confidence": float(confidence),
+            "replicates_seed": seed,
+        },
+    )
+
+
+def _warn(
+    limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray, few: list[str]
+) -> None:
+    """Warn once of curves without a fit or an interval, and of what else is told (`few`)."""
+    said, states = [*few], limits.states
+    if np.isfinite(counts.least_drift):
+        drifts = zip(states, limits.values[limits.demands.index(DRIFT)], strict=True)
+        beyond = [f"{value:g} of {name!r}" for name, value in drifts if counts.least_drift < value < np.inf]
+        if beyond:
+            said.append(
+                f"the limit {', '.join(beyond)} lies above the drift at which samples collapsed "
+                f"({counts.least_drift:.3g}): every collapse counts as exceeding it"
+            )
+    if len(counts.valid) == 1:
+        said.append("the run has one record: there is no variance among records, and no interval")
+    for state, name in enumerate(states):
+        if outcome[-1, state] not in (FITTED, UNDETERMINED):
+            meaning = FIT_MEANINGS[outcome[-1, state]]
+            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
+            if np.isinf(limits.values[:, state]).all() and outcome[-1, state] == NO_EXCEEDANCE:
+                advice += (
+                    "; only collapse passes its infinite limit: the scene needs a collapse_drift_ratio, or the "
+                    "building a drift_capacity or drift_ratio_capacity"
+                )
+            what = f" has no lognormal fit: {meaning}"
+            if outcome[-1, state] == PENALISED:
+                what = (
+                    f": its stripes are {FIT_MEANINGS[SEPARATED]}, and the curve is fitted by penalised likelihood; "
+                    "the interval of the median is that of the levels around it, and the dispersion has no interval"
+                )
+            said.append(f"damage state {name!r}{what}{'; ' if advice else ''}{advice}")
+    lacking = (outcome == FITTED) & ~has_interval
+    if len(counts.valid) > 1 and lacking.any():
+        names = [
+            f"{name!r} ({'worst place' if place == len(outcome) - 1 else f'{counts.dim} {counts.places[place]}'})"
+            for state, name in enumerate(states)
+            for place in np.flatnonzero(lacking[:, state])[::-1]
+        ]
+        some = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
+        said.append(
+            f"no interval is given of damage state {some}: without one of the records (or structures) it has no "
+            "lognormal fit; add records, or levels where some samples exceed it and some do not"
+        )
+    if said:
+        warn_caller("\n- ".join(["fragility:", *said]) if len(said) > 1 else f"fragility: {said[0]}")

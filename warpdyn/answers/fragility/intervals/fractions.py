@@ -1,0 +1,48 @@
+"""Intervals of the fractions of samples that exceed a damage state, for samples that share records and structures."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import betaincinv, stdtrit
+
+from warpdyn.answers.fragility.intervals.jackknife import (
+    interaction_variance,
+    leaves_out_structures,
+    spread_of,
+    without_each,
+)
+from warpdyn.answers.fragility.stripe_counts import StripeCounts
+
+
+def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structures: bool = True) -> np.ndarray:
+    """Return intervals of the fractions of samples that exceed, for samples that share records and structures.
+
+    They are Clopper and Pearson's (1934) of so many independent samples as would have the variance of the fraction,
+    with Student's t for the few records that it is known from (Korn and Graubard 1998, Survey Methodology 24). Where
+    all samples exceed or none, each record counts as one sample.
+
+    Returns:
+        Lower and upper bound, shape [2, place + 1, damage_state, im_level]; NaN where there is one record.
+    """
+    total, trials = counts.total, counts.trials
+    with np.errstate(divide="ignore", invalid="ignore"):
+        fraction = total / trials
+
+        is_crossed = leaves_out_structures(counts, over_structures)
+        interaction = 0 * fraction
+        if is_crossed:
+            expected = np.moveaxis(fraction, -1, 0) * counts.valid[..., None, None]
+            residual = (counts.exceeding - expected) / trials[:, None, None]
+            interaction = np.moveaxis(interaction_variance(residual, counts.strata), 0, -1)
+        left_out = without_each(counts, np.divide, fraction.shape, is_crossed=is_crossed)
+        spread = spread_of(fraction, *left_out, interaction, counts.strata)
+        records = (counts.valid.sum(axis=1) > 0).sum(axis=0)
+        tail = 0.5 - 0.5 * confidence
+        effective = fraction * (1 - fraction) / spread.standard_error**2
+        effective *= (stdtrit(np.maximum(trials - 1, 1), tail) / stdtrit(spread.freedom, tail)) ** 2
+        effective = np.where((total > 0) & (total < trials), np.clip(effective, 1, trials), records)
+        exceeds = fraction * effective
+        lower = np.where(total > 0, betaincinv(np.maximum(exceeds, 1e-9), effective - exceeds + 1, tail), 0.0)
+        upper = np.where(total < trials, betaincinv(exceeds + 1, np.maximum(effective - exceeds, 1e-9), 1 - tail), 1.0)
+    known = np.isfinite(fraction) & (len(counts.valid) > 1)
+    return np.where(known, np.stack([lower, upper]), np.nan)

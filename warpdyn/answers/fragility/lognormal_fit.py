@@ -1,0 +1,235 @@
+"""Lognormal curves through binomial stripe counts: maximum likelihood, all rows of counts at once."""
+
+from __future__ import annotations
+
+from numbers import Real
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import betaincinv, ndtr, ndtri
+
+from warpdyn.answers.fragility.maximum_likelihood.links import PROBIT, likelihood
+from warpdyn.answers.fragility.maximum_likelihood.newton import maximise
+
+FIT_MEANINGS = ("fitted", "no_exceedance", "all_exceeding", "separated", "not_increasing", "no_finite_median")
+FITTED, NO_EXCEEDANCE, ALL_EXCEEDING, SEPARATED, NOT_INCREASING, NO_FINITE_MEDIAN = range(len(FIT_MEANINGS))
+
+_BLOCK = 1 << 14  # rows fitted at a time, which bounds the memory of large bootstraps and fits in cache
+
+
+def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
+    """Return the exact binomial interval of a probability, from beta quantiles (Clopper and Pearson 1934).
+
+    Args:
+        exceeding: Number of exceedances, any shape.
+        total: Number of trials, broadcast with `exceeding`; where it is 0 the interval is [0, 1].
+        confidence: Probability that the interval covers, between 0 and 1.
+
+    Returns:
+        Lower and upper bound [1], of the broadcast shape.
+
+    Raises:
+        ValueError: If a count is not finite, is negative or exceeds its total, or the confidence is not in (0, 1).
+    """
+    exceeding, total = _checked_counts(exceeding, total)
+    check_confidence(confidence)
+    tail = 0.5 * (1.0 - confidence)
+    passing = total - exceeding
+    # The beta quantiles do not exist at the ends; ones replace their arguments there and are not used.
+    lower = betaincinv(np.where(exceeding > 0, exceeding, 1.0), passing + 1.0, tail)
+    upper = betaincinv(exceeding + 1.0, np.where(passing > 0, passing, 1.0), 1.0 - tail)
+    return np.where(exceeding > 0, lower, 0.0), np.where(passing > 0, upper, 1.0)
+
+
+def probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
+    """Return the probability of exceedance by a lognormal fragility curve, 0 at zero intensity.
+
+    Args:
+        intensity: Intensity measure, in the unit of the median; 0 or above.
+        median: Intensity exceeded with probability one half.
+        dispersion: Standard deviation of the logarithm of the capacity [1].
+    """
+    with np.errstate(divide="ignore"):
+        return ndtr((np.log(intensity) - np.log(median)) / dispersion)
+
+
+def fit_lognormal(levels: ArrayLike, exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Fit a lognormal curve to stripe counts by maximum binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
+
+    Rows without a finite maximum at a positive dispersion are NaN in both results: no exceedance at all, exceedance
+    everywhere, separated stripes (at most one stripe is partial, none below it exceeds and all above it do: the
+    likelihood grows as the dispersion goes to 0), and counts that do not increase with the level (the best slope is
+    zero or negative, or so close to zero that the median is beyond floating point). `fit_stripes` says which.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [..., im_level].
+        total: Number of trials, broadcast with `exceeding`; stripes with 0 trials have no effect.
+
+    Returns:
+        Median, in the unit of `levels`, and dispersion [1], both of the leading shape.
+
+    Raises:
+        ValueError: If there are fewer than two distinct levels, a level is not finite and positive, shapes do not
+            match, or a count is not finite, is negative or exceeds its total.
+    """
+    return fit_stripes(levels, exceeding, total)[:2]
+
+
+def fit_stripes(
+    levels: ArrayLike,
+    exceeding: ArrayLike,
+    total: ArrayLike,
+    start: tuple[np.ndarray, np.ndarray] | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Fit as `fit_lognormal` does, and return the outcome of the fit for each row.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level].
+        exceeding: Number of exceedances, shape [..., im_level].
+        total: Number of trials, broadcast with `exceeding`.
+        start: Median and dispersion that the search starts from, broadcast to the leading shape; where they are NaN,
+            or if it is None, it starts from the flat curve. The likelihood has one maximum; a start nearby saves steps.
+
+    Returns:
+        Median, dispersion, and the outcome as an index into `FIT_MEANINGS`, all of the leading shape.
+
+    Raises:
+        ValueError: As `fit_lognormal`.
+    """
+    levels = np.asarray(levels, dtype=np.float64)
+    if levels.ndim != 1 or np.unique(levels).size < 2:
+        raise ValueError(f"levels must be one row of at least 2 distinct intensities, got {levels.tolist()}")
+    bad = np.flatnonzero(~(np.isfinite(levels) & (levels > 0)))
+    if bad.size:
+        raise ValueError(f"levels[{bad[0]}] is {levels[bad[0]]}; every level must be finite and above 0")
+    exceeding, total = _checked_counts(exceeding, total)
+    if exceeding.ndim == 0 or exceeding.shape[-1] != levels.size:
+        raise ValueError(f"counts must end in the {levels.size} levels, got shape {exceeding.shape}")
+    leading = exceeding.shape[:-1]
+    exceeding = exceeding.reshape(-1, levels.size)
+    passing = total.reshape(-1, levels.size) - exceeding
+
+    # Centred and scaled logarithms, so that the two parameters are of one size and nearly uncorrelated.
+    logarithm = np.log(levels)
+    centre, scale = logarithm.mean(), logarithm.std()
+    position = (logarithm - centre) / scale
+    outcome = _classify(position, exceeding, passing)
+    rows = np.flatnonzero(outcome == FITTED)
+    parameters = np.full((outcome.size, 2), np.nan)
+    if start is not None:
+        first, spread = (np.broadcast_to(values, leading).reshape(-1) for values in start)
+        parameters[:, 1] = scale / spread
+        parameters[:, 0] = (centre - np.log(first)) / spread
+    for begin in range(0, rows.size, _BLOCK):
+        block = rows[begin : begin + _BLOCK]
+        parameters[block] = _maximise(position, exceeding[block], passing[block], parameters[block])
+        lost = block[np.isnan(parameters[block, 0])]  # the start was too far away; the flat curve may succeed
+        if start is not None and lost.size:
+            parameters[lost] = _maximise(position, exceeding[lost], passing[lost], parameters[lost])
+    parameters[outcome != FITTED] = np.nan
+    # A slope just above zero can put the median beyond the floating-point range; that is no fit either.
+    with np.errstate(all="ignore"):
+        median = np.exp(centre - scale * parameters[:, 0] / parameters[:, 1])
+        dispersion = scale / parameters[:, 1]
+    fitted = np.isfinite(median) & (median >= np.finfo(np.float64).tiny) & np.isfinite(dispersion) & (dispersion > 0)
+    outcome[(outcome == FITTED) & ~fitted] = NO_FINITE_MEDIAN
+    median[~fitted] = dispersion[~fitted] = np.nan
+    return median.reshape(leading), dispersion.reshape(leading), outcome.reshape(leading)
+
+
+def check_confidence(confidence: float) -> None:
+    """Raise an error unless a confidence is between 0 and 1.
+
+    Args:
+        confidence: Probability that an interval covers.
+
+    Raises:
+        ValueError: If it is not strictly between 0 and 1.
+    """
+    if not isinstance(confidence, Real) or not 0.0 < confidence < 1.0:
+        raise ValueError(f"confidence must be a number between 0 and 1, as 0.95, got {confidence!r}")
+
+
+def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, units: str = "g") -> str:
+    """Return which levels would give a lognormal fit to stripes that have none: where some samples exceed, not all.
+
+    Args:
+        levels: Intensity of each stripe [units], increasing, shape [stripe].
+        exceeding: Samples that exceed at each, shape [stripe].
+        total: Samples at each, shape [stripe].
+        units: Units of the levels.
+
+    Returns:
+        A sentence; "" where exceedances do not increase with the level, which more levels do not mend.
+    """
+    counted = total > 0
+    levels, exceeding, passing = levels[counted], exceeding[counted], (total - exceeding)[counted]
+    if not exceeding.any():
+        return f"add levels above {levels[-1]:g} {units}, where samples exceed it"
+    if not passing.any():
+        return f"add levels below {levels[0]:g} {units}, where samples do not exceed it"
+    highest_passing, lowest_exceeding = levels[passing > 0][-1], levels[exceeding > 0][0]
+    if highest_passing < lowest_exceeding:
+        return f"add levels between {highest_passing:g} and {lowest_exceeding:g} {units}, where some samples exceed it"
+    if highest_passing > lowest_exceeding:
+        return ""
+    # One level alone has both: another beside it makes a slope.
+    at = f"{highest_passing:g}"
+    below, above = levels[levels < highest_passing], levels[levels > highest_passing]
+    beside = [f"between {below[-1]:g} and {at} {units}"] if below.size else [f"below {at} {units}"]
+    beside += [f"between {at} and {above[0]:g} {units}"] if above.size else [f"above {at} {units}"]
+    return f"only at {at} {units} some samples exceed it and some do not: add levels {' or '.join(beside)}"
+
+
+def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    exceeding, total = np.asarray(exceeding, dtype=np.float64), np.asarray(total, dtype=np.float64)
+    try:
+        exceeding, total = np.broadcast_arrays(exceeding, total)
+    except ValueError:
+        raise ValueError(f"exceeding {exceeding.shape} and total {total.shape} do not match in shape") from None
+    bad = ~(np.isfinite(total) & (exceeding >= 0) & (exceeding <= total))
+    if bad.any():
+        index = tuple(int(i) for i in np.argwhere(bad)[0])
+        raise ValueError(
+            f"counts at {index}: {exceeding[index]} exceeding of {total[index]}; "
+            "counts must be finite and 0 <= exceeding <= total"
+        )
+    return exceeding, total
+
+
+def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
+    """Return whether the likelihood of each row has a finite maximum with a positive slope, before it is fitted.
+
+    A finite maximum exists exactly where exceeding and passing trials overlap in level (Albert and Anderson 1984,
+    Biometrika 71). The likelihood is concave, so its slope has the sign of its derivative at the best flat curve.
+    """
+    lowest_exceeding = np.where(exceeding > 0, position, np.inf).min(axis=1)
+    highest_exceeding = np.where(exceeding > 0, position, -np.inf).max(axis=1)
+    lowest_passing = np.where(passing > 0, position, np.inf).min(axis=1)
+    highest_passing = np.where(passing > 0, position, -np.inf).max(axis=1)
+
+    total = exceeding + passing
+    trials = np.maximum(total.sum(axis=1, keepdims=True), 1.0)
+    residual = exceeding - total * (exceeding.sum(axis=1, keepdims=True) / trials)
+    derivative = residual @ position
+    rounding = 1e-12 * trials[:, 0] * np.abs(position).max()
+
+    outcome = np.full(len(exceeding), FITTED, dtype=np.int8)
+    outcome[(derivative <= rounding) | (highest_exceeding <= lowest_passing)] = NOT_INCREASING
+    outcome[highest_passing <= lowest_exceeding] = SEPARATED
+    outcome[~(passing > 0).any(axis=1)] = ALL_EXCEEDING
+    outcome[~(exceeding > 0).any(axis=1)] = NO_EXCEEDANCE
+    return outcome
+
+
+def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, start: np.ndarray) -> np.ndarray:
+    """Maximise the probit likelihood of all rows at once.
+
+    The search starts from intercept and slope of the probit, shape [row, 2], or from the flat curve where they are not
+    finite, and returns the same; NaN where it did not converge.
+    """
+    trials = (exceeding + passing).sum(axis=1)
+    flat = np.stack([ndtri(exceeding.sum(axis=1) / trials), np.zeros(len(exceeding))], axis=1)
+    first = np.where(np.isfinite(start).all(axis=1, keepdims=True), start, flat)
+    return maximise(lambda p, row: likelihood(PROBIT, position, p, exceeding[row], passing[row]), first)

@@ -1,0 +1,66 @@
+"""Binomial likelihood of a score that is linear in the logarithm of the level, by probit or logit."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import expit, log_expit, log_ndtr
+
+from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation
+
+_LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """Distribution of the standardised capacity, which turns a score into a probability.
+
+    Args:
+        log_cumulative: Logarithm of the probability of a score; that of its complement is that of minus the score.
+        log_density: Logarithm of the density.
+        slope: Derivative of the logarithm of the density.
+        deviation: Standard deviation of the distribution.
+    """
+
+    log_cumulative: Callable[[np.ndarray], np.ndarray]
+    log_density: Callable[[np.ndarray], np.ndarray]
+    slope: Callable[[np.ndarray], np.ndarray]
+    deviation: float
+
+
+PROBIT = Link(log_ndtr, lambda z: -0.5 * z * z - _LOG_SQRT_2PI, lambda z: -z, 1.0)
+LOGIT = Link(log_expit, lambda z: log_expit(z) + log_expit(-z), lambda z: 1.0 - 2.0 * expit(z), np.pi / np.sqrt(3.0))
+
+
+def likelihood(
+    link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
+) -> Evaluation:
+    """Return log-likelihood, gradient and negative second derivatives of score = intercept + slope x position.
+
+    Args:
+        link: Probit or logit.
+        position: Logarithm of each level, shape [im_level].
+        parameters: Intercept and slope, shape [row, 2].
+        exceeding: Exceeding samples, shape [row, im_level].
+        passing: All others.
+    """
+    score = parameters[:, :1] + parameters[:, 1:] * position
+    above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
+    rise, fall, bend = np.exp(density - above), np.exp(density - below), link.slope(score)
+    value = (exceeding * above + passing * below).sum(axis=1)
+    slope = exceeding * rise - passing * fall
+    curvature = np.maximum(exceeding * rise * (rise - bend) + passing * fall * (fall + bend), 0.0)
+    return value, gradient_in_line(slope, position), information_in_line(curvature, position)
+
+
+def gradient_in_line(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Return the gradient in intercept and slope, shape [row, 2], of derivatives in the scores [row, im_level]."""
+    return np.stack([slope.sum(axis=1), slope @ position], axis=1)
+
+
+def information_in_line(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
+    """Return second derivatives in intercept and slope, shape [row, 2, 2], of those in the scores [row, im_level]."""
+    moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
+    return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)

@@ -1,0 +1,222 @@
+"""Posterior samples of fragility curves, by pyFragility's Metropolis sampler."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.answers.fragility.curve_variables import fit_flags
+from warpdyn.answers.fragility.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
+from warpdyn.answers.fragility.intervals.extrapolation import sentences, status_attributes
+from warpdyn.answers.fragility.lognormal_fit import FITTED, check_confidence, levels_to_add
+from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_influences
+from warpdyn.answers.fragility.reduced_counts import is_reduced, labels_of_run, limits_of
+from warpdyn.answers.fragility.stripe_counts import StripeCounts, count_stripes
+from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
+from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.foundations.core.checks import (
+    MOST_REPLICATES,
+    check_dataset,
+    one_of,
+    shortened,
+    true_or_false,
+    whole_number,
+)
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.output_variables import (
+    EXTRAPOLATED,
+    MEDIAN_STATUS,
+    NO_MEDIAN,
+    WITHIN_LEVELS,
+    measure_of_dataset,
+)
+from warpdyn.foundations.core.units import unit_attributes
+
+PRIORS = {"median": "theta", "dispersion": "beta"}  # and what pyFragility calls them
+_BURN_IN = 2000  # draws that the sampler adapts in
+
+
+@suggests_names
+def fragility_posterior(
+    dataset: xr.Dataset,
+    limits: Mapping[str, Limit] | None = None,
+    *,
+    demand: str = DRIFT,
+    priors: Mapping[str, Any] | None = None,
+    added_storeys: bool = False,
+    draws: int = 4000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Draw lognormal fragility curves from their posterior distribution, given a run on stripes.
+
+    Samples of one record are not independent: the log-likelihood of each damage state is divided by its design effect,
+    the mean ratio of the cluster-robust variances of ln median and dispersion to those of independent samples, so that
+    the posterior is as wide as the records allow (a calibrated composite likelihood: Pauli, Racugno and Ventura 2011,
+    Statistica Sinica 21). The sampler is pyFragility's (adaptive random-walk Metropolis).
+
+    Args:
+        dataset: A run on stripes, as `fragility` takes it.
+        limits: Limit of each damage state, from the lightest on, as of `fragility`.
+        demand: Variable of the run that plain limits are of.
+        priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
+            state, as frozen distributions of scipy.stats; what has none has a flat one.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
+        draws: Number of draws, after 2,000 that the sampler adapts in.
+        confidence: Probability that the intervals hold [1].
+        seed: Seed of the sampler.
+
+    Returns:
+        `fragility_median` and `fragility_dispersion`, the medians of the draws, with their credible intervals;
+        `replicate_median` and `replicate_dispersion`, the draws; `design_effect` and `effective_draws`, the number of
+        independent draws that they are worth. A damage state without a fit by maximum likelihood, which the sampler
+        starts from, has none.
+
+    Raises:
+        ImportError: If pyFragility is not installed.
+        ValueError, TypeError: As `fragility`; or if a prior is of another name, or no distribution.
+
+    Example:
+        >>> from scipy.stats import lognorm
+        >>> drawn = wd.fragility_posterior(run, limits, priors={"dispersion": lognorm(0.3, scale=0.4)}, draws=500)
+        >>> dict(drawn["replicate_median"].sizes)
+        {'replicate': 500, 'damage_state': 2}
+    """
+    check_dataset("fragility_posterior", dataset, advice="give what simulate() returned")
+    if not true_or_false("added_storeys", added_storeys):
+        dataset = without_added_storeys(dataset)
+    try:
+        import pyFragility
+    except ImportError as error:
+        raise ImportError('fragility_posterior needs pyFragility: pip install "pyFragility>=0.2"') from error
+    draws, seed = whole_number("draws", draws, 100, MOST_REPLICATES), whole_number("seed", seed, 0)
+    check_confidence(confidence)
+    if priors is not None and not isinstance(priors, Mapping):
+        raise TypeError(f"priors must map 'median' or 'dispersion' to a distribution, got {shortened(priors)}")
+    priors = {} if priors is None else dict(priors)
+    for name, distribution in priors.items():
+        one_of("prior", name, tuple(PRIORS))
+        if not hasattr(distribution, "logpdf"):
+            raise TypeError(
+                f"the prior of {name!r} must be a distribution, such as scipy.stats.lognorm(0.3, scale=0.4)"
+            )
+    checked = limits_of(dataset, limits, demand)
+    counts = count_stripes(dataset, checked)
+    labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
+    exceeding = np.moveaxis(counts.of_records[:, :, -1], 1, -1)  # of the worst place, [record, damage_state, im_level]
+    total = counts.valid.sum(axis=1)[:, None, :]
+    estimator = ESTIMATORS["lognormal"]
+    fit = estimator.fit(counts.levels, exceeding.sum(axis=0), total.sum(axis=0))
+    outcome = fit[2]
+    cells = counts.exceeding[:, :, :, -1]
+    influences, independent = estimator.influences(counts.levels, cells, counts.valid, *fit[:2])
+    variance = np.einsum("iis->is", covariance_of_influences(influences.sum(axis=1)))
+    ratio = (variance / independent).mean(axis=0)
+    effect = np.where(outcome == FITTED, np.where(ratio > 1.0, ratio, 1.0), np.nan)  # also of one record, without any
+    effective = np.full(outcome.size, np.nan)
+    found = np.full((2, draws, outcome.size), np.nan)
+    for state in np.flatnonzero(outcome == FITTED):
+        some = exceeding.sum(axis=0)[state], total.sum(axis=0)[0]
+        there = some[1] > 0
+        best = pyFragility.fit_msa(counts.levels[there], some[0][there], some[1][there])
+        of_parameters = {PRIORS[name]: distribution for name, distribution in priors.items()}
+        prior = pyFragility.independent_priors(best.likelihood, **of_parameters)
+
+        def log_prior(
+            parameters: np.ndarray, best: Any = best, prior: Any = prior, share: float = 1.0 / effect[state]
+        ) -> float:
+            # pyFragility adds the whole log-likelihood to this, of which a share is wanted.
+            return prior(parameters) - (1.0 - share) * best.likelihood.loglik(parameters)
+
+        posterior = best.posterior(log_prior=log_prior, n_samples=draws, burn_in=_BURN_IN, seed=seed)
+        found[:, :, state] = posterior.params.T
+        effective[state] = posterior.effective_sample_size().min()
+    ends = float(counts.levels[0]), float(counts.levels[-1])
+    middle = np.median(found[0], axis=0)
+    status = np.where((middle < ends[0]) | (middle > ends[1]), EXTRAPOLATED, WITHIN_LEVELS)
+    status = np.where(np.isfinite(middle), status, NO_MEDIAN).astype(np.int8)
+    _warn(checked, counts, outcome, sentences(checked.states, status, outcome, middle, *ends, counts.units))
+    return _labelled(checked, counts, found, outcome, status, effect, effective, confidence, seed, labels)
+
+
+def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, told: list[str]) -> None:
+    said = [*told]
+    if len(counts.valid) == 1:
+        said.append("the run has one record: its samples are taken as independent, which they are not")
+    for state, name in enumerate(limits.states):
+        if outcome[state] != FITTED:
+            advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
+            said.append(
+                f"damage state {name!r} has no posterior, as no fit by maximum likelihood: "
+                f"{FIT_MEANINGS[outcome[state]]}{'; ' if advice else ''}{advice}"
+            )
+    if said:
+        warn_caller(
+            "\n- ".join(["fragility_posterior:", *said]) if len(said) > 1 else f"fragility_posterior: {said[0]}"
+        )
+
+
+def _labelled(
+    limits: DamageLimits,
+    counts: StripeCounts,
+    found: np.ndarray,
+    outcome: np.ndarray,
+    status: np.ndarray,
+    effect: np.ndarray,
+    effective: np.ndarray,
+    confidence: float,
+    seed: int,
+    dataset: xr.Dataset,
+) -> xr.Dataset:
+    """Return the dataset of the draws, shape [2, draw, damage_state]."""
+    of_measure = unit_attributes(counts.units)
+    variables: dict[str, tuple] = {
+        "fit_status": (
+            "damage_state",
+            outcome,
+            {"long_name": "outcome of the fit that it starts from"} | fit_flags(),
+        ),
+        MEDIAN_STATUS: (
+            "damage_state",
+            status,
+            {"long_name": "where the median lies among the levels"} | status_attributes(),
+        ),
+        "design_effect": (
+            "damage_state",
+            effect,
+            {"long_name": "what the log-likelihood is divided by, for samples that share records", "units": "1"},
+        ),
+        "effective_draws": (
+            "damage_state",
+            effective,
+            {"long_name": "independent draws that the draws are worth", "units": "1"},
+        ),
+    }
+    tail = 0.5 - 0.5 * confidence
+    for name, values, of_unit in zip(("median", "dispersion"), found, (of_measure, {"units": "1"}), strict=True):
+        low, middle, high = np.quantile(values, [tail, 0.5, 1.0 - tail], axis=0)
+        for suffix, part, words in (
+            ("", middle, "posterior median of the"),
+            ("_lower", low, f"lower bound of the {100 * confidence:g} % credible interval of the"),
+            ("_upper", high, f"upper bound of the {100 * confidence:g} % credible interval of the"),
+        ):
+            variables[f"fragility_{name}{suffix}"] = "damage_state", part, {"long_name": f"{words} {name}"} | of_unit
+        said = {"long_name": f"posterior draw of the {name}"} | of_unit
+        variables[f"replicate_{name}"] = ("replicate", "damage_state"), values, said
+    return xr.Dataset(
+        variables,
+        {"damage_state": ("damage_state", np.array(limits.states), {"long_name": "damage state"})},
+        {
+            **measure_of_dataset(dataset),
+            "demand": ", ".join(limits.demands),
+            "fragility_method": "posterior of lognormal curves through stripes, by pyFragility's Metropolis sampler",
+            "fragility_shape": LOGNORMAL.name,
+            "interval_method": "quantiles of the posterior, its likelihood divided by the design effect of the records",
+            "confidence": float(confidence),
+            "replicates_seed": seed,
+        },
+    )

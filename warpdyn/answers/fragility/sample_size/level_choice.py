@@ -1,0 +1,137 @@
+"""Levels of stripes that lie where fragility curves rise: elsewhere no sample exceeds a limit, or all do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.special import ndtr
+
+from warpdyn.campaigns.incremental.capacities import capacities
+from warpdyn.campaigns.reductions.limits import DRIFT
+from warpdyn.foundations.core.checks import whole_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.designs import Cloud, Stripes
+from warpdyn.model.scene.arguments import takes_scene
+from warpdyn.model.scene.scatter import GivenValues
+from warpdyn.model.scene.scene import Scene
+
+PILOT_PAIRS = 40  # pairs of a structure and a motion in the pilot, at least: more motions have one structure each
+PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1
+# Dispersions of the distribution that levels are quantiles of, over those of the capacities. With 1 the medians of the
+# curves would be told best, but dispersions are told at the flanks: docs/explanation/intervals.md compares.
+SPREAD = 1.6
+LEAST_DISPERSION = 0.1  # that a few pairs are trusted to tell
+MOST_LEVELS = 1000
+DIGITS = 3  # of levels, so that tables and figures name them as they are
+
+
+@takes_scene
+def levels_for(
+    scene: Scene,
+    limits: Mapping[str, float],
+    count: int = 8,
+    *,
+    demand: str = DRIFT,
+    method: str | None = None,
+    seed: int = 0,
+    device: str | None = None,
+    threads: int | None = None,
+) -> np.ndarray:
+    """Return levels for stripes where the fragility curves of all damage states rise.
+
+    Levels at which no sample exceeds any limit, or every sample exceeds all, add histories and tell nothing. A pilot
+    finds the capacities of one structure for each motion (by `capacities`, some twenty histories each); the levels are
+    quantiles, evenly spaced in probability, of the capacities of all damage states together, each with 1.6 times
+    its dispersion, for the flanks tell the dispersion. Structures of the pilot are not those of the run, so that the
+    answer owes nothing to what the pilot found by chance.
+
+    Args:
+        scene: The scene; its excitation is a Cloud or Stripes, whose levels are not needed.
+        limits: Limit of each damage state, from the lightest on [units of the demand]; `math.inf` is passed by
+            collapse alone.
+        count: Number of levels; two for each damage state and no fewer than six in all do
+            (docs/explanation/intervals.md).
+        demand: Variable that limits are of, as of `capacities`.
+        method: Integration method of the pilot, as of `simulate`.
+        seed: Seed of the run that the levels are for; the pilot draws by another that follows from it.
+        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
+        threads: CPU threads; None for every core this process may use.
+
+    Returns:
+        Levels of the design's measure, increasing, shape [im_level], in the units of `Stripes`: g for an acceleration,
+        else SI units.
+
+    Raises:
+        ValueError: If half the pairs pass none of the limits, or `count` is below 2, or as `capacities`.
+        TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
+
+    Example:
+        >>> cloud = wd.Scene(building, wd.Cloud(motions), scatter)  # measured by the peak ground acceleration
+        >>> levels = wd.levels_for(cloud, limits, count=6, seed=1)
+        >>> levels.shape
+        (6,)
+        >>> scene = wd.Scene(building, wd.Stripes(motions, levels, cloud.excitation.measure), scatter)
+    """
+    count, seed = whole_number("count", count, 2, MOST_LEVELS), whole_number("seed", seed, 0)
+    design = scene.excitation
+    if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
+        given = "a Portfolio" if scene.structure.is_many else f"a {type(design).__name__}"
+        raise TypeError(f"levels_for() takes a scene of one structure under a Cloud or Stripes of motions, got {given}")
+    if isinstance(design, Stripes):
+        design.check_scaled_to_all("levels_for")
+    # Structures that are given belong to the run: in the pilot nominal values stand for them.
+    scatter = {name: spread for name, spread in scene.scatter.items() if not isinstance(spread, GivenValues)}
+    structures = math.ceil(PILOT_PAIRS / len(design.motions)) if scatter else 1
+    # One level stands for those that are searched, so low that it is no strange one of any measure.
+    low = [1e-3 * float(np.median(design.intensities))]
+    stripes = Stripes(design.motions, low, design.measure, structures_per_motion=structures)
+    pilot = capacities(
+        replace(scene, excitation=stripes, scatter=scatter),
+        limits,
+        demand=demand,
+        tolerance=PILOT_TOLERANCE,
+        ladder=PILOT_LADDER,
+        highest=math.inf,
+        seed=int(np.random.SeedSequence([seed, 2]).generate_state(1)[0]),
+        method=method,
+        device=device,
+        threads=threads,
+    )
+    centre, dispersion = _moments(pilot["capacity"].transpose(..., "damage_state").values, list(limits), design)
+    levels = np.exp(_quantiles(centre, SPREAD * dispersion, count))
+    rounded = np.array([float(f"{level:.{DIGITS}g}") for level in levels])
+    return rounded if np.all(np.diff(rounded) > 0) else levels
+
+
+def _moments(capacity: np.ndarray, states: list[str], design: Cloud | Stripes) -> tuple[np.ndarray, np.ndarray]:
+    """Return median and standard deviation of the logarithm of the capacities of the states that most pairs pass."""
+    logarithm = np.log(capacity.reshape(-1, len(states)))
+    logarithm = logarithm[~np.isnan(logarithm).any(axis=1)]
+    median = np.median(logarithm, axis=0)
+    known = np.isfinite(median)
+    if not known.any():
+        raise ValueError(
+            f"levels_for: up to the highest level half of the pairs pass no limit, of {', '.join(map(repr, states))}: "
+            "are the limits in the demand's unit?"
+        )
+    for state in np.flatnonzero(~known):
+        warn_caller(
+            f"levels_for: half of the pairs do not pass the limit of damage state {states[state]!r}, and no level is "
+            f"placed for it; the levels [{design.intensity_units}] are those of the other states"
+        )
+    finite = np.where(np.isfinite(logarithm), logarithm, np.nan)[:, known]
+    return median[known], np.maximum(np.nanstd(finite, axis=0), LEAST_DISPERSION)
+
+
+def _quantiles(centre: np.ndarray, spread: np.ndarray, count: int) -> np.ndarray:
+    """Return quantiles, evenly spaced in probability, of normal distributions that are mixed in equal parts."""
+    low, high = (centre - 9 * spread).min(), (centre + 9 * spread).max()
+
+    def share_below(level: float, asked: float) -> float:
+        return float(ndtr((level - centre) / spread).mean() - asked)
+
+    return np.array([brentq(share_below, low, high, args=((i + 0.5) / count,)) for i in range(count)])

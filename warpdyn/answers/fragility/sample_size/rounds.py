@@ -1,0 +1,234 @@
+"""Rounds of structures that every motion gets, one after the other, until the intervals of medians are narrow."""
+
+from __future__ import annotations
+
+import math
+from contextlib import nullcontext
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from scipy.special import stdtrit
+
+from warpdyn.answers.fragility.capacity_curves import fragility_from_capacities
+from warpdyn.answers.fragility.lognormal_fit import SEPARATED
+from warpdyn.answers.fragility.sample_size.variance_components import MOST_STRUCTURES, records_for, variances_of
+from warpdyn.campaigns.accuracy.pilot import choose_method
+from warpdyn.foundations.core.messages import no_warnings, warn_caller
+from warpdyn.model.ground_motions.designs import Cloud, Stripes
+from warpdyn.model.scene.scene import Scene
+
+# Relative width of brackets over the precision, and its bounds. What is not known of a capacity within its bracket
+# averages out: a width of 50 % adds ln(1.5)^2 / 12 = 0.014 to the variance of ln(capacity), mostly 0.05 to 0.2.
+WIDTH_OVER_PRECISION, LEAST_WIDTH, LARGEST_WIDTH = 10 / 3, 0.02, 0.5
+LEAST_LADDER = 1.1  # narrower brackets are narrowed between its rungs
+# A dispersion is told from brackets whose logarithmic width is up to this many times as large.
+WIDEST_OVER_DISPERSION, NARROWING = 3.0, 2.0
+# Rounds of structures at most, and what their number grows by where a prediction fell short.
+MOST_ROUNDS, GROWTH = 6, 1.5
+# Share of the precision that the integration may err by, and the bounds of this error.
+ERROR_SHARE, LEAST_ERROR, LARGEST_ERROR = 0.2, 0.002, 0.02
+PLANNED_LEVELS = 4  # that the step is chosen at
+# Histories from which `plan` pays: its own pilot runs some ten thousand, most of them at shorter steps. Below, the
+# default method errs by a thousandth at its default step (studies/decision.py), and the answer by far more.
+PLANNED_FROM = 50_000
+
+
+@dataclass(eq=False)
+class Rounds:
+    """Rounds of structures that are added to every motion, until the intervals are narrow.
+
+    Args:
+        scene: The scene.
+        search: `capacities`, with the arguments that stay the same.
+        precision: Half the relative width of the intervals.
+        confidence: Probability that they cover.
+        seed: Seed of the first round.
+        integration: How histories are integrated, as arguments of `capacities`.
+    """
+
+    scene: Scene
+    search: partial[xr.Dataset]
+    precision: float
+    confidence: float
+    seed: int
+    integration: dict[str, Any]
+    width: float = field(init=False)  # of brackets, relative
+    highest: float = math.inf
+    rounds: list[xr.Dataset] = field(default_factory=list)
+    begun: int = 0  # rounds, with those that are not part of the answer
+    histories_left_out: int = 0
+
+    def __post_init__(self) -> None:
+        self.width = float(np.clip(WIDTH_OVER_PRECISION * self.precision, LEAST_WIDTH, LARGEST_WIDTH))
+
+    def run(self) -> xr.Dataset:
+        """Add rounds until the precision is reached, or the records bound it."""
+        asked, more, is_bound = math.log1p(self.precision), 1, np.array(False)
+        while True:
+            self._add(more)
+            count = sum(each.sizes["structure"] for each in self.rounds)
+            curves = self._fit(quietly=True)
+            if count == 1 and self._narrow_brackets(curves):
+                continue
+            met = ~(curves["half_width"].values > self.precision)  # nothing is asked of a state without a fit
+            if met.all() or self.begun >= MOST_ROUNDS:
+                break
+            if count == 1:
+                continue
+            needed, is_bound = variances_of(_together(self.rounds), self.confidence).structures_for(asked)
+            if needed <= count:
+                if is_bound.any() or count == MOST_STRUCTURES:
+                    break
+                needed = min(math.ceil(GROWTH * count), MOST_STRUCTURES)
+            more = needed - count
+            if self._plan(needed, count):
+                more = needed
+        curves = self._fit(quietly=False)
+        self._label(curves, "structures" if met.all() else "records")
+        self._warn_unless(met, curves, bool(is_bound.any()))
+        return curves
+
+    def _add(self, structures: int) -> None:
+        """Find the capacities of more structures of each motion's own."""
+        seed = self.seed
+        if self.begun:
+            seed = int(np.random.SeedSequence([self.seed, self.begun]).generate_state(1)[0])
+        found = self.search(
+            _nested(self.scene, structures),
+            tolerance=self.width,
+            ladder=1 + max(self.width, LEAST_LADDER - 1),
+            highest=self.highest,
+            seed=seed,
+            **self.integration,
+        )
+        reached = np.isfinite(found["capacity"].values).any(axis=0).sum(axis=0)
+        if not self.begun and reached.max() < 2:
+            raise ValueError(
+                f"no limit is passed by two of the motions, up to the highest level {found.attrs['highest']:g} "
+                f"{found['capacity'].attrs['units']}: are the limits in the demand's unit?"
+            )
+        self.highest = float(found.attrs["highest"])
+        self.rounds.append(found)
+        self.begun += 1
+
+    def _begin_anew(self) -> None:
+        """Leave the rounds so far out of the answer."""
+        self.histories_left_out += sum(each.attrs["histories"] for each in self.rounds)
+        self.rounds = []
+
+    def _fit(self, *, quietly: bool) -> xr.Dataset:
+        """Return the curves of all rounds together, with half the widths of the medians' intervals."""
+        with no_warnings() if quietly else nullcontext():
+            curves = fragility_from_capacities(_together(self.rounds), confidence=self.confidence, seed=self.seed)
+        half = (curves["fragility_median_upper"] / curves["fragility_median_lower"]).values ** 0.5 - 1
+        words = {"long_name": "half the width of the interval", "units": "1"}
+        words["comment"] = f"relative, of the {100 * self.confidence:g} % interval of the median"
+        return curves.assign(half_width=("damage_state", half, words))
+
+    def _narrow_brackets(self, curves: xr.Dataset) -> bool:
+        """Take narrower brackets where these hardly tell a dispersion; return whether they begin anew."""
+        reach = math.log1p(self.width)
+        if (curves["fit_status"] == SEPARATED).any():
+            least = LEAST_WIDTH
+        else:
+            dispersion = float(curves["fragility_dispersion"].min())
+            if not dispersion < reach / WIDEST_OVER_DISPERSION:
+                return False
+            least = math.expm1(NARROWING * dispersion)
+        if self.width <= LEAST_WIDTH:
+            return False
+        self.width = max(least, LEAST_WIDTH)
+        self._begin_anew()
+        return True
+
+    def _plan(self, needed: int, count: int) -> bool:
+        """Choose method and step where many histories are needed; return whether the answer is run anew by these."""
+        expected = sum(each.attrs["histories"] for each in self.rounds) * needed / count
+        if expected <= PLANNED_FROM or "longest_step" in self.integration:
+            return False
+        final = _nested(self.scene, needed)
+        chosen = choose_method(
+            _where_it_counts(final, _together(self.rounds)),
+            float(np.clip(ERROR_SHARE * self.precision, LEAST_ERROR, LARGEST_ERROR)),
+            structures=final.structures_given,
+            seed=self.seed,
+            method=self.integration["method"],
+            dtype=None,
+            device=self.search.keywords["device"],
+            threads=self.search.keywords["threads"],
+        )
+        self.integration = {"method": chosen.method, "dtype": chosen.dtype, "longest_step": chosen.longest_step}
+        self._begin_anew()
+        return True
+
+    def _label(self, curves: xr.Dataset, bounded_by: str) -> None:
+        """Add to the curves what was chosen and spent."""
+        first, motions = self.rounds[0], self.rounds[0].sizes["motion"]
+        quantile = stdtrit(motions - 1, 0.5 + 0.5 * self.confidence)
+        of_motion = motions * (np.log1p(curves["half_width"].values) / quantile) ** 2
+        needed = records_for(math.log1p(self.precision), of_motion, self.confidence)
+        words = {"long_name": "records that the precision takes with as many structures of each", "units": "1"}
+        curves["records_needed"] = ("damage_state", needed, words)
+        curves.attrs |= {
+            "precision": self.precision,
+            "structures_per_motion": sum(each.sizes["structure"] for each in self.rounds),
+            "bracket_width": self.width,
+            **{name: value for name, value in self.integration.items() if name == "longest_step"},
+            "method": first.attrs["method"],
+            "dtype": first.attrs["dtype"],
+            "histories": sum(int(each.attrs["histories"]) for each in self.rounds),
+            "pilot_histories": int(self.histories_left_out),
+            "bounded_by": bounded_by,
+        }
+
+    def _warn_unless(self, met: np.ndarray, curves: xr.Dataset, is_bound: bool) -> None:
+        """Say which medians the precision was not reached of, and what it would take."""
+        if met.all():
+            return
+        said = ", ".join(
+            f"{str(state)!r} {100 * width:.3g} % ({count:,} records would do)"
+            for state, width, count in zip(
+                curves["damage_state"].values[~met],
+                curves["half_width"].values[~met],
+                curves["records_needed"].values[~met],
+                strict=True,
+            )
+        )
+        records, structures = self.rounds[0].sizes["motion"], curves.attrs["structures_per_motion"]
+        why = "and more structures hardly help" if is_bound else f"after {structures} structures of each"
+        warn_caller(
+            f"{records} records bound the precision, {why}: half the interval of the median is {said}; "
+            f"{100 * self.precision:.3g} % was asked for"
+        )
+
+
+def _together(rounds: list[xr.Dataset]) -> xr.Dataset:
+    """Return the capacities of all rounds as those of one: its structures are other ones in each."""
+    parts, before = [], 0
+    for found in rounds:
+        drawn = found["drawn_structure"]
+        numbered = drawn.dims, drawn.values + before, drawn.attrs
+        parts.append(found[["capacity", "capacity_lower", "capacity_upper"]].assign_coords(drawn_structure=numbered))
+        before += int(drawn.max()) + 1
+    return xr.concat(parts, "structure", combine_attrs="override")
+
+
+def _nested(scene: Scene, structures: int) -> Scene:
+    """Return the scene with structures of each motion's own; the one level stands for those that are searched."""
+    design = scene.excitation
+    assert isinstance(design, Cloud | Stripes)
+    level = [float(np.median(design.intensities))]
+    return replace(scene, excitation=Stripes(design.motions, level, design.measure, structures_per_motion=structures))
+
+
+def _where_it_counts(scene: Scene, pilot: xr.Dataset) -> Scene:
+    """Return the scene at levels where its damage states are passed, which the step is chosen for."""
+    capacity = pilot["capacity"].values
+    lowest, highest = np.nanquantile(capacity[np.isfinite(capacity)], [0.16, 0.84])
+    design = scene.excitation
+    assert isinstance(design, Stripes)
+    stripes = Stripes(design.motions, np.geomspace(lowest, 1.001 * highest, PLANNED_LEVELS).tolist(), design.measure)
+    return replace(scene, excitation=stripes)

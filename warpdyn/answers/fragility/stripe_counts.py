@@ -1,0 +1,301 @@
+"""Samples of a run on stripes, counted by record, group of structures, stripe, place and damage state."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.answers.fragility.demands import damage_of
+from warpdyn.answers.fragility.intervals.strata import strata_of_records
+from warpdyn.answers.fragility.reduced_counts import is_reduced, stripe_counts_of
+from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits
+from warpdyn.campaigns.reductions.population import group_numbers
+from warpdyn.campaigns.running.joining.duplicates import check_samples
+from warpdyn.foundations.core.checks import check_memory
+from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
+
+MOST_LEVELS = 4096  # of single observations, each of which is a level
+# Tables of counts that estimators and intervals have at a time: measured, 2.8 kB for each pair of a record and a level
+# at 5 storeys and 3 damage states.
+TABLES = 20
+_NEEDS_STRIPES = (
+    "curves are fitted to stripes, or to single observations at up to "
+    f"{MOST_LEVELS:,} levels; for a larger cloud take fragility_of_cloud"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class StripeCounts:
+    """Samples counted by record, group of structures and stripe.
+
+    Args:
+        levels: Intensity of each stripe, shape [im_level], increasing.
+        units: Its units.
+        dim: Dimension of the places where a demand is known, such as "storey"; "" where only the worst is.
+        places: Their labels, shape [place].
+        exceeding: Exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the worst place is last.
+        valid: Samples counted, shape [record, group, im_level].
+        excluded: Number of samples kept out, by status.
+        records: Labels of the records, shape [record].
+        is_crossed: Whether the same structures run under every record; else each structure runs under one.
+        least_drift: Least drift ratio at which a sample collapsed [1]; infinite where none did, or no limit is a drift
+    """
+
+    levels: np.ndarray
+    units: str
+    dim: str
+    places: np.ndarray
+    exceeding: np.ndarray
+    valid: np.ndarray
+    excluded: dict[str, int]
+    records: np.ndarray
+    is_crossed: bool
+    least_drift: float
+
+    @cached_property
+    def of_records(self) -> np.ndarray:
+        """Exceeding samples by record, shape [record, im_level, place + 1, damage_state]."""
+        return self.exceeding.sum(axis=1)
+
+    @cached_property
+    def of_groups(self) -> np.ndarray:
+        """Exceeding samples by group of structures, shape [group, im_level, place + 1, damage_state]."""
+        return self.exceeding.sum(axis=0)
+
+    @cached_property
+    def total(self) -> np.ndarray:
+        """Exceeding samples, shape [place + 1, damage_state, im_level]."""
+        return np.moveaxis(self.of_records.sum(axis=0), 0, -1)
+
+    @cached_property
+    def strata(self) -> np.ndarray:
+        """Stratum of each record: those that were selected for one level, or for some, are one, shape [record]."""
+        return strata_of_records(self.valid.sum(axis=1) > 0)
+
+    @cached_property
+    def trials(self) -> np.ndarray:
+        """Samples counted, shape [im_level]."""
+        return self.valid.sum(axis=(0, 1))
+
+
+def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
+    """Count the samples of each record and stripe that exceed each limit, at each place and the worst.
+
+    Args:
+        dataset: A run on stripes, as `warpdyn.answers.fragility.fragility_curves.fragility` takes it, or its counts.
+        limits: Limits of the damage states; of counts those that they were made by.
+
+    Raises:
+        ValueError: If the dataset is not such a run, or more than 1 % of its samples failed (diverged and the like).
+    """
+    if is_reduced(dataset):
+        return _counted(stripe_counts_of(dataset, limits))
+    status, record, level, units = _checked_inputs(dataset)
+    check_samples("fragility", dataset)
+    (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
+    if levels.size < 2:
+        raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
+    if status.size < 2 * levels.size:  # before the table of records, groups and levels, which would fill the memory
+        _check_pairs(np.unique(record_index * levels.size + stripe).size, levels.size, records.size)
+    excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
+    kept = status <= COLLAPSED
+    if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
+        raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size, units))
+    damage = damage_of(dataset, limits, status)
+    passed = damage.passed
+    own = structure_label(dataset)
+    structure = np.arange(status.size) if own is None else own.values
+    sampling = "" if own is None else str(own.attrs.get("sampling", ""))
+    # A structure whose samples are all excluded does not change the groups of the others.
+    is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
+    if not kept.all():
+        passed, group = passed[:, kept], group[kept]
+        # Records whose samples are all excluded are left out.
+        (records, record_index), (levels, stripe) = _indexed(record[kept]), _indexed(level[kept])
+        if records.size == 1:
+            is_crossed, groups, group = False, 1, np.zeros_like(group)
+    cell = (record_index * groups + group) * levels.size + stripe
+    cells, states = records.size * groups * levels.size, len(limits.states)
+    check_memory(
+        f"fragility of {records.size:,} records at {levels.size:,} levels",
+        8.0 * TABLES * cells * len(passed) * states,
+        "take fragility_of_cloud, or fewer records or damage states",
+    )
+    valid = np.bincount(cell, minlength=cells).reshape(records.size, groups, levels.size)
+    _check_stripes(valid)
+    cell *= states + 1
+    shape = valid.shape
+    exceeding = np.empty((*shape, len(passed), states), dtype=np.int64)
+    for column, row in enumerate(passed):
+        histogram = np.bincount(cell + row, minlength=cells * (states + 1)).reshape(*shape, states + 1)
+        reached = np.zeros(shape, dtype=np.int64)
+        for state in range(states)[::-1]:  # a sample that has reached a state has reached those before it
+            reached += histogram[..., state + 1]
+            exceeding[..., column, state] = reached
+    return StripeCounts(
+        levels,
+        units,
+        damage.dim,
+        damage.places,
+        exceeding,
+        valid,
+        excluded,
+        records,
+        is_crossed,
+        _least_drift(dataset, limits, status),
+    )
+
+
+def _counted(parts: dict[str, Any]) -> StripeCounts:
+    """Return what `count_stripes` returns, from counts that were made where the samples ran."""
+    failed, valid, records, levels = (parts.pop(name) for name in ("failed", "valid", "records", "levels"))
+    exceeding, failures, is_crossed = parts.pop("exceeding"), parts.pop("failures"), parts.pop("is_crossed")
+    if levels.size < 2:
+        raise ValueError(f"all samples are on one stripe ({levels}); a curve needs at least 2 stripes")
+    excluded = dict(zip(failures, failed.sum(axis=(0, 1, 2)).tolist(), strict=True))
+    samples = int(valid.sum() + failed.sum())
+    if not samples:
+        raise ValueError("no sample was counted")
+    if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * samples:
+        of_record = np.repeat(records, failed.sum(axis=(1, 2, 3)))
+        of_level = np.repeat(levels, failed.sum(axis=(0, 1, 3)))
+        raise ValueError(_refusal(excluded, of_record, of_level, samples, parts["units"]))
+    # Records whose samples are all excluded are left out.
+    record, stripe = valid.any(axis=(1, 2)), valid.any(axis=(0, 1))
+    valid, exceeding = valid[record][:, :, stripe], exceeding[record][:, :, stripe]
+    if len(valid) == 1 and is_crossed:
+        is_crossed, valid, exceeding = False, valid.sum(axis=1, keepdims=True), exceeding.sum(axis=1, keepdims=True)
+    _check_stripes(valid)
+    return StripeCounts(
+        levels=levels[stripe],
+        records=records[record],
+        # Sums of what follows depend on the order in memory, in their last bits.
+        exceeding=np.ascontiguousarray(exceeding),
+        valid=np.ascontiguousarray(valid),
+        excluded=excluded,
+        is_crossed=is_crossed,
+        **parts,
+    )
+
+
+def structure_groups(
+    structure: np.ndarray, record: np.ndarray, records: int, sampling: str
+) -> tuple[bool, int, np.ndarray]:
+    """Return whether structures are crossed with records, the number of groups of structures, and each sample's group.
+
+    See `group_numbers` for what a group is.
+    """
+    distinct, index = _indexed(structure)
+    if records == 1:
+        return False, 1, np.zeros(structure.size, dtype=np.int64)
+    first = np.full(distinct.size, -1)
+    first[index] = record
+    if (first[index] == record).all():  # no structure under two records
+        return False, 1, np.zeros(structure.size, dtype=np.int64)
+    group = group_numbers(distinct.size, sampling)[index]
+    return True, int(group.max()) + 1, group
+
+
+def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
+    """Return which structure each sample is of: a drawn one, or a building of a portfolio; None if that is unknown."""
+    return next((dataset[name] for name in ("structure", "building") if name in dataset.coords), None)
+
+
+def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
+    """Return the least drift ratio at which a storey of the run collapsed: every collapse exceeds every limit."""
+    collapsed = status == COLLAPSED
+    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # another one may have, as isolators
+        collapsed &= np.isin(dataset["storey_of_collapse"].values, dataset["storey"].values)
+    if DRIFT not in limits.demands or not collapsed.any():
+        return np.inf
+    drift = dataset[DRIFT].transpose("sample", ...).values[collapsed]
+    return float(np.nanmin(drift.reshape(len(drift), -1).max(axis=1), initial=np.inf))
+
+
+def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int, units: str) -> str:
+    """Return an error message with the number of excluded samples and where they are."""
+    places = []
+    for what, values in (("motion_index", record), ("im_level", level)):
+        found, number = np.unique(values, return_counts=True)
+        most = np.argsort(-number, kind="stable")[:3]
+        places.append(f"{what} " + ", ".join(f"{found[i]} ({number[i]})" for i in most))
+    total = sum(excluded.values())
+    return (
+        f"{total} of {samples} samples ({100 * total / samples:.2f} %) are kept out "
+        f"({', '.join(f'{number} {status}' for status, number in excluded.items())}); at most "
+        f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Most are in {'; and in '.join(places)} {units}. "
+        "Take a smaller step or another method"
+    )
+
+
+def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, str]:
+    """Return status as an index into `STATUS_MEANINGS`, motion and level of every sample, and the level's units."""
+    if "im_level" not in dataset:
+        raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
+    for name in ("status", "motion_index", "im_level"):
+        if name not in dataset:
+            raise ValueError(f"the dataset has no {name!r}; needed are a demand, status, motion_index, im_level")
+        if dataset[name].dims != ("sample",):
+            of_one = "; take one event by `select_event`" if "event" in dataset[name].dims else ""
+            raise ValueError(f"{name!r} has dimensions {dataset[name].dims}; they must be ('sample',){of_one}")
+    if dataset.sizes["sample"] == 0:
+        raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
+    record, level = dataset["motion_index"].values, dataset["im_level"].values.astype(np.float64)
+    units = str(dataset["im_level"].attrs.get("units", "g"))
+    bad = np.flatnonzero(~(np.isfinite(level) & (level > 0)))
+    if bad.size:
+        raise ValueError(
+            f"'im_level' of sample {bad[0]} is {level[bad[0]]}; every level must be finite and above 0 {units}"
+        )
+    return decoded_status(dataset["status"]), record, level, units
+
+
+def _check_stripes(valid: np.ndarray) -> None:
+    """Raise a ValueError unless records share stripes, from the samples counted by record, group and stripe."""
+    records, _, levels = valid.shape
+    _check_pairs(int(np.count_nonzero(valid.sum(axis=1))), levels, records)
+
+
+def _check_pairs(pairs: int, levels: int, records: int) -> None:
+    """Raise a ValueError if motions share no level and the levels are too many to be fitted one by one."""
+    if pairs < 2 * levels and records > 1 and levels > MOST_LEVELS:
+        raise ValueError(f"'im_level' has {levels} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
+
+
+def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distinct values, sorted, and the index of each value among them."""
+    if np.issubdtype(values.dtype, np.integer) and values.size and int(np.ptp(values)) < values.size:
+        # Numbers of records and structures are counted, which takes a third of the time of hashing them.
+        index = (values - values.min()).astype(np.int64, copy=False)
+        is_there = np.bincount(index) > 0
+        distinct = np.flatnonzero(is_there) + values.min()
+        return distinct, index if is_there.all() else (np.cumsum(is_there) - 1)[index]
+    index, distinct = pd.factorize(values)  # hashes, where numpy would sort
+    order = np.argsort(distinct, kind="stable")
+    rank = np.empty(order.size, dtype=np.int64)
+    rank[order] = np.arange(order.size)
+    return distinct[order], rank[index]
+
+
+def decoded_status(status: xr.DataArray) -> np.ndarray:
+    """Return the status by the meanings of the flags, whatever codes a file has for them."""
+    meanings = str(status.attrs.get("flag_meanings", "")).split()
+    codes = np.atleast_1d(status.attrs.get("flag_values", ()))
+    known = {"ok", "collapsed"} <= set(meanings) <= set(STATUS_MEANINGS) and len(set(meanings)) == len(meanings)
+    if not known or len(codes) != len(meanings):
+        raise ValueError(
+            f"'status' has flag_meanings {meanings} and flag_values {list(codes)}; "
+            f"it needs a value for each of those it has among {', '.join(STATUS_MEANINGS)}, ok and collapsed at least"
+        )
+    decoded = np.full(status.shape, -1, dtype=np.int8)
+    for code, meaning in zip(codes, meanings, strict=True):
+        decoded[status.values == code] = STATUS_MEANINGS.index(meaning)
+    bad = np.flatnonzero(decoded < 0)
+    if bad.size:
+        raise ValueError(f"'status' of sample {bad[0]} is {status.values[bad[0]]}; allowed are {list(codes)}")
+    return decoded

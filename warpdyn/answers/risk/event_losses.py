@@ -1,0 +1,193 @@
+"""Losses of a city event by event, and how often they are exceeded."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.answers.fragility.reduced_counts import archetype_counts
+from warpdyn.answers.risk.losses import RETURN_PERIODS, checked_periods
+from warpdyn.foundations.core.checks import check_dataset, finite_numbers
+from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+
+_FUNCTION = "event_losses"
+EARTHQUAKE = "earthquake"  # of MotionsAtSites, which each building has in several draws
+MONEY = {"units": "1", "comment": "in the unit of replacement_values"}
+
+
+def event_losses(
+    counted: xr.Dataset, *, event_rates: ArrayLike | None = None, return_periods: Sequence[float] = RETURN_PERIODS
+) -> xr.Dataset:
+    """Return the loss of all buildings together in each event, and how often it is exceeded.
+
+    Each building counts with its own replacement value, which for a row of an inventory that stands for several
+    buildings is that of them all.
+
+    Args:
+        counted: What `simulate` returned with `statistics=[DamageLoss(..., over="event")]` (or over "motion", where
+            each motion is an event of its own), in which each building has one sample in each event. Motions at sites
+            need `over="earthquake"`: a building has a sample in each draw of an earthquake, and the loss is the mean
+            over the draws. Name the motions of one record by `DamageLoss(events=...)`, so that of its components the
+            worse counts; without, both count as draws.
+        event_rates: Annual rate of each event [1/year], shape [event], in the order of the losses (of earthquakes that
+            of the design), or a DataArray along `event` (or `earthquake`), which goes by their names; None where all
+            events are equally likely draws of one earthquake.
+        return_periods: Return periods [year] of the loss, if events have rates.
+
+    Returns:
+        `loss(event)` and `loss_deviation(event)`, the standard deviation that the scatter of the loss ratios alone
+        makes, independent from building to building (of a single draw, where there are several); `counted_buildings`
+        and `failed_buildings(event)`, whose losses are not in it (both the mean over the draws). The dimension is that
+        of `over`. Without rates `exceedance_probability(event)` [1], the share of the events with a larger loss. With
+        rates `expected_annual_loss`, `loss_exceedance_rate(event)` [1/year], at which losses above that of
+        the event occur, and `return_period_loss(return_period)`, the least loss of an event that is exceeded no more
+        often (0 where events are rarer). `plots.loss_exceedance` draws either.
+
+    Raises:
+        ValueError: If there are no losses by event, events have different numbers of samples or each building several
+            in an event, an earthquake has no draw, more than 1 % of an event's samples failed, or rates are not one for
+            each event, or negative.
+        TypeError: If `counted` is no Dataset.
+
+    Example:
+        >>> costs = stock.replacement_costs(inventory)
+        >>> asked = wd.DamageLoss(stock.limits, wd.hazus_loss_ratios("RES1"), costs, over="motion")
+        >>> losses = wd.event_losses(wd.simulate(region, statistics=asked), event_rates=[0.001] * len(motions))
+        >>> float(losses["expected_annual_loss"].round())
+        406.0
+    """
+    advice = "give what simulate(..., statistics=[DamageLoss(..., over='event')]) returned"
+    check_dataset(_FUNCTION, counted, advice=advice, argument="counted")
+    along = next((dim for dim in (EARTHQUAKE, "event", "motion") if f"loss_sum_by_{dim}" in counted), "")
+    if not along or counted[f"loss_sum_by_{along}"].dims != (along,):
+        raise ValueError(
+            f"{_FUNCTION}: the dataset has no losses by event, motion or earthquake alone: {advice}, of MotionsAtSites "
+            f"over={EARTHQUAKE!r}"
+        )
+    buildings, failed = counted[f"counted_count_by_{along}"], counted[f"failed_count_by_{along}"].sum("failure")
+    draws = _draws_of_events(counted, along, buildings.values, failed.values)
+    loss, buildings, failed = counted[f"loss_sum_by_{along}"] / draws, buildings / draws, failed / draws
+    variables = {
+        "loss": loss.assign_attrs(MONEY, long_name="loss of all buildings"),
+        "loss_deviation": ((counted[f"loss_scatter_variance_by_{along}"] / draws) ** 0.5).assign_attrs(
+            MONEY, long_name="standard deviation of the loss by the scatter of the loss ratios"
+        ),
+        "counted_buildings": buildings.assign_attrs(units="1", long_name="buildings with a loss"),
+        "failed_buildings": failed.assign_attrs(units="1", long_name="buildings whose integration failed"),
+    }
+    about = {name: text for name, text in counted.attrs.items() if name in ("title", "history", "seed")}
+    result = xr.Dataset(variables, attrs=about)
+    if event_rates is not None:
+        rates = checked_event_rates(_FUNCTION, loss, event_rates)
+        return result.merge(rates_of_losses(loss, rates, return_periods))
+    larger = (loss.values[:, None] < loss.values).mean(axis=1)
+    said = {"units": "1", "long_name": "share of the events with a larger loss"}
+    return result.assign(exceedance_probability=(along, larger, said))
+
+
+def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLike) -> np.ndarray:
+    """Return the annual rates of events in the order of their losses.
+
+    Args:
+        function: The public function, in errors.
+        loss: Loss of each event, with its labels.
+        event_rates: The rates [1/year], as of `event_losses`.
+
+    Raises:
+        ValueError: As of `event_losses`.
+    """
+    (along,) = map(str, loss.dims)
+    if isinstance(event_rates, xr.DataArray) and along in event_rates.coords and event_rates.dims == (along,):
+        if not loss.indexes[along].is_unique:
+            raise ValueError(
+                f"{function}: {along}s have a name twice: give event_rates in the order of the {along}s, without names"
+            )
+        if set(event_rates[along].values.tolist()) != set(loss[along].values.tolist()):
+            raise ValueError(
+                f"{function}: event_rates are of the {along}s {event_rates[along].values.tolist()}, and the losses of "
+                f"{loss[along].values.tolist()}"
+            )
+        event_rates = event_rates.sel({along: loss[along].values})  # by label, as xarray goes together
+    rates = np.atleast_1d(finite_numbers("event_rates", event_rates))
+    if rates.shape != loss.shape or np.any(rates < 0):
+        raise ValueError(
+            f"{function}: event_rates must hold the annual rate of each of the {loss.size} events, none "
+            f"below 0, got {rates}"
+        )
+    findings = PlausibilityFindings()
+    findings.add("event_rate", rates)
+    findings.warn()
+    return rates
+
+
+def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Sequence[float]) -> xr.Dataset:
+    """Return the expected loss of a year, the rates at which losses are exceeded and the losses of return periods.
+
+    Args:
+        loss: Loss of each event.
+        rates: Annual rates of the events [1/year].
+        return_periods: Return periods [year].
+    """
+    (along,) = map(str, loss.dims)
+    periods = checked_periods(return_periods)
+    values = loss.values
+    exceeded = rates @ (values[:, None] > values[None, :])
+    ordered = np.sort(np.append(values, 0.0))
+    rate_above = rates @ (values[:, None] > ordered[None, :])
+    at_periods = [ordered[np.argmax(rate_above <= 1 / period)] for period in periods]
+    return xr.Dataset(
+        {
+            "expected_annual_loss": ((), rates @ values, MONEY | {"long_name": "expected loss of a year"}),
+            "loss_exceedance_rate": (
+                along,
+                exceeded,
+                {"units": "year-1", "long_name": "annual rate of losses above that of the event"},
+            ),
+            "return_period_loss": (
+                "return_period",
+                at_periods,
+                MONEY | {"long_name": "least loss of an event that is exceeded at most once in the return period"},
+            ),
+        },
+        {"return_period": ("return_period", periods, {"units": "year", "long_name": "return period"})},
+    )
+
+
+def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, failed: np.ndarray) -> np.ndarray:
+    """Return how many samples each building has in each event; raise a ValueError if not all have as many.
+
+    Args:
+        counted: As of `event_losses`.
+        along: The dimension of the events.
+        buildings: Samples of each event that have a loss.
+        failed: Those that failed.
+    """
+    total, counts = buildings + failed, archetype_counts(counted)
+    least, most = int(total.min()), int(total.max())
+    if along == EARTHQUAKE:
+        size = 0 if counts is None else sum(counts.values())
+        if not size or not least or np.any(total % size):
+            raise ValueError(
+                f"{_FUNCTION}: earthquakes have {least:,} to {most:,} samples of {size:,} buildings, and each building "
+                "of a portfolio must have the same number of draws, and at least one, of each earthquake"
+            )
+    elif least < most or (counts is not None and most != sum(counts.values())):
+        raise ValueError(
+            f"{_FUNCTION}: {along}s have {least:,} to {most:,} samples, and each building must have one in "
+            "each: name the events of motions by DamageLoss(events=...), take one level of stripes by itself, and of "
+            f"MotionsAtSites take the losses over={EARTHQUAKE!r}"
+        )
+    many = failed > LARGEST_EXCLUDED_FRACTION * total
+    if many.any():
+        place = int(many.argmax())
+        units = "samples" if along == EARTHQUAKE else "buildings"
+        raise ValueError(
+            f"{_FUNCTION}: {failed[place]:,} of {total[place]:,} {units} failed in {along} "
+            f"{counted[along].values[place].item()!r}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: take a "
+            "smaller step or another method"
+        )
+    return total // size if along == EARTHQUAKE else np.ones_like(total)

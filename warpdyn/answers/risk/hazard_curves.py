@@ -1,0 +1,332 @@
+"""Hazard curves of a site: annual rates of exceedance, interpolated in logarithms, and logic trees of curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.answers.risk.hazard import files
+from warpdyn.answers.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared
+from warpdyn.answers.risk.hazard.plausible import warn_of_implausible_hazard
+from warpdyn.foundations.core.checks import check_kind, checked_text, finite_numbers, real_number, real_numbers
+from warpdyn.foundations.core.frozen_values import FrozenArrays
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import with_suggestions
+
+WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class HazardCurve(FrozenArrays):
+    """The seismic hazard of a site: the annual rate at which each intensity is exceeded.
+
+    Between its points the logarithm of the rate is linear in the logarithm of the intensity, and beyond its first and
+    last point it goes on with the slope of the segment there. What is computed from a curve says how much of it comes
+    from beyond.
+
+    A warning tells of a curve that lies above the highest hazard of any site, as curves in m/s2 for g or cm/s for m/s
+    and probabilities in 50 years for annual rates do at active sites. At quiet sites either mistake makes the curve of
+    an active one, which nothing in it tells.
+
+    Args:
+        intensity: Intensity measure [units], shape [point], positive and increasing.
+        annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it never rises.
+        measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)"; curves of another
+            measure are refused then, and a name that is not understood is warned of. Empty if it is not to be checked.
+        units: Units of the intensity, "g" or SI as in "m s-1" ("m/s" is read too, and "cm/s" is converted); those of
+            the fragility curves must be the same. None is "g", of accelerations alone.
+
+    Raises:
+        ValueError: If there are fewer than two points, values are not positive and finite, intensities do not increase,
+            rates rise, or the last two rates are equal, so that the curve has no end; if the measure is never in the
+            units.
+        TypeError: If `measure` or `units` is not text.
+
+    Example:
+        >>> hazard = wd.HazardCurve([0.1, 0.3, 1.0], [1e-2, 1e-3, 5e-5], measure="SA(0.75)")
+        >>> float(hazard.intensity_of(1 / 475).round(2))  # g
+        0.21
+        >>> of_velocity = wd.HazardCurve([0.03, 0.1, 1.0], [4e-2, 8e-3, 3e-5], measure="PGV", units="m s-1")
+        >>> float(of_velocity.rate_of(0.1).round(4))  # 1/year
+        0.008
+    """
+
+    intensity: np.ndarray
+    annual_rate: np.ndarray
+    measure: str = ""
+    units: str = "g"
+
+    def __init__(
+        self, intensity: ArrayLike, annual_rate: ArrayLike, *, measure: str = "", units: str | None = None
+    ) -> None:
+        intensity = _positive_points("intensity", intensity)
+        rate = _positive_points("annual_rate", annual_rate)
+        measure = checked_text("measure", measure)
+        units, factor = units_of_hazard(measure, units)
+        intensity *= factor
+        if intensity.size != rate.size:
+            raise ValueError(f"the hazard curve has {intensity.size} intensities and {rate.size} annual rates")
+        if intensity.size < 2:
+            raise ValueError("a hazard curve needs at least 2 points, got 1")
+        for i in np.flatnonzero(np.diff(intensity) <= 0):
+            raise ValueError(f"intensity must increase, but {intensity[i]:g} is followed by {intensity[i + 1]:g}")
+        for i in np.flatnonzero(np.diff(rate) > 0):
+            raise ValueError(
+                f"a hazard curve never rises, but annual_rate goes from {rate[i]:g} at {intensity[i]:g} {units} to "
+                f"{rate[i + 1]:g} at {intensity[i + 1]:g} {units}; give rates of exceedance, not of occurrence"
+            )
+        if rate[-1] == rate[-2]:
+            raise ValueError(
+                f"the last two annual rates are equal ({rate[-1]:g}), so that every larger intensity would be exceeded "
+                "as often: leave out the last point"
+            )
+        warn_of_implausible_hazard(intensity, rate, measure, units)
+        for name, values in (("intensity", intensity), ("annual_rate", rate)):
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+        object.__setattr__(self, "measure", measure)
+        object.__setattr__(self, "units", units)
+
+    @classmethod
+    def from_probabilities(
+        cls, intensity: ArrayLike, probability: ArrayLike, years: float, *, measure: str = "", units: str | None = None
+    ) -> HazardCurve:
+        """Make a curve from probabilities of exceedance in a number of years, by a Poisson process.
+
+        Args:
+            intensity: Intensity measure [units], shape [point].
+            probability: Probability of at least one exceedance in these years [1], shape [point].
+            years: The investigation time [year].
+            measure: As of the class.
+            units: As of the class.
+
+        Raises:
+            ValueError: As of the class; if a probability is not above 0 and below 1.
+
+        Example:
+            >>> hazard = wd.HazardCurve.from_probabilities([0.1, 0.5], [0.39, 0.02], years=50)
+            >>> hazard.annual_rate.round(5)
+            array([0.00989, 0.0004 ])
+        """
+        years = real_number("years", years, above=0)
+        values = _positive_points("probability", probability)
+        for i in np.flatnonzero(values >= 1):
+            raise ValueError(
+                f"probability[{i}] is {values[i]:g}; it must be below 1: give annual rates to HazardCurve itself, and "
+                "leave out points whose probability is rounded to 1"
+            )
+        return cls(intensity, -np.log1p(-values) / years, measure=measure, units=units)
+
+    @classmethod
+    def from_openquake_csv(cls, path: str | Path, *, site: tuple[float, float] | None = None) -> HazardCurve:
+        """Read a hazard curve that the OpenQuake engine exported, such as `hazard_curve-mean-SA(0.75)_1.csv`.
+
+        Probabilities in the file's investigation time become annual rates of a Poisson process. Points of probability
+        0 (beyond the largest motion) and 1 (to the file's digits) are left out. Accelerations are in g; velocities and
+        displacements, in cm/s and cm in the file, are in SI units.
+
+        Args:
+            path: The file.
+            site: Longitude and latitude [degree]; needed if the file has several sites.
+
+        Raises:
+            ValueError: If the file lacks the first line with investigation_time and imt or its columns `poe-...`, is of
+                kind='std', a number is broken, or no site is at `site` (within 0.001 degrees); as of the class. A
+                file of a quantile or the maximum over the logic tree gives a warning.
+            FileNotFoundError: If there is no file.
+
+        Example:
+            >>> hazard = wd.HazardCurve.from_openquake_csv("hazard_curve-mean-PGA_1.csv", site=(-122.4, 37.8))
+            >>> hazard.measure
+            'PGA'
+        """
+        intensity, rate, measure, units = files.read_openquake_csv(path, site)
+        return cls._of_file(path, intensity, rate, measure, units)
+
+    @classmethod
+    def from_usgs(
+        cls, path: str | Path, *, measure: str | None = None, site: str | tuple[float, float] | None = None
+    ) -> HazardCurve:
+        """Read a hazard curve of the USGS: JSON of its web services, or CSV of its program nshmp-haz.
+
+        Files hold annual rates of exceedance and intensities in g. Points without hazard are left out. Of a JSON file
+        the component "Total" is taken.
+
+        Args:
+            path: The file; of CSV the folder's name is the measure, as in `curves/SA0P2/total.csv`.
+            measure: The intensity measure, such as "PGA" or "SA(0.2)"; needed of JSON with several, and of CSV in a
+                folder of another name.
+            site: Name, or longitude and latitude [degree], of the site of a CSV file that has several.
+
+        Raises:
+            ValueError: If the file is neither, has not the measure or the site, or a number is broken; as of the class.
+            FileNotFoundError: If there is no file.
+            TypeError: If `measure` is not text.
+
+        Example:
+            >>> hazard = wd.HazardCurve.from_usgs("hazard.json", measure="SA(0.75)")
+            >>> hazard.measure
+            'SA(0.75)'
+        """
+        if measure is not None:
+            checked_text("measure", measure)
+        intensity, rate, measure = files.read_usgs(path, measure, site)
+        return cls._of_file(path, intensity, rate, measure, None)
+
+    @classmethod
+    def _of_file(
+        cls, path: str | Path, intensity: np.ndarray, rate: np.ndarray, measure: str, units: str | None
+    ) -> HazardCurve:
+        """Return the curve of a file, which the message of an error names."""
+        try:
+            return cls(intensity, rate, measure=measure, units=units)
+        except ValueError as error:
+            raise ValueError(f"{path}: {error}") from None
+
+    @property
+    def slopes(self) -> np.ndarray:
+        """Slope -d ln(rate) / d ln(intensity) of each segment between points [1], shape [point - 1]."""
+        return -np.diff(np.log(self.annual_rate)) / np.diff(np.log(self.intensity))
+
+    def rate_of(self, intensity: ArrayLike) -> np.ndarray:
+        """Return the annual rate at which intensities are exceeded [1/year]; 0 at infinite ones.
+
+        Args:
+            intensity: Intensity measure [units], any shape, above 0.
+
+        Raises:
+            ValueError: If an intensity is not above 0.
+        """
+        values = real_numbers("intensity", intensity)
+        if not np.all(values > 0):
+            raise ValueError("rate_of: every intensity must be above 0")
+        log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
+        u = np.log(values)
+        segment = np.clip(np.searchsorted(log_x, u, side="right") - 1, 0, log_x.size - 2)
+        with np.errstate(over="ignore"):  # far below the first point: infinite
+            return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
+
+    def intensity_of(self, rate: ArrayLike) -> np.ndarray:
+        """Return the intensities that are exceeded at annual rates [1/year]; where the curve is level, the largest.
+
+        Args:
+            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning tells of rates beyond the
+                points.
+
+        Raises:
+            ValueError: If a rate is not above 0, or above the first of a curve that begins level.
+        """
+        values = real_numbers("rate", rate)
+        if not np.all(values > 0):
+            raise ValueError("intensity_of: every rate must be above 0")
+        log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
+        v = np.log(values)
+        if np.any((values > self.annual_rate[0]) & (self.slopes[0] == 0)):
+            raise ValueError(f"no intensity is exceeded more often than {self.annual_rate[0]:g} times a year")
+        if np.any((values > self.annual_rate[0] * (1 + 1e-12)) | (values < self.annual_rate[-1] * (1 - 1e-12))):
+            warn_caller(
+                f"the hazard curve has rates from {self.annual_rate[-1]:.3g} to {self.annual_rate[0]:.3g} a year: the "
+                "intensities of others are extrapolated"
+            )
+        segment = np.clip(np.searchsorted(-log_rate, -v, side="right") - 1, 0, log_x.size - 2)
+        return np.exp(log_x[segment] - (v - log_rate[segment]) / self.slopes[segment])
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class HazardLogicTree(FrozenArrays):
+    """Several hazard curves of one site with weights: what is not known of its hazard.
+
+    Args:
+        curves: The end branches, of one intensity measure and unit; their points may differ.
+        weights: Weight of each branch [1], positive, of sum 1.
+
+    Raises:
+        ValueError: If there is no curve, a weight for each is missing, weights are not positive or do not sum to 1, or
+            the curves are of several measures or units.
+        TypeError: If `curves` is no row, or a branch is no HazardCurve.
+
+    Example:
+        >>> low, high = wd.HazardCurve([0.1, 1.0], [5e-3, 2e-5]), wd.HazardCurve([0.1, 1.0], [2e-2, 2e-4])
+        >>> tree = wd.HazardLogicTree([low, hazard, high], [0.2, 0.6, 0.2])
+        >>> float(tree.rate_of(0.1).round(4))  # 1/year
+        0.0096
+    """
+
+    curves: tuple[HazardCurve, ...]
+    weights: np.ndarray
+
+    def __init__(self, curves: Sequence[HazardCurve], weights: Sequence[float]) -> None:
+        if isinstance(curves, HazardCurve | str | range) or not isinstance(curves, Sequence):
+            raise TypeError(
+                f"HazardLogicTree() takes a row of HazardCurves, such as [curve], got {type(curves).__name__}"
+            )
+        branches = tuple(curves)
+        if not branches:
+            raise ValueError("a logic tree needs at least one hazard curve")
+        for each in branches:
+            check_kind("HazardLogicTree", "HazardCurves", each, HazardCurve, argument="curves")
+        values = _positive_points("weights", weights)
+        if values.size != len(branches):
+            raise ValueError(f"the logic tree has {len(branches)} curves and {values.size} weights")
+        if abs(values.sum() - 1) > WEIGHT_TOLERANCE:
+            raise ValueError(f"the weights of a logic tree must sum to 1, got {values.sum():.9g}")
+        first = branches[0]
+        for each in branches[1:]:
+            if each.units != first.units or same_measure(each.measure, first.measure) is False:
+                raise ValueError(
+                    f"the curves of a logic tree are of one measure and unit, got {first.measure!r} in {first.units} "
+                    f"and {each.measure!r} in {each.units}"
+                )
+            warn_unless_compared("HazardLogicTree: two curves", each.measure, first.measure)
+        values /= values.sum()
+        values.setflags(write=False)
+        object.__setattr__(self, "curves", branches)
+        object.__setattr__(self, "weights", values)
+
+    @property
+    def measure(self) -> str:
+        """Name of the intensity measure."""
+        return self.curves[0].measure
+
+    @property
+    def units(self) -> str:
+        """Units of the intensity."""
+        return self.curves[0].units
+
+    def rate_of(self, intensity: ArrayLike) -> np.ndarray:
+        """Return the mean annual rate over the branches at which intensities are exceeded [1/year].
+
+        Args:
+            intensity: Intensity measure [units], any shape, above 0.
+
+        Raises:
+            ValueError: If an intensity is not above 0.
+        """
+        return np.tensordot(self.weights, np.stack([curve.rate_of(intensity) for curve in self.curves]), 1)
+
+
+Hazard = HazardCurve | HazardLogicTree
+
+
+def branches_of(function: str, hazard: Hazard) -> HazardLogicTree:
+    """Return a hazard as a logic tree, which has one branch of a curve."""
+    if isinstance(hazard, HazardCurve):
+        return HazardLogicTree([hazard], [1.0])
+    check_kind(function, "a HazardCurve or a HazardLogicTree as hazard", hazard, HazardLogicTree)
+    return hazard
+
+
+def _positive_points(what: str, values: ArrayLike) -> np.ndarray:
+    """Return a row of positive finite numbers, or raise a ValueError that names the first that is not."""
+    array = finite_numbers(what, values)
+    if array.ndim != 1 or not array.size:
+        raise ValueError(f"{what} must be a row of numbers, got an array of shape {array.shape}")
+    for i in np.flatnonzero(array <= 0):
+        raise ValueError(f"{what}[{i}] is {array[i]:g}; it must be above 0 (leave out points without hazard)")
+    return array

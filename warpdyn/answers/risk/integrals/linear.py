@@ -1,0 +1,43 @@
+"""Integrals of loss ratios that are linear between intensities over hazard curves, in closed form."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.answers.risk.hazard_curves import HazardCurve
+
+
+def begin_of(curve: HazardCurve, levels: np.ndarray) -> float:
+    """Return the intensity at which a function that is linear between levels begins to count.
+
+    A function that begins at 0 counts from the first point of the hazard curve, or from its own second level if that is
+    lower: below, the rate of the extrapolated hazard has no bound.
+    """
+    return float(levels[0] if levels[0] > 0 else min(curve.intensity[0], levels[1]))
+
+
+def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the part of a function above an intensity, which begins with its loss there."""
+    if start <= levels[0]:
+        return levels, mean
+    above = levels > start
+    further = np.append(levels[above], max(levels[-1], 2 * start) if not above.any() else [])
+    return np.append(start, further), np.append(np.interp(start, levels, mean), np.interp(further, levels, mean))
+
+
+def loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> float:
+    """Return the integral of a function that is linear between levels over a hazard curve, exact on each segment."""
+    begin = begin_of(curve, levels)
+    if levels[0] == 0:
+        mean = np.append(np.interp(begin, levels, mean), mean[levels > begin])
+        levels = np.append(begin, levels[levels > begin])
+    within = curve.intensity[(curve.intensity > levels[0]) & (curve.intensity < levels[-1])]
+    edges = np.unique(np.concatenate([levels, within]))
+    low, log_ratio = edges[:-1], np.diff(np.log(edges))
+    segment = np.clip(np.searchsorted(curve.intensity, low, side="right") - 1, 0, curve.slopes.size - 1)
+    power = 1 - curve.slopes[segment]
+    is_one = power == 0  # where the integral of 1 / x is a logarithm
+    width = np.where(is_one, log_ratio, np.expm1(power * log_ratio) / np.where(is_one, 1.0, power))
+    # By parts: the loss at the first level, and its rise from edge to edge at the rate of the intensities between.
+    rise = np.diff(np.interp(edges, levels, mean)) / np.diff(edges)
+    return float(mean[0] * curve.rate_of(levels[0]) + rise @ (curve.rate_of(low) * low * width))

@@ -1,0 +1,153 @@
+"""Integrals of lognormal fragility curves over hazard curves, in closed form for each power-law segment.
+
+With a hazard curve lambda(x) = lambda_r (x / x_r)^-k on a segment and a lognormal capacity of median theta and
+dispersion beta, the rate at which capacities within the segment (a, b) are exceeded is
+
+    lambda_r (theta / x_r)^-k exp(k^2 beta^2 / 2) (Phi(z_b + k beta) - Phi(z_a + k beta)),  z = ln(x / theta) / beta,
+
+and the sum over the segments is the annual rate of the damage state (Cornell and others 2002, J. Struct. Eng. 128(4),
+equation 5, has the case of one segment from 0 to infinity). Terms are positive, so that nothing cancels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.special import log_ndtr, ndtr
+
+from warpdyn.answers.fragility.lognormal_fit import probability
+from warpdyn.answers.risk.hazard_curves import HazardCurve
+
+SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for each power-law segment of the hazard"
+_FARTHEST = 40.0  # in ln(intensity) from the hazard's points; curves that cross farther out cross where nothing happens
+
+
+class LognormalShape:
+    """Lognormal fragility curves, integrated in closed form; the functions are those of `NumericalShape`."""
+
+    method = SOURCE
+
+    def usual(self, median: np.ndarray, dispersion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the intensities between which curves are drawn, each of shape [damage_state]."""
+        return median * np.exp(-3 * dispersion), median * np.exp(3 * dispersion)
+
+    def probability(self, intensity: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
+        """Return the probability of exceedance at intensities [point], shape [..., damage_state, point]."""
+        return probability(intensity, median[..., None], dispersion[..., None])
+
+    def rates(
+        self, hazard: HazardCurve, median: np.ndarray, dispersion: np.ndarray, *, ordered: bool = False
+    ) -> np.ndarray:
+        """Return the annual rates of the damage states [1/year], shape [..., damage_state].
+
+        Args:
+            hazard: The curve.
+            median: Median capacity [units of the hazard], shape [..., damage_state].
+            dispersion: Dispersion of the capacity [1], of the same shape.
+            ordered: Whether a heavier state is taken to be no likelier than a lighter one at any intensity.
+        """
+        if not ordered:
+            return rates_by_segment(hazard, median, dispersion).sum(axis=-1)
+        # Between two intensities at which curves cross, the lower one of two is the same throughout.
+        mean = np.log(median)
+        first, second = np.triu_indices(median.shape[-1], 1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            crossing = (mean[..., first] * dispersion[..., second] - mean[..., second] * dispersion[..., first]) / (
+                dispersion[..., second] - dispersion[..., first]
+            )
+        points = np.log(hazard.intensity)
+        # Of curves that never cross an edge stands where it parts nothing.
+        crossing = np.where(np.isfinite(crossing), crossing, points[0])
+        crossing = np.clip(crossing, points[0] - _FARTHEST, points[-1] + _FARTHEST)
+        merged = np.sort(
+            np.concatenate([np.broadcast_to(points, (*mean.shape[:-1], points.size)), crossing], axis=-1), axis=-1
+        )[..., None, :]
+        below, whole = _rates_below(hazard, merged, median, dispersion)
+        parts = np.concatenate([below[..., :1], np.diff(below, axis=-1), whole[..., None] - below[..., -1:]], axis=-1)
+        return np.minimum.accumulate(np.maximum(parts, 0.0), axis=-2).sum(axis=-1)
+
+    def rates_by_bin(
+        self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the part of the annual rates that comes from intensities within each bin, as the function does."""
+        return rates_by_bin(hazard, edges, median, dispersion)
+
+
+def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
+    """Return the part of the annual rate of exceedance of each capacity that lies between points of the hazard curve.
+
+    Args:
+        hazard: The curve.
+        median: Median capacity [units of the hazard], any shape.
+        dispersion: Dispersion of the capacity [1], of the same shape, above 0.
+
+    Returns:
+        Rates [1/year] of capacities below the first point, between each two and above the last, shape [..., point + 1].
+    """
+    return _rates_of_pieces(hazard, np.log(hazard.intensity), median, dispersion)
+
+
+def rates_by_bin(
+    hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the part of the annual rate of exceedance that comes from intensities within each bin.
+
+    That is the integral of the fragility curve over the rate of occurrence of the bin's intensities.
+
+    Args:
+        hazard: The curve.
+        edges: Edges of the bins [units of the hazard], increasing, shape [bin + 1].
+        median: Median capacity [units of the hazard], any shape.
+        dispersion: Dispersion of the capacity [1], of the same shape.
+
+    Returns:
+        Rates [1/year] of the bins, shape [..., bin], and of intensities below and above all bins, each of the median's
+        shape.
+    """
+    log_edges = np.log(edges)
+    merged = np.unique(np.concatenate([np.log(hazard.intensity), log_edges]))
+    below, whole = _rates_below(hazard, merged, median, dispersion)
+    by_parts = below[..., np.searchsorted(merged, log_edges)]
+    parts = np.diff(by_parts, axis=-1), by_parts[..., 0], whole - by_parts[..., -1]
+    # Where next to nothing comes from, the difference of two rates is their rounding.
+    within, under, over = (np.maximum(part, 0.0) for part in parts)
+    return within, under, over
+
+
+def _rates_below(
+    hazard: HazardCurve, log_edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the part of the rates from intensities below each edge, shape [..., edge], and the whole rates.
+
+    Edges are those of `_rates_of_pieces`.
+    """
+    pieces = _rates_of_pieces(hazard, log_edges, median, dispersion)
+    # Rate at which capacities below each edge are exceeded; by parts, the rate from intensities below it follows.
+    below = np.cumsum(pieces[..., :-1], axis=-1)
+    probable = ndtr((log_edges - np.log(median)[..., None]) / dispersion[..., None])
+    return below - probable * hazard.rate_of(np.exp(log_edges)), pieces.sum(axis=-1)
+
+
+def _rates_of_pieces(
+    hazard: HazardCurve, log_edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
+) -> np.ndarray:
+    """Return the rates of capacities between edges, which hold all points of the hazard curve, and outside of them.
+
+    Edges increase along the last axis, and their shape goes together with [..., 1] of the medians.
+    """
+    mean, spread = np.log(median)[..., None], np.asarray(dispersion)[..., None]
+    log_x, log_rate = np.log(hazard.intensity), np.log(hazard.annual_rate)
+    end = np.full((*log_edges.shape[:-1], 1), np.inf)
+    edges = np.concatenate([-end, log_edges, end], axis=-1)
+    segment = np.clip(np.searchsorted(log_x, edges[..., :-1], side="right") - 1, 0, log_x.size - 2)
+    slope = hazard.slopes[segment]
+    scale = log_rate[segment] + slope * (log_x[segment] - mean) + 0.5 * (slope * spread) ** 2
+    low, high = ((part - mean) / spread + slope * spread for part in (edges[..., :-1], edges[..., 1:]))
+    # The mass between two values of the standard normal: of the tail that is smaller, in logarithms, as the factor
+    # before it grows as fast as the tail falls.
+    mirrored = low > 0
+    low, high = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
+    larger, smaller = log_ndtr(high), log_ndtr(low)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mass = np.where(smaller == -np.inf, larger, larger + np.log1p(-np.exp(smaller - larger)))
+    with np.errstate(over="ignore"):  # a rate without a bound, of a very wide curve, is infinite
+        return np.exp(scale + mass)

@@ -1,0 +1,298 @@
+"""Losses of a building: expected annual loss, loss exceedance curve, return-period losses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.answers.fragility.lognormal_fit import check_confidence
+from warpdyn.answers.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
+from warpdyn.answers.risk.curves import check_hazard, curves_of, interval_attributes, warn_of_crossing
+from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
+from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year, part_above
+from warpdyn.answers.risk.vulnerability import rates_in_states
+from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, checked_ratios
+from warpdyn.foundations.core.checks import check_dataset, finite_numbers, real_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+
+RETURN_PERIODS = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
+_POINTS = 201  # of a loss exceedance curve
+CUT_SHARE = 0.05  # of the expected loss that a function's first or last intensity decides: with more a warning is given
+_HALVINGS = 30  # of half a per cent of the replacement value, to find a return-period loss
+
+
+@suggests_names
+def annual_losses(
+    curves: xr.Dataset,
+    hazard: Hazard,
+    loss_ratios: Ratios,
+    *,
+    replacement_value: float = 1.0,
+    return_periods: Sequence[float] = RETURN_PERIODS,
+    confidence: float = 0.95,
+) -> xr.Dataset:
+    """Return the expected annual loss of a building, its loss exceedance curve and the losses of return periods.
+
+    Losses follow from the annual rates of the damage states: the expected loss is the sum of rate times mean ratio of
+    each state, and the rate at which a loss is exceeded the sum of rate times probability of exceedance, by the beta
+    distribution of the state's ratio. Ratios without a coefficient of variation make a curve of steps. Occurrences are
+    a Poisson process, and the building is repaired between them. Intervals are those of `annual_rates`. As in
+    `vulnerability`, a heavier state is never likelier than a lighter one at any intensity: where fitted curves cross,
+    the lower probability holds for both, a warning names them, and rates are those of these probabilities.
+
+    Args:
+        curves: As of `annual_rates`.
+        hazard: The hazard of the curves' intensity measure.
+        loss_ratios: As of `vulnerability`.
+        replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
+        return_periods: Return periods [year], such as 475.
+        confidence: Probability that the intervals cover [1].
+
+    Returns:
+        `expected_annual_loss` and `deviation_of_annual_loss` [as the value, a year]; `contribution(damage_state)`, the
+        share of each state in the expected loss [1], and `annual_rate_of_state(damage_state)`, of damage that comes to
+        this state and no further [1/year]; `loss_exceedance_rate(loss)` [1/year];
+        `return_period_loss(return_period)` [as the value], the least loss that is exceeded no more often (0 where
+        damage is rarer). Losses, rates and return-period losses with `_lower` and `_upper`.
+
+    Raises:
+        TypeError, ValueError: As of `annual_rates` and `vulnerability`.
+
+    Example:
+        >>> losses = wd.annual_losses(curves, hazard, {"slight": 0.05, "complete": 1.0}, replacement_value=12e6)
+        >>> float(losses["expected_annual_loss"].round(-1))
+        1030.0
+    """
+    tree = branches_of("annual_losses", hazard)
+    found = curves_of("annual_losses", curves, tree)
+    ratios = checked_ratios("annual_losses", loss_ratios, found.names)
+    value = real_number("replacement_value", replacement_value, above=0)
+    check_confidence(confidence)
+    periods = checked_periods(return_periods)
+    warn_of_crossing(found)
+    rate = tree.weights @ found.rates(tree, ordered=True)
+    warned_shares(found, tree, rate)
+    in_state = rates_in_states(rate)
+    in_state_sampled = rates_in_states(found.sampled_rates(tree, ordered=True))
+
+    def rate_of_loss(side: int, ratio: float) -> float:
+        """Return estimate or bound of the rate at which a loss ratio is exceeded."""
+        exceeding = ratios.exceeding(ratio)
+        if side == 0:
+            return float(in_state @ exceeding)
+        return float(weighted_bounds(in_state_sampled @ exceeding, tree.weights, confidence)[side - 1])
+
+    mean = in_state @ ratios.mean
+    mean_bounds = weighted_bounds(in_state_sampled @ ratios.mean, tree.weights, confidence)
+    deviation = np.sqrt(in_state @ (ratios.mean**2 + ratios.deviation**2))
+    # Both sides of each step are on the curve.
+    grid = np.unique(np.concatenate([np.linspace(0.0, 1.0, _POINTS), ratios.mean, np.nextafter(ratios.mean, 0.0)]))
+    grid = grid[grid >= 0]
+    exceeding = np.array([ratios.exceeding(ratio) for ratio in grid]).T
+    bounds = weighted_bounds(in_state_sampled @ exceeding, tree.weights, confidence)
+    exceedance = np.array([in_state @ exceeding, *bounds])
+    at_periods = np.array(
+        [
+            [_least_loss(partial(rate_of_loss, side), grid, exceedance[side], 1 / period) for period in periods]
+            for side in range(3)
+        ]
+    )
+
+    money = {"units": "1", "comment": "in the unit of replacement_value"}
+    variables: dict[str, tuple] = {
+        "deviation_of_annual_loss": (
+            (),
+            value * deviation,
+            money | {"long_name": "standard deviation of the loss of a year"},
+        ),
+        "contribution": (
+            "damage_state",
+            in_state * ratios.mean / mean if mean > 0 else np.full(in_state.shape, np.nan),
+            {"units": "1", "long_name": "share of the state in the expected annual loss"},
+        ),
+        "annual_rate_of_state": (
+            "damage_state",
+            in_state,
+            {"units": "year-1", "long_name": "annual rate of damage that comes to this state and no further"},
+        ),
+    }
+    for side, suffix in enumerate(("", "_lower", "_upper")):
+        words = f", {suffix[1:]} bound" if suffix else ""
+        loss = mean if side == 0 else mean_bounds[side - 1]
+        variables |= {
+            f"expected_annual_loss{suffix}": (
+                (),
+                value * loss,
+                money | {"long_name": f"expected loss of a year{words}"},
+            ),
+            f"loss_exceedance_rate{suffix}": (
+                "loss",
+                exceedance[side],
+                {"units": "year-1", "long_name": f"annual rate at which the loss is exceeded{words}"},
+            ),
+            f"return_period_loss{suffix}": (
+                "return_period",
+                value * at_periods[side],
+                money | {"long_name": f"least loss that is exceeded at most once in the return period{words}"},
+            ),
+        }
+    return xr.Dataset(
+        variables,
+        {
+            "loss": ("loss", value * grid, money | {"long_name": "loss"}),
+            "return_period": ("return_period", periods, {"units": "year", "long_name": "return period"}),
+            "damage_state": ("damage_state", np.array(found.names), {"long_name": "damage state"}),
+        },
+        {
+            "intensity_measure": tree.measure or found.measure,
+            "replacement_value": value,
+            **interval_attributes(found, len(tree.curves), confidence),
+        },
+    )
+
+
+def checked_periods(return_periods: ArrayLike) -> np.ndarray:
+    """Return a row of return periods [year], with a warning of what seem to be rates."""
+    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
+    if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
+        raise ValueError("return_periods must be a row of years above 0")
+    findings = PlausibilityFindings()
+    shortest = float(periods.min())
+    meant = f" (as a rate, of {1 / shortest:.4g} years)" if shortest < 1 else ""
+    findings.add("return_period", periods, f" in return_periods{meant}")
+    findings.warn()
+    return periods
+
+
+@suggests_names
+def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
+    """Return the expected annual loss of a vulnerability function, as of storey losses or of another tool's file.
+
+    The integral of the mean loss ratio, which is linear between its intensities, over the hazard curve, a power law
+    between its points, is exact. Intensities below the first of the function cost nothing (of a
+    function that begins at 0, those below the first point of the hazard), those above the last one as much as it.
+    A warning tells where that decides more than 5 % of the answer, and where more than 1 % is from beyond the hazard.
+
+    Args:
+        vulnerability: `mean_loss_ratio(intensity)` [1], as `vulnerability`, `storey_losses` of a run on stripes and
+            `read_nrml_vulnerability` return it.
+        hazard: The hazard of the function's intensity measure.
+        replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
+
+    Returns:
+        `expected_annual_loss` [as the value, a year]; `branch_expected_annual_loss(branch)` of a logic tree, of which
+        it is the mean; `share_above_intensities`, the share that comes from intensities above the last [1].
+
+    Raises:
+        TypeError: If `vulnerability` is no Dataset or `hazard` no hazard.
+        ValueError: If the function is missing, has fewer than two intensities, which do not increase, or ratios that
+            are unknown or not from 0 to 1, or the hazard is of another unit or measure.
+
+    Example:
+        >>> losses = wd.vulnerability(curves, {"slight": 0.05, "complete": 1.0})
+        >>> float(wd.expected_annual_loss(losses, hazard, replacement_value=12e6)["expected_annual_loss"].round(-1))
+        1030.0
+    """
+    name = "expected_annual_loss"
+    check_dataset(
+        name,
+        vulnerability,
+        "mean_loss_ratio",
+        "intensity",
+        advice="give what vulnerability() returned",
+        argument="vulnerability",
+    )
+    tree = branches_of(name, hazard)
+    value = real_number("replacement_value", replacement_value, above=0)
+    levels = finite_numbers(f"{name}: intensity", vulnerability["intensity"].values)
+    mean = finite_numbers(f"{name}: mean_loss_ratio", vulnerability["mean_loss_ratio"].values)
+    if levels.size < 2 or mean.shape != levels.shape or np.any(levels < 0) or np.any(np.diff(levels) <= 0):
+        raise ValueError(f"{name}: the function must have at least two intensities, which increase, each with a ratio")
+    if np.any((mean < 0) | (mean > 1)):
+        raise ValueError(f"{name}: mean loss ratios must lie from 0 to 1, got {mean.min():g} to {mean.max():g}")
+    units = str(vulnerability["intensity"].attrs.get("units", "g"))
+    check_hazard(name, tree, units, str(vulnerability.attrs.get("intensity_measure", "")))
+    if levels[0] == 0 and mean[0] > 0:
+        raise ValueError(f"{name}: the loss ratio at intensity 0 is {mean[0]:g}; it must be 0")
+    ratios = np.array([loss_of_year(curve, levels, mean) for curve in tree.curves])
+    whole = float(tree.weights @ ratios)
+    above = mean[-1] * float(tree.rate_of(levels[-1]))
+    if whole > 0:
+        _warn_of_ends(tree, levels, mean, units, whole)
+    money = {"units": "1", "comment": "in the unit of replacement_value"}
+    return xr.Dataset(
+        {
+            "expected_annual_loss": ((), value * whole, money | {"long_name": "expected loss of a year"}),
+            "branch_expected_annual_loss": (
+                "branch",
+                value * ratios,
+                money | {"long_name": "expected loss of a year by each branch of the hazard"},
+            ),
+            "share_above_intensities": (
+                (),
+                above / whole if whole > 0 else np.nan,
+                {"units": "1", "long_name": "share from intensities above the last of the function"},
+            ),
+        },
+        attrs={"intensity_measure": tree.measure, "replacement_value": value},
+    )
+
+
+def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, units: str, whole: float) -> None:
+    """Warn of a function that is cut off where it still matters, and of what the hazard's points do not reach."""
+    begins = [begin_of(one, levels) for one in tree.curves]
+    at_begin = [np.interp(x, levels, mean) * float(one.rate_of(x)) for x, one in zip(begins, tree.curves, strict=True)]
+    begin, first = max(begins), float(tree.weights @ at_begin) / whole
+    # What it would add to go on as steeply, in the logarithm of the intensity, as it ends.
+    slope = (mean[-1] - mean[-2]) / np.log(levels[-1] / levels[-2]) if levels[-2] > 0 else mean[-1] - mean[-2]
+    further = sum(
+        w * float(one.rate_of(levels[-1])) / one.slopes[-1] for w, one in zip(tree.weights, tree.curves, strict=True)
+    )
+    last = min(slope * further, (1 - mean[-1]) * float(tree.rate_of(levels[-1]))) / whole
+    said = []
+    if first > CUT_SHARE:
+        said.append(
+            f"it begins at {begin:g} {units} with a loss ratio of {np.interp(begin, levels, mean):.3g}, which makes "
+            f"{100 * first:.0f} % of the expected loss, and intensities below cost nothing: "
+            + ("begin where the loss is next to none" if levels[0] > 0 else "give a hazard curve that begins lower")
+        )
+    if last > CUT_SHARE:
+        said.append(
+            f"it ends at {levels[-1]:g} {units}, where it still rises: as steep beyond, it would add {100 * last:.0f} "
+            "% to the expected loss: go on to higher intensities"
+        )
+    if said:
+        warn_caller("expected_annual_loss: the function is cut off: " + "; ".join(said))
+    outside = np.zeros((2, 1))
+    for weight, one in zip(tree.weights, tree.curves, strict=True):
+        start, end = one.intensity[[0, -1]]
+        beyond = [loss_of_year(one, *part_above(level, levels, mean)) for level in (start, end)]
+        outside += weight * np.array([[loss_of_year(one, levels, mean) - beyond[0]], [beyond[1]]])
+    warn_of_extrapolation(("the expected loss",), outside / whole, tree.curves, "expected_annual_loss")
+
+
+def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:
+    """Return the least loss ratio that is exceeded at most at a rate, by halving between two points of the curve.
+
+    Args:
+        rate_of_loss: Rate at which a loss ratio is exceeded.
+        grid: Loss ratios of the curve, from 0 to 1.
+        rates: Rates at which they are exceeded; NaN without an interval.
+        rate: The rate.
+    """
+    if np.isnan(rates[0]):
+        return np.nan
+    first = int(np.argmax(rates <= rate))  # no loss is above 1, whose rate is 0
+    if first == 0:
+        return 0.0
+    low, high = grid[first - 1], grid[first]
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if rate_of_loss(middle) > rate else (low, middle)
+    return high

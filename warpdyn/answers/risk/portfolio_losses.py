@@ -1,0 +1,120 @@
+"""Losses of a portfolio: damage shares, damage-to-loss ratios and replacement values put together, event by event."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.answers.risk.event_losses import MONEY, checked_event_rates, rates_of_losses
+from warpdyn.answers.risk.losses import RETURN_PERIODS
+from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, check_archetypes, ratios_of_archetypes
+from warpdyn.campaigns.reductions.limits import NO_DAMAGE
+from warpdyn.foundations.core.checks import check_dataset, real_number
+
+_FUNCTION = "portfolio_losses"
+
+
+def portfolio_losses(
+    shares: xr.Dataset,
+    loss_ratios: Ratios | Mapping[str, Ratios],
+    replacement_values: Mapping[str, float],
+    *,
+    event_rates: ArrayLike | None = None,
+    return_periods: Sequence[float] = RETURN_PERIODS,
+) -> xr.Dataset:
+    """Return the losses of a portfolio in each event, by archetype and in total, and of a year if events have rates.
+
+    Buildings of an archetype are taken to be of equal value. Undamaged ones cost nothing.
+
+    Args:
+        shares: What `damage_shares` returned.
+        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
+            all archetypes; or of each archetype such a mapping.
+        replacement_values: Value of all buildings of each archetype together [currency].
+        event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares, or a
+            DataArray along it, which goes by its labels; None for losses of events alone.
+        return_periods: Return periods [year] of the total loss, if events have rates.
+
+    Returns:
+        `archetype_loss_ratio` [1] and `archetype_loss(archetype, event)`, `loss(event)` and `loss_ratio(event)` of the
+        portfolio, and `loss_deviation(event)`, the standard deviation that the scatter of the loss ratios alone makes,
+        independent from building to building; on stripes the dimension `stripe` follows. With `event_rates`
+        `archetype_expected_annual_loss(archetype)`, `expected_annual_loss`, `loss_exceedance_rate(event)`, at which
+        losses above that of the event occur, and `return_period_loss(return_period)`, the least loss of an event that
+        is exceeded no more often (0 where events are rarer).
+
+    Raises:
+        TypeError: If `shares` is no Dataset or ratios or values are no mappings.
+        ValueError: If a state or an archetype is missing or unknown, a value is not positive, an archetype has no
+            counted building in an event, or rates are not one for each event, are negative, or are given on stripes.
+
+    Example:
+        >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
+        >>> losses = wd.portfolio_losses(shares, wd.hazus_loss_ratios("RES1"), stock.replacement_values(inventory))
+        >>> float(losses["loss_ratio"].mean().round(3))
+        0.011
+    """
+    needed = "archetype_damage_share", "counted_buildings"
+    check_dataset(_FUNCTION, shares, *needed, advice="give what damage_shares(run, limits) returned", argument="shares")
+    names = [str(name) for name in shares["archetype"].values]
+    states = [str(state) for state in shares["damage_state"].values if str(state) != NO_DAMAGE]
+    ratios = ratios_of_archetypes(_FUNCTION, names, states, loss_ratios)
+    values = _checked_values(names, replacement_values)
+    share = shares["archetype_damage_share"].sel(damage_state=states)
+    along = str(share.dims[1])  # event or motion
+    counted = shares["counted_buildings"]
+    if not (counted > 0).all():
+        archetype, event = (int(place[0]) for place in np.nonzero(~(counted > 0).values)[:2])
+        raise ValueError(
+            f"{_FUNCTION}: archetype {names[archetype]!r} has no counted building in {along} {event}: its loss "
+            "is unknown"
+        )
+
+    def by_state(rows: np.ndarray) -> xr.DataArray:
+        return xr.DataArray(rows, dims=("archetype", "damage_state"))
+
+    means, variances = (np.stack(part) for part in zip(*((r.mean, r.deviation**2) for r in ratios), strict=True))
+    value = xr.DataArray(values, dims="archetype")
+    plain = share.drop_vars(list(share.coords))
+    of_archetype = (plain * by_state(means)).sum("damage_state")
+    loss = of_archetype * value
+    total = loss.sum("archetype")
+    each_variance = (plain * by_state(variances)).sum("damage_state") / counted.drop_vars(list(counted.coords))
+    deviation = (each_variance * value**2).sum("archetype") ** 0.5
+    money, unit = MONEY, {"units": "1"}
+    result = xr.Dataset(
+        {
+            "archetype_loss_ratio": of_archetype.assign_attrs(unit, long_name="mean loss ratio of the archetype"),
+            "archetype_loss": loss.assign_attrs(money, long_name="loss of the archetype's buildings"),
+            "loss": total.assign_attrs(money, long_name="loss of the portfolio"),
+            "loss_ratio": (total / values.sum()).assign_attrs(unit, long_name="loss over the portfolio's value"),
+            "loss_deviation": deviation.assign_attrs(
+                money, long_name="standard deviation of the loss by the scatter of the loss ratios"
+            ),
+            "replacement_value": value.assign_attrs(money, long_name="value of the archetype's buildings"),
+        },
+        {name: shares[name] for name in ("archetype", along, "stripe") if name in shares.coords},
+        {name: text for name, text in shares.attrs.items() if name in ("title", "history", "seed")},
+    )
+    if event_rates is None:
+        return result
+    if "stripe" in total.dims:
+        raise ValueError(f"{_FUNCTION}: event_rates are of events as they were, and these shares are on stripes")
+    per_event = total.assign_coords({along: shares[along]})
+    rates = checked_event_rates(_FUNCTION, per_event, event_rates)
+    of_archetypes = (loss * xr.DataArray(rates, dims=along)).sum(along)
+    return result.assign(
+        archetype_expected_annual_loss=of_archetypes.assign_attrs(
+            money, long_name="expected loss of a year of the archetype's buildings"
+        )
+    ).merge(rates_of_losses(per_event, rates, return_periods))
+
+
+def _checked_values(names: Sequence[str], given: Mapping[str, float]) -> np.ndarray:
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{_FUNCTION}: replacement_values must map each archetype to its value, got {given!r}")
+    check_archetypes(_FUNCTION, names, given, "replacement_values")
+    return np.array([real_number(f"replacement value of {name!r}", given[name], above=0) for name in names])

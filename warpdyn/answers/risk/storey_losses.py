@@ -1,0 +1,217 @@
+"""Losses storey by storey: storey loss functions of drifts and floor accelerations, added up for every sample."""
+
+from __future__ import annotations
+
+from typing import TypeAlias
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.answers.fragility.demands import refuse_portfolio
+from warpdyn.answers.fragility.stripe_counts import decoded_status
+from warpdyn.campaigns.running.joining.duplicates import check_samples
+from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.foundations.core.checks import check_dataset, finite_numbers, real_number
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.output_variables import (
+    COLLAPSED,
+    LARGEST_EXCLUDED_FRACTION,
+    STRIPED,
+    measure_of_dataset,
+)
+from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
+from warpdyn.foundations.core.units import STANDARD_GRAVITY, unit_attributes
+
+LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
+_FUNCTION = "storey_losses"
+# Units in which a run may have its demands, first that of its loss function, and the factor to that.
+FACTORS = {
+    "peak_storey_drift_ratio": {"1": 1.0, "percent": 0.01, "%": 0.01, "rad": 1.0},
+    "peak_floor_acceleration": {"m s-2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01},
+}
+SMALL_DRIFT_RATIO = 0.01  # up to which the first drift of a loss function is not judged
+
+
+@suggests_names
+def storey_losses(
+    run: xr.Dataset,
+    drift_loss: LossFunction | None = None,
+    acceleration_loss: LossFunction | None = None,
+    *,
+    collapse_loss: float = 1.0,
+) -> xr.Dataset:
+    """Return the loss ratio of every sample: storey losses by their drifts and floor accelerations, added up.
+
+    A storey loss function is the expected repair cost of a storey's components at a demand, over the replacement value
+    of the building; between its points it is linear, above the last one level. A collapsed sample loses
+    `collapse_loss`, and no sample loses more. Losses of samples that failed are NaN. Storeys of isolators or of a tuned
+    mass damper, and the floors above them, have no losses.
+
+    Source: Ramirez and Miranda (2009), "Building-specific loss estimation methods and tools for simplified
+    performance-based earthquake engineering", Blume Center report 171, chapter 3.
+
+    Args:
+        run: A run of a ShearBuilding with the recorders "drift" and, for `acceleration_loss`, "acceleration".
+        drift_loss: Peak storey drift ratios [1], shape [point], and the loss of a storey at them [1], shape [point] or,
+            where storeys differ, [storey, point]. The first loss is 0, losses do not fall.
+        acceleration_loss: Peak floor accelerations [m/s2] and the loss at a floor at them [1], likewise. A run whose
+            accelerations are in g by their attribute `units` is converted.
+        collapse_loss: Loss of a collapsed sample [1].
+
+    Returns:
+        `loss_ratio(sample)` [1] and, of samples that stand, its parts `drift_loss_ratio(sample, storey)` and
+        `acceleration_loss_ratio(sample, floor)`. Of a run on stripes also `mean_loss_ratio(intensity)`,
+        `coefficient_of_variation(intensity)` (over all samples of the stripe, with divisor n - 1) and
+        `collapsed_share(intensity)`, which `plots.vulnerability` draws.
+
+    Raises:
+        TypeError: If `run` is no Dataset.
+        ValueError: If no function is given, a demand is not recorded or in units that cannot be converted, points do
+            not increase, losses fall, do not begin at 0 or are above 1, `collapse_loss` is above 1, the run has several
+            archetypes or events or no samples, or more than 1 % of the samples failed.
+
+    Example:
+        >>> drift_loss = [0.0, 0.004, 0.01, 0.03], [0.0, 0.02, 0.1, 0.3]  # of each of two equal storeys
+        >>> losses = wd.storey_losses(run, drift_loss, acceleration_loss=([0.0, 3.0, 12.0], [0.0, 0.0, 0.06]))
+        >>> losses["mean_loss_ratio"].round(2).values  # at the level of each stripe
+        array([0.01, 0.02, 0.04, 0.09, 0.17, 0.32])
+    """
+    check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned", argument="run")
+    refuse_portfolio(_FUNCTION, run)
+    run = without_added_storeys(run)
+    if "event" in run.dims:
+        raise ValueError(f"{_FUNCTION}: the run has several events; take one by select_event(run, name)")
+    if not run.sizes.get("sample", 0):
+        raise ValueError(f"{_FUNCTION}: the run has no samples; give a selection that holds some")
+    check_samples(_FUNCTION, run)
+    worst = real_number("collapse_loss", collapse_loss, above=0)
+    if worst > 1:
+        raise ValueError(
+            f"collapse_loss is {worst:g}; it is a share of the replacement value, at most 1 (100 % is 1.0)"
+        )
+    given = {
+        "drift": ("peak_storey_drift_ratio", "storey", drift_loss),
+        "acceleration": ("peak_floor_acceleration", "floor", acceleration_loss),
+    }
+    if drift_loss is None and acceleration_loss is None:
+        raise ValueError(f"{_FUNCTION} needs drift_loss, acceleration_loss or both")
+    status = decoded_status(run["status"])
+    failed = status > COLLAPSED
+    if failed.sum() > LARGEST_EXCLUDED_FRACTION * status.size:
+        raise ValueError(
+            f"{failed.sum()} of {status.size} samples failed; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: take "
+            "a smaller step or another method"
+        )
+    unit = {"units": "1"}
+    variables: dict[str, tuple] = {}
+    total = np.zeros(status.size)
+    for recorder, (variable, dim, function) in given.items():
+        if function is None:
+            continue
+        if variable not in run:
+            raise ValueError(f"{_FUNCTION}: the run has no {variable}: record {recorder!r}")
+        demand = _in_units_of_losses(run[variable]) * run[variable].transpose("sample", dim).values.astype(np.float64)
+        part = _losses_at(f"{recorder}_loss", function, demand)
+        if recorder == "drift":
+            points = np.asarray(function[0], dtype=np.float64)
+            first = float(points[points > 0][0])  # further points may stand far out, and small drifts are meant
+            if first > SMALL_DRIFT_RATIO:
+                warn_of_implausible_limits({" of the first loss of drift_loss": first})
+        else:
+            warn_of_implausible_limits({"": float(np.max(function[0]))}, "last_acceleration_of_losses")
+        part[status != 0] = np.nan
+        name = f"{recorder}_loss_ratio"
+        variables[name] = ("sample", dim), part, unit | {"long_name": f"loss of the {dim} by its {recorder}"}
+        total += part.sum(axis=1)
+    total = np.where(status == COLLAPSED, worst, np.minimum(total, worst))
+    total[failed] = np.nan
+    variables["loss_ratio"] = "sample", total, unit | {"long_name": "loss over the replacement value"}
+    coordinates = {name: run[name] for name in ("sample", "storey", "floor", "im_level") if name in run.coords}
+    result = xr.Dataset(
+        variables, {name: value for name, value in coordinates.items() if set(value.dims) <= _dims(variables)}
+    )
+    if "im_level" not in run or run["im_level"].attrs.get("design") != STRIPED:
+        return result
+    levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
+    rows = [total[(stripe == i) & ~failed] for i in range(levels.size)]
+    mean = np.array([row.mean() if row.size else np.nan for row in rows])
+    spread = np.array([row.std(ddof=1) if row.size > 1 else np.nan for row in rows])
+    with np.errstate(invalid="ignore", divide="ignore"):
+        variation = np.where(mean > 0, spread / mean, np.nan)
+    collapsed = [
+        (status[(stripe == i) & ~failed] == COLLAPSED).mean() if rows[i].size else np.nan for i in range(levels.size)
+    ]
+    units = str(run["im_level"].attrs.get("units", "g"))
+    of_stripe = {"long_name": "intensity of the stripe"} | unit_attributes(units)
+    return (
+        result.assign(
+            mean_loss_ratio=("intensity", mean, unit | {"long_name": "mean loss ratio of the stripe"}),
+            coefficient_of_variation=(
+                "intensity",
+                variation,
+                unit | {"long_name": "coefficient of variation of the loss ratio"},
+            ),
+            collapsed_share=(
+                "intensity",
+                np.array(collapsed),
+                unit | {"long_name": "share of the stripe that collapsed"},
+            ),
+        )
+        .assign_coords(intensity=("intensity", levels, of_stripe))
+        .assign_attrs(measure_of_dataset(run))
+    )
+
+
+def _in_units_of_losses(demand: xr.DataArray) -> float:
+    """Return the factor from the units of a demand to those of its loss function, or raise an error that names them."""
+    units = str(demand.attrs.get("units", next(iter(FACTORS[str(demand.name)]))))
+    factors = FACTORS[str(demand.name)]
+    if units not in factors:
+        raise ValueError(
+            f"{_FUNCTION}: {demand.name} is in {units!r}; allowed are {', '.join(map(repr, factors))}: convert it, and "
+            "its attribute units"
+        )
+    return factors[units]
+
+
+def _dims(variables: dict[str, tuple]) -> set[str]:
+    """Return the dimensions of some variables."""
+    found: set[str] = set()
+    for dims, *_ in variables.values():
+        found |= {dims} if isinstance(dims, str) else set(dims)
+    return found
+
+
+def _losses_at(what: str, function: LossFunction, demand: np.ndarray) -> np.ndarray:
+    """Return the losses at demands of each storey or floor, of the same shape; a storey that is not there loses 0."""
+    if not isinstance(function, tuple | list) or len(function) != 2:
+        raise ValueError(f"{what} must be a pair: demands, and losses at them")
+    points, losses = finite_numbers(f"{what}: demands", function[0]), finite_numbers(f"{what}: losses", function[1])
+    if points.ndim != 1 or points.size < 2 or points[0] < 0 or np.any(np.diff(points) <= 0):
+        raise ValueError(f"{what}: demands must be a row of at least 2 increasing numbers, none below 0, got {points}")
+    places = demand.shape[1]
+    if losses.shape not in ((points.size,), (places, points.size)):
+        raise ValueError(
+            f"{what}: losses must have the shape [{points.size}] of the demands or [{places}, {points.size}], a row "
+            f"for each storey or floor, got {list(losses.shape)}"
+        )
+    table = np.broadcast_to(losses, (places, points.size))
+    if np.any(table[:, 0] != 0):
+        raise ValueError(
+            f"{what}: losses must begin at 0, got {table[:, 0].max():g} at the first demand, {points[0]:g}: begin with "
+            "a demand that costs nothing"
+        )
+    if np.any(np.diff(table, axis=1) < 0):
+        place, point = (int(i) for i in np.argwhere(np.diff(table, axis=1) < 0)[0])
+        raise ValueError(
+            f"{what}: losses must not fall, but go from {table[place, point]:g} at a demand of {points[point]:g} to "
+            f"{table[place, point + 1]:g} at {points[point + 1]:g}: give the loss of all that is damaged by then"
+        )
+    if np.any(table > 1):
+        raise ValueError(
+            f"{what}: losses must be shares of the replacement value of the building, at most 1 (2 % is 0.02), got "
+            f"{table.max():g}"
+        )
+    each = [np.interp(np.nan_to_num(demand[:, i]), points, table[i]) for i in range(places)]
+    return np.stack(each, axis=1)

@@ -1,0 +1,189 @@
+"""Estimates of the errors of a run: some samples are run again at half the step and in float64."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.settings import LEAST_TOLERANCE
+from warpdyn.campaigns.integration.stability_guard import Reruns, integrate_guarded
+from warpdyn.campaigns.integration.time_grid import Schedule
+from warpdyn.foundations.core.output_variables import DIVERGED
+from warpdyn.foundations.core.random_numbers import Purpose
+from warpdyn.model.ground_motions.excitation import Assignment
+
+FEWEST_SAMPLES = 30  # fewer give no useful 95 % quantile
+# Statistics of the error over the samples, as quantiles.
+STATISTICS = {"median": 0.5, "95 %": 0.95, "worst": 1.0}
+# The second run has this many times the steps. The exact method errs only because it evaluates peaks at steps, and half
+# the step may miss a peak in the same way; an adaptive method also gets a tighter tolerance.
+FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
+
+
+def relative_errors(
+    run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
+) -> dict[str, np.ndarray]:
+    """Return the relative error of every demand of some samples, from a run at half the step in float64.
+
+    Args:
+        run: The run.
+        outputs: Its outputs for the chosen samples alone, sample last.
+        chosen: The samples.
+        reruns: What those before them had run again; None where there are none.
+
+    Returns:
+        By demand, the largest error over its storeys (or degrees of freedom) relative to the largest value, shape
+        [sample]; NaN for a sample that failed in either run.
+    """
+    method = run.model.method
+    finer = FINER_EXACT if method.kind == "exact" else FINER
+    reference = integrate_guarded(_refined(run, chosen, finer), chosen, reruns)
+    # Correction for the error of the finer run: peaks are evaluated at steps, so that their order is at most 2.
+    order = 1 if method.kind == "explicit" and method.order == 1 else 2
+    errors = compare(run, outputs, reference, chosen)
+    return {name: error / (1 - finer**-order) for name, error in errors.items()}
+
+
+def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
+    """Return a run in float64 with so many times the steps for some samples, after the same for all earlier events."""
+    schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
+    is_adaptive = run.model.method.is_adaptive
+    tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
+    refined = run.with_model(run.model.in_float64(tolerance, run.queue.device), schedule)
+    if run.before is not None:
+        everything = np.arange(run.before.sample.size)
+        refined.resume(integrate_guarded(_refined(run.before, everything, finer), everything))
+    return refined
+
+
+def compare(
+    run: Ensemble, outputs: dict[str, np.ndarray], reference: dict[str, np.ndarray], chosen: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the relative error of every demand against a reference's outputs, as `relative_errors` does."""
+    failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
+    sizes = dict(reference)
+    if "peak_storey_drift" in reference:
+        sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / run.heights[run.row[chosen]].T
+    errors = {}
+    for name, variable in run.model.demands.items():
+        scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)
+        one, other = outputs[name].astype(np.float64), reference[name]
+        # A sample that collapses with both has no residual drift with either.
+        difference = _largest(np.where(np.isnan(one) & np.isnan(other), 0.0, one - other))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.where(difference == 0, 0.0, difference / scale)
+        errors[name] = np.where(failed, np.nan, error)
+    return errors
+
+
+def _largest(values: np.ndarray) -> np.ndarray:
+    """Return the largest absolute value over every axis but the last, which is that of the samples."""
+    return np.abs(values).reshape(-1, values.shape[-1]).max(axis=0)
+
+
+class ErrorEstimate:
+    """Relative errors of the demands of a share of a run's samples (at least 30), collected block by block.
+
+    Args:
+        samples: Number of samples of the run.
+        share: Share of the samples that are checked.
+        seed: Seed of their choice.
+        together: Number of samples that are run again at a time.
+        chosen: The samples that another estimate of the same run has chosen, which takes a while of many.
+
+    Attributes:
+        reruns: What the checked samples had run again.
+    """
+
+    def __init__(self, samples: int, share: float, seed: int, together: int, chosen: np.ndarray | None = None) -> None:
+        if chosen is None:
+            count = min(samples, max(FEWEST_SAMPLES, int(np.ceil(share * samples))))
+            generator = np.random.default_rng([seed, Purpose.CHECKED_SAMPLES])
+            chosen = np.sort(generator.choice(samples, count, replace=False))
+        self.chosen = chosen
+        self.together = together
+        self.reruns = Reruns()
+        self._waiting: list[tuple[Ensemble, dict[str, np.ndarray]]] = []
+        self._errors: list[dict[str, np.ndarray]] = []
+
+    def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
+        """Add the checked samples of a block that did not fail.
+
+        Args:
+            run: The block.
+            outputs: Its outputs, sample last.
+        """
+        first, last = np.searchsorted(self.chosen, [run.sample[0], run.sample[-1] + 1])
+        own = self.chosen[first:last] - run.sample[0]
+        own = own[outputs["status"][own] < DIVERGED]
+        if own.size:
+            self._waiting.append((run.select(own), {name: values[..., own] for name, values in outputs.items()}))
+        if sum(part.sample.size for part, _ in self._waiting) >= self.together:
+            self._run_again()
+
+    def _run_again(self) -> None:
+        if not self._waiting:
+            return
+        blocks, outputs = zip(*self._waiting, strict=True)
+        self._waiting.clear()
+        whole = {name: np.concatenate([part[name] for part in outputs], axis=-1) for name in outputs[0]}
+        run = joined(blocks)
+        self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self.reruns))
+
+    def found(self) -> list[dict[str, np.ndarray]]:
+        """Return the errors of the checked samples so far, by demand and part by part, for `include`."""
+        self._run_again()
+        return self._errors
+
+    def include(self, errors: list[dict[str, np.ndarray]]) -> None:
+        """Add errors that were found elsewhere, of the samples after those so far."""
+        self._errors += errors
+
+    def result(self, demands: Sequence[str]) -> xr.Dataset:
+        """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst)."""
+        self._run_again()
+        demands = list(demands)
+        values = np.full((len(demands), len(STATISTICS)), np.nan)
+        count = 0
+        if self._errors and demands:
+            errors = [np.concatenate([part[name] for part in self._errors]) for name in demands]
+            count = errors[0].size
+            # A sample that fails at half the step counts as a sample of infinite error.
+            ordered = np.where(np.isnan(errors), np.inf, errors)
+            values = np.quantile(ordered, list(STATISTICS.values()), axis=1, method="higher").T
+        attributes = {
+            "long_name": "estimated relative error of the demand over the samples",
+            "units": "1",
+            "comment": f"of {count} samples, by half the step in float64; relative to the sample's largest value of "
+            "the demand over its storeys, of residual drifts to its peak storey drift ratio if that is recorded, of "
+            "energies to its input energy",
+        }
+        return xr.Dataset(
+            {"estimated_relative_error": (("demand", "error_statistic"), values, attributes)},
+            coords={"demand": demands, "error_statistic": list(STATISTICS)},
+        )
+
+
+def joined(parts: Sequence[Ensemble]) -> Ensemble:
+    """Return the samples of several blocks of one run as one ensemble, on the device of the last block."""
+    first = parts[0]
+    has_rows = bool(first.drawn) or first.before is not None  # else one structure serves all
+    counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)
+    starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
+    whole = Ensemble(
+        first.model,
+        np.concatenate([part.structures for part in parts]),
+        {name: np.concatenate([part.drawn[name] for part in parts]) for name in first.drawn},
+        np.concatenate([part.rayleigh for part in parts]) if has_rows else first.rayleigh,
+        Assignment.joined([part.assignment for part in parts]),
+        np.concatenate([part.row + start for part, start in zip(parts, starts, strict=True)]),
+        Schedule.joined([part.schedule for part in parts]),
+        np.concatenate([part.sample for part in parts]),
+        parts[-1].queue,
+        joined([part.before for part in parts if part.before is not None]) if first.before is not None else None,
+    )
+    whole.state = {name: np.concatenate([part.state[name] for part in parts]) for name in first.state}
+    return whole

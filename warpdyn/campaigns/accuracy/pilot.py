@@ -1,0 +1,275 @@
+"""The cheapest method that keeps a target error, and what a scene costs in memory and time."""
+
+from __future__ import annotations
+
+import collections.abc
+import time
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.campaigns.accuracy.error_estimate import compare
+from warpdyn.campaigns.accuracy.method_choice import MethodChoice
+from warpdyn.campaigns.integration.dynamics import Vibration
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.campaigns.integration.run import Drawn, prepare
+from warpdyn.campaigns.integration.settings import check_target_error
+from warpdyn.campaigns.integration.stability_guard import guard, integrate_guarded
+from warpdyn.engine.kernels.plan import values_held
+from warpdyn.engine.kernels.queues import checked_devices
+from warpdyn.engine.methods.table import check_fits, fitting_methods
+from warpdyn.foundations.core.checks import one_of, whole_number
+from warpdyn.foundations.core.random_numbers import Purpose
+from warpdyn.model.scene.arguments import takes_scene
+from warpdyn.model.scene.plausibility import warn_of_implausible
+from warpdyn.model.scene.scene import Scene
+
+# The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
+# the cheapest method without a stability limit; other methods are tried only if they are asked for.
+CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
+# The share of the target that the pilot's error must stay below: its reference errs a little itself.
+SHARE_OF_TARGET = 0.9
+# Steps tried, as steps in the first period: half an octave apart.
+STEPS_PER_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
+REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more below it
+# A candidate that needs this many times more steps for stability than for accuracy is given up.
+MOST_HELD = 20.0
+PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # these fill the lanes of a few threads, or a GPU
+TIMINGS = 5  # the shortest counts
+QUANTILE = 0.95
+
+
+@takes_scene
+def plan(
+    scene: Scene,
+    target_error: float = 0.01,
+    *,
+    structures: int = 1,
+    seed: int = 0,
+    method: str | None = None,
+    dtype: str | None = None,
+    device: str | collections.abc.Sequence[str] | None = None,
+    threads: int | None = None,
+) -> MethodChoice:
+    """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
+
+    For each method the longest of some steps is found that keeps the error, in float32 or, if none does, in float64;
+    then these candidates are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
+    displacement) against a much shorter step in float64, relative to the sample's largest; it must be below the target
+    in 95 % of the pilot's samples. The table also has the worst of them: a sample on a bifurcation may be far off.
+
+    Args:
+        scene: The scene.
+        target_error: Relative error [1] that 95 % of the samples stay below.
+        structures: Number of structures in the planned run, for its expected time.
+        seed: Seed of the pilot's samples.
+        method: The method, if it is already chosen; None to try those that can be the cheapest.
+        dtype: "float32" or "float64", if it is already chosen.
+        device: As `simulate` takes it; the pilot runs on the first of several.
+        threads: CPU threads; None for every core this process may use.
+
+    Raises:
+        ValueError: If an argument is out of its range, or no candidate reaches the target.
+        TypeError: If the scene is none.
+
+    Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)
+        >>> choice = wd.plan(scene, target_error=0.02, method="rk4", dtype="float32")
+        >>> choice.method, choice.dtype
+        ('rk4', 'float32')
+    """
+    if not scene.structure.is_many:  # which is refused
+        warn_of_implausible(scene)
+    return choose_method(
+        scene,
+        target_error,
+        structures=structures,
+        seed=seed,
+        method=method,
+        dtype=dtype,
+        device=device,
+        threads=threads,
+    )
+
+
+def choose_method(
+    scene: Scene,
+    target_error: float,
+    *,
+    structures: int,
+    seed: int,
+    method: str | None,
+    dtype: str | None,
+    device: str | collections.abc.Sequence[str] | None,
+    threads: int | None,
+) -> MethodChoice:
+    """Return what `plan` returns, of a scene whose plausibility has been checked; arguments as of `plan`."""
+    check_target_error(target_error)
+    if scene.structure.is_many:
+        raise ValueError(
+            "plan() takes a scene of one structure, got a Portfolio: plan an archetype's scene by itself, or give "
+            "simulate() target_error=, which makes a plan for each group of the portfolio's buildings"
+        )
+    if len(scene.excitation.event_names) > 1:
+        raise ValueError(
+            "target_error chooses the step by a pilot of one event, and the scene has an EventSequence: plan() its "
+            "first event by itself, give simulate() the step, and estimate the errors of all events with checked_share="
+        )
+    structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
+    law, damping = dynamics_of(scene).fitting_law, scene.structure.damping
+    if method is not None:
+        check_fits(method, law, damping)
+    if dtype is not None:
+        one_of("dtype", dtype, ("float32", "float64"))
+    pilot = _Pilot(scene, target_error, seed, checked_devices(device)[0], threads)
+    fitting = fitting_methods(law, damping)
+    methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
+    rows = []
+    for name in methods:
+        for precision in (dtype,) if dtype else ("float32", "float64"):
+            found = pilot.longest_step(name, precision, is_settled=method is not None)
+            if found is not None:
+                rows.append((name, precision, *found))
+                break
+    if not rows:
+        raise ValueError(
+            f"no method keeps the 95 % error of the peak drift below {target_error:g} with up to "
+            f"{STEPS_PER_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): "
+            "ask for a larger error"
+        )
+    # Candidates are timed in turn, several times, so that a slow phase of the machine affects them all.
+    seconds = np.min([[pilot.seconds(row[5]) for row in rows] for _ in range(TIMINGS)], axis=0)
+    best = int(seconds.argmin())
+    columns = {
+        "method": ([row[0] for row in rows], "integration method", ""),
+        "dtype": ([row[1] for row in rows], "number type", ""),
+        "longest_step": ([row[2] for row in rows], "longest integration step", "s"),
+        "error": ([row[3] for row in rows], "95 % error of the peak drift in the pilot", "1"),
+        "worst_error": ([row[4] for row in rows], "largest error of the peak drift in the pilot", "1"),
+        "seconds_per_sample": (seconds, "time per sample of the pilot", "s"),
+    }
+    table = xr.Dataset(
+        {
+            key: ("candidate", np.array(v), {"long_name": text} | ({"units": units} if units else {}))
+            for key, (v, text, units) in columns.items()
+        },
+        attrs={"target_error": target_error, "pilot_samples": pilot.chosen.size},
+    )
+    carried = carried_by(scene, rows[best][5], structures, float(seconds[best]))
+    return MethodChoice(rows[best][0], rows[best][1], rows[best][2], table, carried)
+
+
+class _Pilot:
+    """A few samples of a scene, with the peak drifts of a reference run at a very short step."""
+
+    def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
+        only = (scene.structure.demand,)
+        self.scene, self.target_error = replace(scene, recorders=only), target_error
+        self.known: dict[str, Drawn] = {}
+        self.seed, self.device, self.threads = seed, device, threads
+        wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]
+        self.structures = scene.structures_given
+        if self.structures == 0:
+            samples_per_structure = scene.excitation.samples_per_structure
+            most = min(wanted, MOST_STRUCTURES) if scene.scatter else 1  # enough structures to sample the scatter
+            self.structures = max(-(-wanted // samples_per_structure), most)
+        total = self.structures * scene.excitation.samples_per_structure
+        generator = np.random.default_rng([seed, Purpose.PILOT_SAMPLES])
+        self.chosen = np.sort(generator.choice(total, min(total, wanted), replace=False))
+        first, vibration = self._prepared("rk4", "float64", None)
+        periods = vibration.period
+        self.period = float(np.median(periods))
+        finer = REFERENCE_STEPS_PER_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
+        is_linear = first.model.dynamics.fitting_law == "elastic"
+        method, step = "exact" if is_linear else "rk4", float(periods.min()) / finer
+        reference, held = self._run(method, "float64", step)
+        if held > MOST_HELD:  # a mode is so stiff that it does not contribute: a method without stability limit
+            reference, _ = self._run("newmark_average", "float64", step / 2)
+        self.reference = integrate_guarded(reference, self.chosen)
+
+    def _prepared(self, method: str, dtype: str, longest_step: float | None) -> tuple[Ensemble, Vibration]:
+        return prepare(
+            self.scene,
+            structures=self.structures,
+            method=method,
+            dtype=dtype,
+            longest_step=longest_step,
+            known=self.known,
+            seed=self.seed,
+            device=self.device,
+            threads=self.threads,
+        )
+
+    def _run(self, method: str, dtype: str, longest_step: float) -> tuple[Ensemble, float]:
+        """Return a stable run, and the ratio of its steps to those asked for."""
+        run, vibration = self._prepared(method, dtype, longest_step)
+        asked = run.schedule.substeps[self.chosen].mean()
+        guard(run, vibration, "substep")
+        return run, float(run.schedule.substeps[self.chosen].mean() / asked)
+
+    def _error(self, run: Ensemble) -> tuple[float, float]:
+        """Return the error that 95 % of the samples stay below, and the worst; infinite where a sample fails."""
+        outputs = integrate_guarded(run, self.chosen)
+        [errors] = compare(run, outputs, self.reference, self.chosen).values()
+        ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
+        return float(ordered[int(np.ceil(QUANTILE * ordered.size)) - 1]), float(ordered[-1])
+
+    def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, float, Ensemble] | None:
+        """Return the longest step [s] that keeps the target, its error, the worst, and the run; None if there is none.
+
+        Args:
+            method: Integration method.
+            dtype: Number type.
+            is_settled: Whether the caller asked for this method.
+        """
+        low, high, found = 0, len(STEPS_PER_PERIOD) - 1, None
+        while low <= high:
+            middle = (low + high) // 2
+            try:
+                run, held = self._run(method, dtype, self.period / STEPS_PER_PERIOD[middle])
+            except ValueError:  # the method amplifies an undamped mode at any step
+                if is_settled:
+                    raise
+                return None
+            if held > MOST_HELD and not is_settled:
+                low = middle + 1
+                continue
+            error, worst = self._error(run)
+            if error <= SHARE_OF_TARGET * self.target_error:
+                taken = float(run.timeline.steps.max())
+                found, high = (taken, error, worst, run), middle - 1
+            else:
+                low = middle + 1
+        return found
+
+    def seconds(self, run: Ensemble) -> float:
+        """Return the integration time per sample [s]."""
+        started = time.perf_counter()
+        run.integrate(self.chosen)
+        return (time.perf_counter() - started) / self.chosen.size
+
+
+def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
+    """Return the registers, the memory traffic, the steps and the time that a scene costs, by name.
+
+    Args:
+        scene: The scene, with what it records.
+        run: A run of its pilot, which records less.
+        structures: Number of structures in the planned run.
+        seconds_per_sample: Time per sample in the pilot [s].
+    """
+    width = np.dtype(run.plan.dtype).itemsize
+    held = values_held(replace(run.plan, recorders=scene.recorders))
+    steps = run.schedule.run_intervals * run.schedule.substeps.astype(np.float64)
+    total = (scene.structures_given or structures) * scene.excitation.samples_per_structure
+    read = sum(motion.values.size for motion in run.timeline.motions) / max(len(run.timeline.motions), 1)
+    return {
+        **{f"{name} per sample [values]": count for name, count in held.items()},
+        "registers per sample, if all values are held [32 bits]": sum(held.values()) * width / 4,
+        "bytes read and written per sample": width * (read + held["structure"] + held["recorders"]) + 4 * 6,
+        "steps per sample, mean": float(steps.mean()),
+        "samples": total,
+        "expected integration time [s]": seconds_per_sample * total,
+    }

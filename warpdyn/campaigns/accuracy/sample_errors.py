@@ -1,0 +1,64 @@
+"""What each sample's answer is worth: its error at the step taken, and whether its motion's last digits decide it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from warpdyn.campaigns.accuracy.error_estimate import compare, relative_errors
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.stability_guard import integrate_guarded
+from warpdyn.foundations.core.output_variables import DIVERGED
+
+SCALED_BY = 1.001  # the motion of the run that tells whether a sample is sensitive
+UNKNOWN = -1  # whether a sample that failed is sensitive
+ERROR, SENSITIVE = "estimated_relative_error_of_sample", "sensitive"
+ATTRIBUTES: dict[str, dict[str, object]] = {
+    ERROR: {
+        "long_name": "estimated relative error of the sample's peaks",
+        "units": "1",
+        "comment": "by half the step in float64, relative to the largest value over the sample's storeys; of the peak "
+        "drift (of a LinearSystem: the peak displacement) if it is recorded, else the largest of all demands",
+    },
+    SENSITIVE: {
+        "long_name": "whether a motion scaled by 1.001 changes the peaks by more than the error asked for",
+        "units": "1",
+        "flag_values": np.array([UNKNOWN, 0, 1], dtype=np.int8),
+        "flag_meanings": "unknown no yes",
+    },
+}
+PEAKS = ("peak_storey_drift", "peak_displacement")
+
+
+def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: float) -> tuple[int, int]:
+    """Write the estimated error of every sample, and whether it is sensitive; return how many are off, and sensitive.
+
+    Args:
+        run: The samples.
+        outputs: Their outputs, sample last.
+        rows: Their rows of the dataset, which are filled.
+        asked: Relative error asked for.
+    """
+    rows[ERROR][:], rows[SENSITIVE][:] = np.nan, UNKNOWN
+    own = np.flatnonzero(outputs["status"] < DIVERGED)
+    if not own.size:
+        return 0, 0
+    part = run.select(own)
+    found = {name: values[..., own] for name, values in outputs.items()}
+    everything = np.arange(own.size)
+    # A sample that fails at half the step is as far off as one can be.
+    error = _worst(relative_errors(part, found, everything))
+    scaled = run.select(own)
+    scaled.assignment = replace(scaled.assignment, scale=scaled.assignment.scale * SCALED_BY)
+    change = _worst(compare(scaled, found, integrate_guarded(scaled, everything), everything))
+    is_sensitive = change > asked + (SCALED_BY - 1)  # by which any peak changes with its motion
+    rows[ERROR][own], rows[SENSITIVE][own] = error, is_sensitive
+    return int(np.count_nonzero(error > asked)), int(np.count_nonzero(is_sensitive))
+
+
+def _worst(errors: Arrays) -> np.ndarray:
+    """Return the error of the peak drift, or the largest of all demands; infinite where a run failed."""
+    chosen = next(([errors[name]] for name in PEAKS if name in errors), list(errors.values()))
+    return np.max([np.where(np.isnan(each), np.inf, each) for each in chosen], axis=0)

@@ -1,0 +1,35 @@
+"""How far a structure's response is elastic, and at what drift it collapses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.model.structures.physics import capacities_of, inverse_drift_capacity
+
+
+def elastic_drifts(run: Ensemble) -> tuple[np.ndarray, np.ndarray]:
+    """Return the drift up to which each storey is linear, and that at which it collapses [m], [structure, storey].
+
+    The first is 0 where a law is curved from the start, as Bouc and Wen's is, or where anything else is not linear: a
+    device beside the storeys, a damper of a power of the velocity.
+
+    Args:
+        run: The structures.
+    """
+    scene, plan = run.scene, run.plan
+    count = len(run.rayleigh)
+    if plan.family != "chain":
+        return np.full((count, plan.dofs), np.inf), np.full((count, plan.dofs), np.inf)
+    p = run.model.dynamics.parameters_of(run.drawn)
+    shape = count, plan.dofs
+    law = scene.structure.storey_law
+    elastic = np.zeros(shape)
+    if law.is_linear_until_yield and plan.viscous_dampers != "power":
+        elastic = p["yield_force"] / p["stiffness"] if "yield_force" in p else np.full(shape, np.inf)
+    collapse = np.full(shape, np.inf)
+    if capacities_of(p):
+        collapse = 1 / inverse_drift_capacity(p)
+    if scene.collapse_limit is not None:
+        collapse = np.minimum(collapse, scene.collapse_limit * p["height"])
+    return np.broadcast_to(elastic, shape), np.broadcast_to(collapse, shape)

@@ -1,0 +1,211 @@
+"""Pairs of a structure and a motion, whose demand is evaluated at any levels of intensity, in one launch."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from warpdyn.campaigns.accuracy.precision import rerun_in_float64
+from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
+from warpdyn.campaigns.incremental.elastic import elastic_drifts
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.integration.settings import Integration
+from warpdyn.campaigns.integration.stability_guard import Reruns, StabilityFindings, guard
+from warpdyn.campaigns.integration.time_grid import build_schedule
+from warpdyn.engine.kernels.queues import Queue
+from warpdyn.foundations.core.interruption import stop_if_asked
+from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, UNSTABLE_STEP
+from warpdyn.foundations.core.random_numbers import Purpose, uniforms
+from warpdyn.model.ground_motions.designs import Design
+from warpdyn.model.ground_motions.excitation import Assignment
+from warpdyn.model.structures.shear_building import ShearBuilding
+
+DRIFT_RATIO = "peak_storey_drift_ratio"
+# Demands that an elastic response has nothing of, and demands that they never exceed: these tell where to begin.
+NEVER_ABOVE = {"residual_drift_ratio": DRIFT_RATIO, "hysteretic_energy": "input_energy"}
+WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with room for rounding
+
+
+def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
+    """Return the structure that runs under each motion, shape [structure, motion].
+
+    Args:
+        design: The design.
+        structures: Indices of the structures; where each motion has structures of its own, their numbers among these.
+    """
+    own = design.structures_per_motion
+    motions = np.arange(len(design.motions))
+    if own:
+        return structures[:, None] + own * motions
+    return np.repeat(structures[:, None], motions.size, axis=1)
+
+
+class Pairs:
+    """Every pair of some structures and every motion of a run.
+
+    Args:
+        run: The run; its scene's excitation is a design.
+        structures: Indices of the structures, increasing; where each motion has structures of its own, their numbers
+            among those of a motion.
+        demand: Name of the demand, of which the worst storey, floor or degree of freedom counts.
+        integration: How they are integrated.
+        queue: Where they run.
+        first_level: Level at which the elastic response is found, so low that nothing yields.
+        reuse_elastic: Whether the demand below the first yield is scaled from that run.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count.
+        findings: Collects messages on the stability of the pairs.
+        advance: Called with the number of histories done since its last call.
+
+    Attributes:
+        structures: Index of each pair's structure, shape [structure, motion].
+        count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
+        first_step: First step of each pair's ladder from the highest level downwards, as a share of the others, drawn
+            at random, shape [pair].
+        first_demand: Demand at `first_level`, shape [pair].
+        guide: The same, or a demand that it never exceeds, shape [pair].
+        exponent: The demand of an elastic response goes with the level to this power.
+        elastic_level: Level up to which the response is elastic, shape [pair]; 0 where this is not known.
+        collapse_level: Level at which an elastic response would reach the drift of collapse, shape [pair].
+        histories: Number of histories that were run.
+        waves: Number of launches.
+        failure_codes: Status of the histories that failed.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        structures: np.ndarray,
+        demand: str,
+        integration: Integration,
+        queue: Queue,
+        first_level: float,
+        findings: StabilityFindings,
+        advance: Callable[[int], object],
+        *,
+        reuse_elastic: bool,
+        added_storeys: bool = False,
+    ) -> None:
+        design = run.model.scene.excitation
+        assert isinstance(design, Design)
+        self.demand, self.integration, self.reruns, self.advance = demand, integration, Reruns(), advance
+        self.intensities, self.power = design.intensities, design.measure.power
+        structure = run.model.scene.structure
+        own = np.ones(structure.dofs, dtype=bool)
+        if isinstance(structure, ShearBuilding) and not added_storeys:
+            own = structure.own_storeys
+        self.counted = own
+        self.structures = structures_of_pairs(design, structures)
+        motions = len(design.motions)
+        structures, place = np.unique(self.structures.ravel(), return_inverse=True)
+        drawn, vibration = run.draw(structures)
+        self.count = self.structures.size
+        motion = np.tile(np.arange(motions, dtype=np.int32), len(self.structures))
+        place = place.astype(np.int32)
+        row = place if drawn else np.zeros_like(place)
+        held = structures[place].astype(np.int32), motion, np.ones(self.count), self.intensities[motion]
+        assignment = Assignment(*held, design.measure.attributes())
+        schedule = build_schedule(run.model.scene, run.model.timeline, vibration, assignment, row)
+        sample = (self.structures * motions + np.arange(motions)).ravel().astype(np.int32)
+        self.first_step = uniforms(run.model.seed, sample, Purpose.LADDERS, 0)[:, 0]
+        self.whole = Ensemble(
+            run.model, structures, drawn, vibration.rayleigh, assignment, row, schedule, sample, queue
+        )
+        shorten_steps(self.whole, vibration, findings, divides=integration.divides_steps)
+        self.unstable = guard(self.whole, vibration, integration.on_unstable, findings)
+        self.failure_codes: set[int] = set()
+        self.histories = self.waves = 0
+        self._find_elastic_response(first_level, reuse_elastic)
+
+    def _find_elastic_response(self, level: float, reuse_elastic: bool) -> None:
+        """Run every pair at a low level, and find how far its response is a multiple of this one."""
+        variables = self.whole.model.variables
+        degree = 2 if self.demand in variables and variables[self.demand].units == "J" else 1
+        self.exponent, self.first_level = degree / self.power, level
+        self.elastic_level = np.zeros(self.count)
+        everything = np.arange(self.count)
+        outputs = self._run(everything, np.full(self.count, level))
+        self.first_demand = self._worst(self.demand, everything, outputs)
+        guide = NEVER_ABOVE.get(self.demand, self.demand)
+        self.guide = self.first_demand if guide == self.demand else self._worst(guide, everything, outputs)
+        self.collapse_level = np.full(self.count, np.inf)
+        elastic, collapse = elastic_drifts(self.whole)
+        if "peak_storey_drift" in outputs:
+            peaks = outputs["peak_storey_drift"].T.astype(np.float64)
+            row = self.whole.row
+            with np.errstate(divide="ignore", invalid="ignore"):
+                factor = np.nanmin(WITHIN * np.minimum(elastic, collapse)[row] / peaks, axis=1)
+                self.collapse_level = level * np.nanmin(collapse[row] / peaks, axis=1) ** self.power
+        else:  # a LinearSystem
+            factor = np.full(self.count, np.inf)
+        # Beyond its first yield the first run is no elastic one.
+        known = (factor > 1) & np.isfinite(self.first_demand)
+        # Peaks that are recorded from a later time on do not show whether a storey yields before.
+        if reuse_elastic and self.whole.scene.record_from == 0:
+            self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
+
+    def elastic_level_of(self, limit: float) -> np.ndarray:
+        """Return the level at which the elastic response would come to a demand, or one it never exceeds, [pair]."""
+        with np.errstate(divide="ignore"):
+            return self.first_level * (limit / self.guide) ** (1 / self.exponent)
+
+    def demands(self, pair: np.ndarray, level: np.ndarray) -> np.ndarray:
+        """Return the demand of some pairs at levels [units of the measure]: infinite after a collapse, NaN if failed.
+
+        Args:
+            pair: The pairs, which may repeat, shape [evaluation].
+            level: Their levels, shape [evaluation].
+        """
+        with np.errstate(invalid="ignore", over="ignore"):
+            found = self.first_demand[pair] * (level / self.first_level) ** self.exponent
+        beyond = np.flatnonzero(level > self.elastic_level[pair])
+        if beyond.size:
+            outputs = self._run(pair[beyond], level[beyond])
+            found[beyond] = self._worst(self.demand, pair[beyond], outputs)
+        return found
+
+    def _run(self, pair: np.ndarray, level: np.ndarray) -> Arrays:
+        """Return every recorded variable of some pairs at levels, sample last."""
+        stop_if_asked()
+        whole = self.whole
+        scale = (level / self.intensities[whole.assignment.motion[pair]]) ** (1 / self.power)
+        assignment = replace(whole.assignment.select(pair), scale=scale, im_level=level)
+        part = Ensemble(
+            whole.model,
+            whole.structures,
+            whole.drawn,
+            whole.rayleigh,
+            assignment,
+            whole.row[pair],
+            whole.schedule.select(pair),
+            whole.sample[pair],
+            whole.queue,
+        )
+        rows = whole.model.blank_outputs(pair.size)
+        part.start(rows, self.advance)
+        part.finish(rows)
+        outputs = {name: values.T for name, values in rows.items()}
+        everything = np.arange(pair.size)
+        if self.integration.on_unstable == "substep":
+            self.reruns.settle(part, everything, outputs)
+        rerun_in_float64(part, everything, outputs)
+        outputs["status"][self.unstable[pair]] = UNSTABLE_STEP
+        self.histories += pair.size
+        self.waves += 1
+        status = outputs["status"]
+        self.failure_codes |= set(np.unique(status[status >= DIVERGED]).tolist())
+        return outputs
+
+    def _worst(self, demand: str, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
+        """Return the worst of a demand in each sample, shape [sample]."""
+        name = "peak_storey_drift" if demand == DRIFT_RATIO else demand
+        values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
+        if demand == DRIFT_RATIO:
+            values = values / self.whole.heights[self.whole.row[pair]].T
+        if len(values) == self.counted.size:  # of storeys, or of the floors above them
+            values = values[self.counted]
+        worst, status = values.max(axis=0), outputs["status"]
+        return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))

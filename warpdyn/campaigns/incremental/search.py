@@ -1,0 +1,283 @@
+"""The search for the first level at which each limit is passed: up a ladder of levels, and then between two of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from warpdyn.campaigns.incremental.pairs import Pairs
+
+# The ladder of a pair begins at this share of the level at which its elastic response would reach the first limit.
+# If the demand at the first rung comes to the other share of the limit, the ladder is continued downwards.
+START, LOW_ENOUGH = 0.3, 0.6
+# A pair climbs by about this factor at a time, in so many rungs at most; by more where few pairs are left, so that a
+# launch has so many histories, which take no longer than fewer.
+CLIMB, MOST_RUNGS, FULL_LAUNCH = 1.5, 4, {"cpu": 2**4, "cuda": 2**16}
+# Attempts to close a bracket by interpolation, before it is divided into equal parts: a demand may jump. So many parts
+# at most: a ladder's ratio of 1.1 takes five to a tolerance of 2 %, with four histories, as thirds twice would.
+INTERPOLATIONS, MOST_PARTS = 2, 5
+ROUNDING = 0.98  # share of the tolerance that a new bracket takes
+
+
+@dataclass(eq=False)
+class Levels:
+    """The levels that pairs were evaluated at, with their demands.
+
+    Args:
+        pairs: Number of pairs.
+
+    Attributes:
+        level: Shape [pair, slot]; infinite where a slot is empty.
+        demand: Likewise; infinite after a collapse, NaN if the history failed.
+        is_run: Whether it was run, and not scaled from an elastic response, likewise.
+        used: Number of slots in use, shape [pair].
+    """
+
+    pairs: int
+    level: np.ndarray = field(init=False)
+    demand: np.ndarray = field(init=False)
+    is_run: np.ndarray = field(init=False)
+    used: np.ndarray = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.level = np.full((self.pairs, 0), np.inf)
+        self.demand = np.full((self.pairs, 0), np.nan)
+        self.is_run = np.zeros((self.pairs, 0), dtype=bool)
+        self.used = np.zeros(self.pairs, dtype=np.int64)
+
+    def add(self, pair: np.ndarray, level: np.ndarray, demand: np.ndarray, is_run: np.ndarray) -> None:
+        """Add evaluations, each [evaluation]; those of a pair are contiguous."""
+        begins = np.flatnonzero(np.append(True, np.diff(pair) != 0)) if pair.size else np.arange(0)
+        counts = np.diff(np.append(begins, pair.size))
+        slot = self.used[pair] + np.arange(pair.size) - np.repeat(begins, counts)
+        missing = int(slot.max(initial=-1)) + 1 - self.level.shape[1]
+        if missing > 0:
+            room = ((0, 0), (0, missing))
+            self.level = np.pad(self.level, room, constant_values=np.inf)
+            self.demand = np.pad(self.demand, room, constant_values=np.nan)
+            self.is_run = np.pad(self.is_run, room)
+        self.level[pair, slot], self.demand[pair, slot], self.is_run[pair, slot] = level, demand, is_run
+        self.used[pair[begins]] += counts
+
+    def brackets(self, rows: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Return the first level that passes each limit and the one before it, with their demands.
+
+        Args:
+            rows: The pairs, shape [row].
+            limit: The limits, shape [damage_state].
+
+        Returns:
+            Lower and upper levels and their demands, each [row, damage_state]; the level 0 has the demand 0, and the
+            upper level is infinite where the limit was not passed.
+        """
+        level, demand = self.level[rows], self.demand[rows]
+        found = np.empty((4, rows.size, limit.size))
+        place = np.arange(rows.size)
+        for state, value in enumerate(limit):
+            # A limit that is infinite is passed by collapse alone.
+            passes = demand > value if np.isfinite(value) else np.isposinf(demand)
+            above = np.where(passes, level, np.inf)
+            first = above.argmin(axis=1)
+            upper = above[place, first]
+            below = np.where(level < upper[:, None], level, 0.0)
+            last = below.argmax(axis=1)
+            lower = below[place, last]
+            found[0, :, state], found[1, :, state] = lower, upper
+            found[2, :, state] = np.where(lower > 0, demand[place, last], 0.0)
+            found[3, :, state] = np.where(np.isfinite(upper), demand[place, first], np.nan)
+        return found[0], found[1], found[2], found[3]
+
+    def beside_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
+        """Return levels between which and their neighbours a demand may pass a limit and return.
+
+        They stand on both sides of a demand that is higher than its neighbours and hardly within the limit: it is taken
+        to rise from there by no more than in proportion to the level. And in the middle of two levels between which the
+        demand rises less than half as steeply as before, where it would pass the limit halfway if it went on as before.
+
+        Args:
+            rows: The pairs, shape [row].
+            limit: The limits, shape [damage_state].
+            upper: The first level that passes each of them, shape [row, damage_state].
+            narrowest: Logarithm of the ratio of two levels that are not told apart any more.
+
+        Returns:
+            Levels halfway to the neighbours, shape [row, any], NaN where none is needed.
+        """
+        order = np.argsort(self.level[rows], axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            x = np.log(np.take_along_axis(self.level[rows], order, axis=1))
+            y = np.log(np.take_along_axis(self.demand[rows], order, axis=1))
+            reach = np.diff(x, axis=1)
+            rise = np.diff(y, axis=1)
+            left, right, top = reach[:, :-1], reach[:, 1:], y[:, 1:-1]
+            before, after = rise[:, :-1] / left, rise[:, 1:] / right
+            is_peak = (before >= 0) & (after < 0)
+            flattens = (before > 0) & (after < before / 2)
+            near_peak, near_shoulder = np.zeros_like(is_peak), np.zeros_like(is_peak)
+            for state, value in enumerate(np.log(limit)):
+                within = (top <= value) & (x[:, 2:] < np.log(upper[:, [state]]))
+                near_peak |= within & is_peak & (top + np.maximum(left, right) > value)
+                near_shoulder |= within & flattens & (top + before * right / 2 > value)
+            middle = x[:, 1:-1]
+            below = np.where(near_peak & (left > narrowest), middle - left / 2, np.nan)
+            above = np.where((near_peak | near_shoulder) & (right > narrowest), middle + right / 2, np.nan)
+        return np.exp(np.concatenate([below, above], axis=1))
+
+
+@dataclass(eq=False)
+class Search:
+    """The search over all pairs at once.
+
+    Args:
+        pairs: The pairs.
+        limit: Limits of the damage states, increasing, shape [damage_state]; infinite for collapse.
+        highest: Highest level.
+        ratio: Ratio of neighbouring levels of the ladder, which ends at the highest level.
+        tolerance: Relative width of a bracket.
+
+    Attributes:
+        levels: The levels that were evaluated.
+        failed: Pairs of which a history failed below the first passage of the last limit, shape [pair].
+        rungs_at_a_time: Number of rungs that a pair climbs at a time, at least.
+    """
+
+    pairs: Pairs
+    limit: np.ndarray
+    highest: float
+    ratio: float
+    tolerance: float
+    levels: Levels = field(init=False)
+    failed: np.ndarray = field(init=False)
+    rungs_at_a_time: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        pairs = self.pairs
+        self.rungs_at_a_time = int(np.clip(round(np.log(CLIMB) / np.log(self.ratio)), 1, MOST_RUNGS))
+        self.levels, everything = Levels(pairs.count), np.arange(pairs.count)
+        self.failed = np.isnan(pairs.first_demand)
+        first = np.full(pairs.count, pairs.first_level)
+        self.levels.add(everything, first, pairs.first_demand, np.ones(pairs.count, dtype=bool))
+
+    def run(self) -> None:
+        """Climb the ladder, and then narrow every bracket."""
+        self._climb()
+        self._narrow()
+
+    def _evaluate(self, pair: np.ndarray, level: np.ndarray) -> None:
+        """Evaluate some pairs, in order, at levels in one launch."""
+        demand = self.pairs.demands(pair, level)
+        self.levels.add(pair, level, demand, level > self.pairs.elastic_level[pair])
+        bad = np.isnan(demand)
+        if bad.any():
+            # How far a pair climbs beyond its last passage depends on the others of its launch; what fails there is no
+            # failure of the pair.
+            last = self.levels.brackets(pair[bad], self.limit[-1:])[1][:, 0]
+            self.failed[pair[bad][level[bad] < last]] = True
+
+    def _rungs(self, pair: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Return levels of pairs' ladders, by their number from the highest level, 0, downwards.
+
+        The first step is a share of its own of each pair, so that brackets of different pairs have no ends in common:
+        what is not known of a capacity within its bracket then averages out, however wide brackets are.
+        """
+        steps = np.where(number > 0, number - 1 + self.pairs.first_step[pair], 0.0)
+        return self.highest * self.ratio**-steps
+
+    def _last_rungs(self, level: np.ndarray) -> np.ndarray:
+        """Return the number of the last rung that is not above a level of each pair."""
+        steps = np.log(self.highest / level) / np.log(self.ratio) - 1e-9
+        return np.where(steps > 0, np.maximum(np.ceil(steps - self.pairs.first_step), 0) + 1, 0).astype(np.int64)
+
+    def _climb(self) -> None:
+        """Evaluate the rungs of each pair's ladder, up to the first that passes the last limit."""
+        pairs = self.pairs
+        finite = self.limit[np.isfinite(self.limit)]
+        with np.errstate(invalid="ignore"):
+            first, last = (
+                pairs.elastic_level_of(finite[end]) if finite.size else pairs.collapse_level for end in (0, -1)
+            )
+        lowest = self._last_rungs(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
+        # In the first launch each pair climbs as far as it would if displacements were those of the elastic response.
+        until = np.minimum(self._last_rungs(np.clip(np.nan_to_num(last), pairs.first_level, self.highest)), lowest)
+        following = lowest.copy()
+        active = np.flatnonzero(~self.failed)
+        count = (lowest - until + 1)[active]
+        kind = "cpu" if pairs.whole.queue.device == "cpu" else "cuda"
+        while active.size:
+            pair = np.repeat(active, count)
+            climbed = np.arange(pair.size) - np.repeat(np.cumsum(count) - count, count)
+            self._evaluate(pair, self._rungs(pair, following[pair] - climbed))
+            following[active] -= count
+            upper = self.levels.brackets(active, self.limit[-1:])[1][:, 0]
+            active = active[np.isinf(upper) & (following[active] >= 0) & ~self.failed[active]]
+            rungs = max(self.rungs_at_a_time, FULL_LAUNCH[kind] // max(active.size, 1))
+            count = np.minimum(rungs, following[active] + 1)
+        self._descend(lowest)
+
+    def _descend(self, lowest: np.ndarray) -> None:
+        """Evaluate lower rungs of pairs whose demand at the lowest rung is near the first limit already."""
+        active = np.flatnonzero(~self.failed)
+        # A limit that collapse alone passes is near where a sample collapsed.
+        near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]
+        rungs = self.rungs_at_a_time
+        while active.size:
+            upper = self.levels.brackets(active, near)[1][:, 0]
+            lowest_rung = self._rungs(active, lowest[active])
+            active = active[(upper <= lowest_rung * (1 + 1e-9)) & ~self.failed[active]]
+            active = active[self._rungs(active, lowest[active]) > self.pairs.first_level]
+            pair = np.repeat(active, rungs)
+            lower = self._rungs(pair, lowest[pair] + np.tile(np.arange(1, rungs + 1), active.size))
+            kept = lower > self.pairs.first_level
+            if kept.any():
+                self._evaluate(pair[kept], lower[kept])
+            lowest[active] += rungs
+
+    def _narrow(self) -> None:
+        """Evaluate levels within each bracket, until all are as narrow as the tolerance."""
+        active = np.flatnonzero(~self.failed)
+        attempt = 0
+        while active.size:
+            lower, upper, below, above = self.levels.brackets(active, self.limit)
+            is_open = np.isfinite(upper) & (lower > 0)
+            with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+                is_open &= upper / lower > (1 + self.tolerance) * (1 + 1e-9)  # rungs may be just so far apart
+                level = self._between(lower, upper, below, above, by_interpolation=attempt < INTERPOLATIONS)
+            level[:, ~is_open] = np.nan
+            beside = self.levels.beside_peaks(active, self.limit, upper, np.log1p(self.tolerance))
+            # Levels of a pair's states, each once and in order; what two states share is one run.
+            level = np.sort(np.concatenate([*level, beside], axis=1), axis=1)
+            with np.errstate(invalid="ignore"):
+                level[:, 1:][np.diff(level, axis=1) <= 1e-9 * level[:, 1:]] = np.nan
+            row, column = np.nonzero(np.isfinite(level))
+            if row.size:
+                self._evaluate(active[row], level[row, column])
+            active = active[np.unique(row)]
+            active = active[~self.failed[active]]
+            attempt += 1
+
+    def _between(
+        self, lower: np.ndarray, upper: np.ndarray, below: np.ndarray, above: np.ndarray, *, by_interpolation: bool
+    ) -> np.ndarray:
+        """Return levels within each bracket, NaN for those that are not needed, shape [any, pair, damage_state].
+
+        Two stand on both sides of the level at which a power law between the ends passes the limit, as far apart as the
+        tolerance. Where that cannot be (an end collapsed), or has not closed the bracket, they divide it.
+        """
+        width = np.log1p(self.tolerance) * ROUNDING
+        low, high = np.log(lower), np.log(upper)
+        parts = np.clip(np.ceil((high - low) / width), 2, MOST_PARTS)
+        number = np.arange(1, MOST_PARTS).reshape(-1, *[1] * low.ndim)
+        found = np.where(number < parts, low + (high - low) * number / parts, np.nan)
+        if by_interpolation:
+            share = np.clip(np.log(self.limit / below) / np.log(above / below), 0, 1)
+            centre = low + share * (high - low)
+            first, second = centre - width / 2, centre + width / 2
+            from_low, to_high = first <= low, second >= high
+            is_smooth = np.isfinite(centre) & np.isfinite(above)
+            found[:, is_smooth] = np.nan
+            first = np.where(from_low, np.nan, np.where(to_high, high - width, first))
+            second = np.where(to_high, np.nan, np.where(from_low, low + width, second))
+            found[0] = np.where(is_smooth, first, found[0])
+            found[1] = np.where(is_smooth, second, found[1])
+        return np.exp(found)

@@ -1,0 +1,153 @@
+"""Equations of motion of shear chains: their vibration, their modes, and the arrays that kernels read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
+from warpdyn.engine.methods.stability_limits import stable_step, stable_step_of_eigenvalues, stable_step_of_yielding
+from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
+from warpdyn.engine.methods.table import Method
+from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.structures.modal import chain_stiffness_matrix
+from warpdyn.model.structures.physics import (
+    PHYSICS,
+    capacities_of,
+    effective_stiffness,
+    inverse_drift_capacity,
+    physics_of,
+)
+from warpdyn.model.structures.shear_building import ShearBuilding
+
+
+class ChainDynamics(Dynamics):
+    """The equation of motion of shear buildings; arguments and attributes as of Dynamics."""
+
+    structure: ShearBuilding
+    steps_modes = False
+    histories = tuple(HISTORY)
+
+    def __init__(self, structure: ShearBuilding, representative: Mapping[str, np.ndarray]) -> None:
+        super().__init__(structure, representative)
+        values = {**structure.parameters, **representative}
+        inherent = structure.inherent_damping
+        self.law = structure.storey_law.spring(values)
+        self.viscous_dampers = kind_of_dampers(structure.devices, values)
+        is_linear = self.viscous_dampers == "linear"
+        self.fitting_law = structure.law.replace("+viscous_damper", "") if is_linear else structure.law
+        self.damping = inherent.kernel
+        self.physics = physics_of(structure.parameters)
+        self.has_drift_capacity = bool(capacities_of(structure.parameters))
+        self.counts_reversals = structure.storey_law.counts_reversals(values)
+        # Under gravity a storey that has yielded may lose its stiffness.
+        falls_over = bool(self.physics) and self.law != "elastic"
+        self.is_sensitive = falls_over or structure.storey_law.is_sensitive(values)
+        # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta, which has no dashpots;
+        # its ratio is that of modes of the frequencies that the building has, with P-Delta. OpenSees does the same.
+        is_short = inherent.is_of_springs and bool(self.physics)
+        self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
+        self.needs_eigenvalues = self.couples_modes
+
+    def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        mass, inherent, law = parameters["mass"], self.structure.inherent_damping, self.structure.storey_law
+        effective = effective_stiffness(parameters)
+        frequency = circular_frequencies(mass, effective).T  # [mode, structure]
+        period, rayleigh = 2 * np.pi / frequency[0], inherent.rayleigh(parameters, frequency)
+        if self.couples_modes:
+            # Below 1 m/s, a damper's force falls no faster than that of a linear one.
+            slope = 0.0 if self.viscous_dampers == "none" else parameters["damper_coefficient"]
+            matrix, elastic = inherent.matrix(parameters, rayleigh, slope), chain_stiffness_matrix(effective)
+            eigenvalues = state_eigenvalues(mass, matrix, elastic)
+            decay = slowest_decay(eigenvalues)
+            if self.viscous_dampers == "power":
+                matrix = inherent.matrix(parameters, rayleigh, steepest_damping(parameters))
+                eigenvalues = state_eigenvalues(mass, matrix, elastic)
+            rate = highest_damping_rate(mass, matrix)
+            stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
+        else:
+            # Classical damping: each mode is an oscillator by itself, and no complex eigenvalues are needed.
+            ratios = inherent.ratios(parameters, frequency, rayleigh)
+            stable = stable_step(method, frequency, ratios).min(axis=0)
+            rates = ratios * frequency
+            rate = 2 * rates.max(axis=0)
+            # The slower of the two rates of decay of an overdamped mode; other modes have one.
+            over = ratios > 1
+            rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
+            decay = rates.min(axis=0)
+        if self.law != "elastic" or self.viscous_dampers == "power":
+            stiffest = effective_stiffness(parameters, law.stiffest(parameters))
+            highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
+            if inherent.follows_tangent:
+                # The stiffest tangent adds to the dashpots; P-Delta does not reduce them.
+                springs = circular_frequencies(mass, law.stiffest(parameters))[:, -1]
+                rate = np.maximum(rate, rate + rayleigh[1] * (springs**2 - frequency[-1] ** 2))
+            stable = stable_step_of_yielding(method, highest, rate, stable)
+        return period, decay, stable, rayleigh.T
+
+    def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
+        """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
+        inherent, mass, stiffness = (
+            self.structure.inherent_damping,
+            parameters["mass"],
+            effective_stiffness(parameters),
+        )
+        dofs, root = self.structure.dofs, np.sqrt(mass)
+        matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
+        shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
+        drift = np.diff(shape, axis=1, prepend=0.0)
+        # Strain energies are sums of positive terms, and so keep digits of low frequencies that the matrix has lost.
+        squared = (stiffness[:, None, :] @ drift**2)[:, 0]
+        rayleigh = inherent.rayleigh(parameters, np.sqrt(squared).T)
+        of_mass = inherent.of_mass(parameters, squared, rayleigh)
+        if is_coupled:
+            dashpots = inherent.dashpots(parameters, rayleigh[1])
+            dashpots = np.zeros_like(mass) if dashpots is None else dashpots
+            if self.viscous_dampers != "none":
+                dashpots = dashpots + parameters["damper_coefficient"]
+            damping = drift.transpose(0, 2, 1) @ (dashpots[:, :, None] * drift)
+            damping += inherent.of_modes(parameters, shape, of_mass)
+        else:
+            damping = of_mass + rayleigh[1][:, None] * squared
+        momentum = mass[:, :, None] * shape
+        load = excitation.modal_load(shape, momentum, np.ones(dofs))
+        return Modes(drift, squared, damping, np.ones(len(mass)), load, excitation.modal_start(momentum))
+
+    def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
+        """Return the arrays of the chain's kernels, structures last."""
+        mass, inherent = parameters["mass"], self.structure.inherent_damping
+        structures = len(mass)
+        # Structures are contiguous in memory, as kernels read them and as they were drawn.
+        coefficients = np.stack(
+            [values.T for values in self.structure.storey_law.coefficients(parameters, self.law)], axis=1
+        )
+        packed = {
+            "mass": mass.T,
+            "inverse_mass": 1 / mass.T,
+            "inverse_height": 1 / parameters["height"].T,
+            "coefficients": coefficients.reshape(-1, structures),
+        }
+        dashpots = inherent.pack_dashpots(parameters, rayleigh[:, 1])
+        if self.viscous_dampers == "linear":
+            dashpots = parameters["damper_coefficient"] + (0.0 if dashpots is None else dashpots)
+        elif self.viscous_dampers == "power":
+            values = np.stack([values.T for values in damper_values(parameters)], axis=1)
+            packed["viscous_damper"] = values.reshape(-1, structures)
+        if dashpots is not None:
+            packed["storey_damping"] = dashpots.T
+        packed |= inherent.pack(parameters, rayleigh) | self._pack_capacity(parameters)
+        for row in self.physics:
+            packed |= {name: values.T for name, values in PHYSICS[row].packed(parameters).items()}
+        return packed
+
+    def pack_beside_modes(self, parameters: Arrays) -> Arrays:
+        """Return what is recorded and judged by: heights, stiffnesses and drift capacities of the storeys."""
+        own = {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}
+        return own | self._pack_capacity(parameters)
+
+    def _pack_capacity(self, parameters: Arrays) -> Arrays:
+        return {"inverse_drift_capacity": inverse_drift_capacity(parameters).T} if self.has_drift_capacity else {}

@@ -1,0 +1,94 @@
+"""Equations of motion of linear systems of full matrices: their vibration, modes, and the arrays that kernels read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues
+from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
+from warpdyn.engine.methods.table import Method
+from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.structures.linear_system import LinearSystem
+from warpdyn.model.structures.modal import undamped_modes
+
+DIAGONAL_TOLERANCE = 1e-12  # rounding beside a diagonal, over its largest entry
+ROUNDED_FREE = 1e-6  # eigenvalues of free motions over the largest: the root of some roundings
+
+
+class DenseDynamics(Dynamics):
+    """The equation of motion of linear systems; arguments and attributes as of Dynamics.
+
+    Modes of the same frequency that the damping couples count as coupled; their propagator is the same, but full.
+    """
+
+    structure: LinearSystem
+    law, fitting_law, damping, viscous_dampers = "elastic", "elastic", "matrix", "none"
+    physics, needs_eigenvalues, steps_modes, has_drift_capacity = (), True, True, False
+    histories = tuple(name for name in HISTORY if name != "storey_force")
+
+    def __init__(self, structure: LinearSystem, representative: Mapping[str, np.ndarray]) -> None:
+        super().__init__(structure, representative)
+        matrices = structure.parameters
+        shape = undamped_modes(matrices["stiffness"], matrices["mass"])[1]
+        damping = np.abs(shape.T @ matrices["damping"] @ shape)
+        coupling = damping - np.diag(np.diag(damping))
+        self.couples_modes = not coupling.max() <= DIAGONAL_TOLERANCE * damping.max()
+
+    def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        mass, stiffness, nominal = parameters["mass"], parameters["stiffness"], self.structure.parameters
+        mass_matrix, damping_matrix, stiffness_matrix = (
+            parameters[name][:, None, None] * nominal[name] for name in ("mass", "damping", "stiffness")
+        )
+        eigenvalues = state_eigenvalues(mass_matrix, damping_matrix, stiffness_matrix)
+        modes = self.structure.modal()["circular_frequency"].values
+        if modes[0] == 0:
+            # A free motion has the eigenvalue 0 twice, which rounding moves by the root of its size.
+            size = np.abs(eigenvalues)
+            eigenvalues = np.where(size <= ROUNDED_FREE * size.max(axis=1, keepdims=True), 0.0, eigenvalues)
+        lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[modes > 0][[0, -1]])
+        rate = highest_damping_rate(mass_matrix, damping_matrix)
+        stable = stable_step_of_eigenvalues(method, eigenvalues, highest, rate)
+        return 2 * np.pi / lowest, slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
+
+    def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
+        """Return the modes of scaled linear systems: one set of shapes, with the factor of the mass as modal mass."""
+        nominal, mass = self.structure.parameters, parameters["mass"]
+        squared, shape = undamped_modes(nominal["stiffness"], nominal["mass"])
+        damping = shape.T @ nominal["damping"] @ shape
+        if not is_coupled:
+            damping = np.diag(damping)
+        of_damping = (parameters["damping"] / mass).reshape(-1, *[1] * damping.ndim)
+        of_stiffness = (parameters["stiffness"] / mass)[:, None]
+        momentum = (nominal["mass"] @ shape)[None]
+        load = excitation.modal_load(shape[None], momentum, self.structure.influence)
+        start = excitation.modal_start(momentum)
+        if excitation.is_force:
+            load = load / mass.reshape(-1, *[1] * (load.ndim - 1))
+        load = np.broadcast_to(load, (len(mass), *load.shape[1:]))
+        start = np.broadcast_to(start, (2, len(mass), self.structure.dofs))
+        return Modes(shape[None], of_stiffness * squared, of_damping * damping, mass, load, start)
+
+    def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
+        """Return the arrays of the dense kernel: the nominal matrices and the factors on them."""
+        nominal = self.structure.parameters
+        return {
+            "mass_matrix": nominal["mass"],
+            "rate_of_displacement": np.linalg.solve(nominal["mass"], nominal["stiffness"]),
+            "rate_of_velocity": np.linalg.solve(nominal["mass"], nominal["damping"]),
+            "flexibility_of_mass": np.linalg.inv(nominal["mass"]),
+            "influence": self.structure.influence,
+            **{f"{name}_factor": parameters[name] for name in nominal},
+        }
+
+    def pack_beside_modes(self, parameters: Arrays) -> Arrays:
+        """Return no arrays."""
+        return {}
+
+    @property
+    def is_packed_in_parts(self) -> bool:
+        """False, because all structures share the matrices."""
+        return False

@@ -1,0 +1,165 @@
+"""Equations of motion: the interface to every family of structures, computed once for a scene."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from warpdyn.engine.methods.table import Method
+from warpdyn.foundations.core.thread_pool import STRUCTURES_AT_A_TIME, in_parts
+from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.structures.structure import Structure
+
+Arrays = dict[str, np.ndarray]
+DOUBLES_AT_A_TIME = 2**20  # in the state matrices of eigenvalue problems, which are larger than any result
+
+
+@dataclass(frozen=True, eq=False)
+class Vibration:
+    """Properties of each structure's linear vibration; one value for each structure.
+
+    Args:
+        period: First period [s].
+        decay: Slowest rate of decay of free vibration [1/s].
+        stable_step: Longest step at which the method is stable [s].
+        rayleigh: Factors of the mass [1/s] and the stiffness [s] in Rayleigh damping, 0 in any other, shape
+            [structure, 2].
+    """
+
+    period: np.ndarray
+    decay: np.ndarray
+    stable_step: np.ndarray
+    rayleigh: np.ndarray
+
+    def select(self, structures: np.ndarray) -> Vibration:
+        """Return the vibration of some of the structures, which may repeat."""
+        return Vibration(*(values[structures] for values in (self.period, self.decay, self.stable_step, self.rayleigh)))
+
+
+class Modes(NamedTuple):
+    """Undamped modes of structures, and the loads on them.
+
+    Args:
+        shape: Displacement (of a chain: storey drift) by mode, shape [structure or 1, dof, mode].
+        stiffness: Squared circular frequencies [rad2/s2], shape [structure, mode].
+        damping: Diagonal, shape [structure, mode], or full matrix, shape [structure, mode, mode] [1/s].
+        mass: Modal mass [kg], the same in all modes, shape [structure].
+        load: Modal load over modal mass, for a unit of base acceleration or for the sine of a harmonic force, shape
+            [structure, mode]; for a unit force on each degree of freedom, shape [structure, dof, mode].
+        start: Initial modal displacement and velocity, shape [2, structure, mode].
+    """
+
+    shape: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    mass: np.ndarray
+    load: np.ndarray
+    start: np.ndarray
+
+
+class Dynamics(ABC):
+    """The equation of motion of the structures that a scene can draw.
+
+    Args:
+        structure: The nominal structure.
+        representative: Values of its scattered parameters that are equal only where all values that can be drawn are.
+
+    Attributes:
+        law: Row of the kernels' SPRINGS for all of the structures.
+        fitting_law: Name of the laws that a method must fit, without linear viscous dampers, which fit any method.
+        damping: Damping that a kernel is built with, except for the exact method.
+        viscous_dampers: "none", "linear" or "power" of the velocity.
+        physics: Rows of PHYSICS that the structures have.
+        has_drift_capacity: Whether storeys have drifts of their own at which they collapse.
+        counts_reversals: Whether storeys are damaged by each reversal, also by those that rounding makes.
+        is_sensitive: Whether a slightly other step or motion may change peak drifts a lot.
+        couples_modes: Whether damping couples the undamped modes.
+        needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
+        steps_modes: Whether implicit methods advance its modes, and not its degrees of freedom.
+        histories: Variables of whole histories.
+    """
+
+    law: str
+    fitting_law: str
+    damping: str
+    viscous_dampers: str
+    physics: tuple[str, ...]
+    has_drift_capacity: bool
+    counts_reversals: bool = False
+    is_sensitive: bool = False
+    couples_modes: bool
+    needs_eigenvalues: bool
+    steps_modes: bool
+    histories: tuple[str, ...]
+
+    @abstractmethod
+    def __init__(self, structure: Structure, representative: Mapping[str, np.ndarray]) -> None:
+        self.structure = structure
+
+    def parameters_of(self, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
+        """Return every parameter of some drawn structures, `structure` first; of the nominal one if nothing is drawn.
+
+        For a LinearSystem they are the factors on its matrices.
+        """
+        if drawn:
+            count = len(next(iter(drawn.values()))[structures])
+        else:
+            count = structures.size if isinstance(structures, np.ndarray) else 1
+        return {
+            name: drawn[name][structures] if name in drawn else np.broadcast_to(value, (count, *value.shape))
+            for name, value in self.structure.nominal_values.items()
+        }
+
+    def vibration_of(self, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
+        """Return every structure's vibration at its initial stiffness, and a method's stable step at its stiffest."""
+        count = len(next(iter(drawn.values()))) if drawn else 1
+        at_a_time = STRUCTURES_AT_A_TIME
+        if self.needs_eigenvalues:
+            at_a_time = max(1, DOUBLES_AT_A_TIME // threads // (2 * self.structure.dofs) ** 2)
+
+        def part(structures: slice) -> tuple[np.ndarray, ...]:
+            return self._vibration(self.parameters_of(drawn, structures), method)
+
+        found = in_parts(part, count, threads, at_a_time)
+        return Vibration(*(np.concatenate(values) for values in zip(*found, strict=True)))
+
+    @abstractmethod
+    def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        """Return period [s], slowest decay [1/s], longest stable step [s] and Rayleigh damping of some structures."""
+
+    @abstractmethod
+    def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
+        """Return the undamped modes of some structures, given every parameter of them.
+
+        Args:
+            parameters: Every parameter of some structures, `structure` first.
+            excitation: The excitation.
+            is_coupled: Whether the damping is wanted as a full matrix.
+        """
+
+    @abstractmethod
+    def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
+        """Return the arrays that kernels of stepwise methods read, structures last.
+
+        Args:
+            parameters: Every parameter of some structures, `structure` first.
+            rayleigh: Factors of Rayleigh damping, from their vibration.
+        """
+
+    @abstractmethod
+    def pack_beside_modes(self, parameters: Arrays) -> Arrays:
+        """Return the arrays that kernels of modes read besides the modes, structures last."""
+
+    @property
+    def is_packed_in_parts(self) -> bool:
+        """Whether structures can be packed separately."""
+        return True
+
+
+def slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:
+    """Return the slowest rate of decay [1/s] from the eigenvalues of each structure's state matrix."""
+    return np.maximum(-eigenvalues.real.max(axis=1), 0.0)

@@ -1,0 +1,273 @@
+"""Some structures of a run with all their samples: their drawn parameters, their steps, and kernel launches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterable, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from warpdyn.campaigns.integration import packing
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.model import Model
+from warpdyn.campaigns.integration.time_grid import Schedule
+from warpdyn.engine.kernels import arguments, queues as devices
+from warpdyn.engine.kernels.build import history_plan
+from warpdyn.engine.kernels.loads import LOADS
+from warpdyn.engine.kernels.output_table import COLLAPSE
+from warpdyn.engine.kernels.plan import Plan
+from warpdyn.foundations.core.random_numbers import key_of
+from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment
+
+MapFunction = Callable[..., Iterable[object]]  # map, or a parallel one
+
+
+class Packed(NamedTuple):
+    """Arrays that a launch reads, in the kernels' types.
+
+    Args:
+        structures: Values of each structure, by the fields of the kernels' struct.
+        samples: Values of each sample, likewise, and the order in which they are launched, in which those with the same
+            number of steps in an interval follow each other.
+        groups: Steps in an interval and number of samples, for one such group after the other.
+    """
+
+    structures: Arrays
+    samples: Arrays
+    groups: list[tuple[int, int]]
+
+
+class Ensemble:
+    """Some structures of a run with all their samples.
+
+    Args:
+        model: How they are integrated.
+        structures: Indices of the structures in the run, increasing, shape [structure].
+        drawn: Their scattered parameters, structure first.
+        rayleigh: Their factors of Rayleigh damping.
+        assignment: Which structure and motion each sample has.
+        row: Place of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn.
+        schedule: How each sample is stepped; it may be changed between integrations.
+        sample: Index of each sample in the run, shape [sample].
+        queue: Where they run.
+        before: The samples of the previous event, whose final states the structures here start from, if there is one.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        structures: np.ndarray,
+        drawn: Arrays,
+        rayleigh: np.ndarray,
+        assignment: Assignment,
+        row: np.ndarray,
+        schedule: Schedule,
+        sample: np.ndarray,
+        queue: devices.Queue,
+        before: Ensemble | None = None,
+    ) -> None:
+        self.before = before
+        self.state: Arrays = {}  # final state of `before`, structure first
+        self.model, self.queue = model, queue
+        self.scene, self.timeline, self.plan, self.tolerance = model.scene, model.timeline, model.plan, model.tolerance
+        self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
+        self.assignment, self.row = assignment, row
+        self.schedule, self.sample = schedule, sample
+        self._packed: Packed | None = None
+
+    @property
+    def heights(self) -> np.ndarray:
+        """Storey heights of each structure [m], shape [structure, storey]."""
+        nominal = self.scene.structure.parameters["height"]
+        return self.drawn.get("height", np.broadcast_to(nominal, (len(self.structures), nominal.size)))
+
+    def select(self, samples: np.ndarray) -> Ensemble:
+        """Return some of the samples with their structures, to be integrated by the same model."""
+        structures, row = np.unique(self.row[samples], return_inverse=True)
+        part = Ensemble(
+            self.model,
+            self.structures[structures] if self.drawn or self.before else self.structures,
+            {name: values[structures] for name, values in self.drawn.items()},
+            self.rayleigh[structures],
+            self.assignment.select(samples),
+            row,
+            self.schedule.select(samples),
+            self.sample[samples],
+            self.queue,
+            self.before and self.before.select(structures),
+        )
+        part.state = {name: values[structures] for name, values in self.state.items()}
+        return part
+
+    def resume(self, outputs: Arrays) -> None:
+        """Set the initial states of the structures, from the outputs of the samples of `before`, sample last."""
+        left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
+        self.state = {name.replace("final", "initial"): values for name, values in left.items()}
+
+    def with_model(self, model: Model, schedule: Schedule) -> Ensemble:
+        """Return the same samples with another model."""
+        held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
+        return Ensemble(model, *held, schedule, self.sample, self.queue, self.before)
+
+    def restepped(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
+        """Return the schedule with another number of substeps for some samples, which run for the same time.
+
+        Raises:
+            ValueError: If a sample would take more steps than can be counted.
+        """
+        steps = self.schedule.run_intervals[samples] * np.asarray(substeps, dtype=np.float64)
+        if (steps > MOST_STEPS).any():
+            first = int(steps.argmax())
+            raise ValueError(
+                f"sample {self.sample[samples][first]} would take {steps[first]:.3g} steps, and "
+                f"{MOST_STEPS} can be counted: choose another method or a shorter run"
+            )
+        return self.schedule.with_substeps(samples, substeps)
+
+    def start(
+        self,
+        rows: Arrays,
+        advance: Callable[[int], object] = lambda done: None,
+        arriving: Collection[str] | None = None,
+    ) -> None:
+        """Start to integrate all samples; `finish` waits for them.
+
+        Args:
+            rows: Memory for each recorded variable, sample first.
+            advance: Called with the number of samples done since its last call, if the launch waits for the device.
+            arriving: Variables that come back from a GPU, which keeps all of them to be used there; None for all.
+        """
+        rows = {name: rows[name] for name in self.model.shapes}
+        history = self.queue.upload("History", {}, self.plan.dtype)
+        packed, self._packed = self._packed, None
+        if packed is None:
+            packed = self._pack()
+        # Inputs first: what is queued before them they wait for, and a GPU that runs another block makes that wait.
+        inputs = self._upload(packed)
+        output = self.queue.blank(rows, self.plan.dtype)
+        self._launch(self.plan, packed, inputs, output, history, advance=advance)
+        self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
+
+    def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
+        """Wait until the rows that were given to `start` hold the recorded values."""
+        self.queue.read_into(rows, map_function)
+
+    def integrate(self, chosen: np.ndarray) -> Arrays:
+        """Return every recorded variable of some samples, sample last."""
+        part = self.select(chosen)
+        rows = self.model.blank_outputs(chosen.size)
+        part.start(rows)
+        part.finish(rows)
+        return {name: values.T for name, values in rows.items()}
+
+    def integrate_histories(
+        self, kept: Sequence[int] | np.ndarray, every: int, common_step: float
+    ) -> tuple[np.ndarray, Arrays]:
+        """Return the time grid [s] and each variable's histories, shape [history, time, dof], NaN after a run's end.
+
+        Args:
+            kept: The samples.
+            every: Common steps between the states that are kept.
+            common_step: A step [s] that all their steps divide.
+        """
+        part = self.select(np.array(kept))
+        times_finer = np.round(common_step / part.schedule.step).astype(np.int64)
+        every_own = every * times_finer
+        last = part.schedule.run_intervals * part.schedule.substeps // every_own
+        times = int(last.max()) + 1
+        names = self.model.dynamics.histories
+        blank = {name: np.full((last.size, times, self.plan.dofs), np.nan) for name in names}
+        history = self.queue.upload("History", blank, self.plan.dtype)
+        of_outcome = {"status", *(COLLAPSE if self.plan.collapses else ())}
+        outcomes = {name: values for name, values in self.model.blank_outputs(last.size).items() if name in of_outcome}
+        output = self.queue.blank(outcomes, self.plan.dtype)
+        for own in np.unique(every_own):
+            rows = np.flatnonzero(every_own == own)
+            packed = part._pack(rows)
+            inputs = part._upload(packed)
+            part._launch(history_plan(self.plan), packed, inputs, output, history, every=int(own))
+        values = {name: self.queue.read(getattr(history, name)) for name in names}
+        if self.plan.collapses:
+            # The last state is that of the step in which it collapses; an adaptive method stops within that step.
+            steps = self.queue.read(output.time_of_collapse) / part.schedule.step
+            steps = np.floor(steps + 1e-3) if self.model.method.is_adaptive else np.ceil(steps - 1e-6)
+            last = np.where(np.isfinite(steps), steps // every_own, last).astype(np.int64)
+        for row, end in enumerate(last):
+            for array in values.values():
+                array[row, end + 1 :] = np.nan
+        return np.arange(times) * every * common_step, values
+
+    def pack(self) -> None:
+        """Sort the samples and pack their structures as kernels read them; `start` does it if it has not been done."""
+        self._packed = self._pack()
+
+    def _pack(self, chosen: np.ndarray | None = None) -> Packed:
+        """Return the arrays that a launch of some samples reads, or of all.
+
+        If a kernel reads propagators, there is one for each pair of a structure and a step.
+        """
+        dynamics = self.model.dynamics
+        if self.model.needs_step:
+            steps, of_step = np.unique(self.schedule.step, return_inverse=True)
+            pairs, place = np.unique(self.row * steps.size + of_step, return_inverse=True)
+            parameters = dynamics.parameters_of(self.drawn, pairs // steps.size)
+            step = steps[pairs % steps.size]
+        else:
+            everything = np.arange(len(self.structures)) if self.before else slice(None)
+            parameters, place, step = dynamics.parameters_of(self.drawn, everything), self.row, None
+        structures = packing.pack_structures(self.model, parameters, step, self.rayleigh, self.model.threads)
+        structures |= {name: values.T for name, values in self.state.items()}
+        number = self.sample if LOADS[self.plan.load].noise_states else None
+        samples, groups = packing.pack_samples(
+            self.schedule,
+            self.assignment,
+            place,
+            number,
+            chosen,
+            by_intensity=self.plan.collapses,
+            record_from=self.scene.record_from,
+        )
+        dtype = self.plan.dtype
+        return Packed(
+            arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
+        )
+
+    def _upload(self, packed: Packed) -> tuple[Any, Any]:
+        """Return the structs of structures and samples, where they run."""
+        dtype = self.plan.dtype
+        structures = self.queue.upload("Structure", packed.structures, dtype)
+        return structures, self.queue.upload("Samples", packed.samples, dtype)
+
+    def _launch(
+        self,
+        plan: Plan,
+        packed: Packed,
+        inputs: tuple[Any, Any],
+        output: object,
+        history: object,
+        every: int = 1,
+        advance: Callable[[int], object] = lambda done: None,
+    ) -> None:
+        """Integrate all samples."""
+        structures, samples = inputs
+        limit = self.scene.collapse_limit
+        launches, first = [], 0
+        for substeps, count in packed.groups:
+            control = arguments.control(
+                plan.dtype,
+                samples=count,
+                substeps=substeps,
+                every=every,
+                collapse_drift_ratio=np.inf if limit is None else limit,
+                tolerance=self.tolerance,
+                key=key_of(self.model.seed),
+            )
+            part, last = samples, first + count
+            if len(packed.groups) > 1:
+                part = arguments.with_part(samples, "Samples", packed.samples, plan.dtype, order=slice(first, last))
+            order = packed.samples["order"][first:last]
+            own = self.model.undivided if substeps == 1 and plan is self.plan else plan
+            launches.append(devices.Launch(own, control, part, order, packed.samples["run_intervals"], substeps))
+            first = last
+        loads = self.model.loads_on(self.queue.device)
+        self.queue.launch(launches, [structures, loads, output, history], advance)

@@ -1,0 +1,199 @@
+"""Everything that follows from a scene and the way it is integrated, computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from warpdyn.campaigns.integration.chain import ChainDynamics
+from warpdyn.campaigns.integration.dense import DenseDynamics
+from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Vibration
+from warpdyn.campaigns.integration.settings import Integration
+from warpdyn.engine.kernels import arguments
+from warpdyn.engine.kernels.build import composed, fitted, undivided
+from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
+from warpdyn.engine.kernels.plan import Plan
+from warpdyn.engine.kernels.queues import checked_devices
+from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.methods.table import METHODS, Method, check_fits
+from warpdyn.foundations.core.checks import check_kind
+from warpdyn.foundations.core.output_variables import Variable
+from warpdyn.model.ground_motions.excitation import Timeline
+from warpdyn.model.scene.scene import Scene
+
+FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
+
+
+def dynamics_of(scene: Scene) -> Dynamics:
+    """Return the equation of motion of all structures that a scene can draw."""
+    return FAMILIES[scene.structure.family](scene.structure, scene.representative_parameters)
+
+
+def central_vibration(scene: Scene, dynamics: Dynamics, method: Method) -> Vibration:
+    """Return the vibration of the structure with median parameters."""
+    return dynamics.vibration_of({name: values[None] for name, values in scene.central_parameters.items()}, method)
+
+
+def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu: bool) -> Plan:
+    """Return the plan of the kernel that integrates a scene."""
+    is_exact = METHODS[method].kind == "exact"
+    of_modes = "general" if dynamics.couples_modes else "classical"
+    # Peak drifts decide which samples are run again: in float64, or to find out whether they are reliable.
+    judging = {"drift"} if dynamics.counts_reversals or dynamics.is_sensitive else set()
+    plan = Plan(
+        family=scene.structure.family,
+        dofs=scene.structure.dofs,
+        law=dynamics.law,
+        damping=of_modes if is_exact else dynamics.damping,
+        load=scene.excitation.kernel_load,
+        recorders=tuple(sorted({*scene.recorders, *judging})),
+        method=method,
+        dtype=dtype,
+        viscous_dampers=dynamics.viscous_dampers,
+        physics=() if is_exact else dynamics.physics,
+        collapses=scene.collapse_limit is not None or dynamics.has_drift_capacity,
+        has_drift_capacity=dynamics.has_drift_capacity,
+        starts_displaced=not scene.structure.forgets and bool(np.any(scene.excitation.start[0])),
+        records_late=scene.record_from > 0,
+    )
+    return fitted(plan, is_gpu)
+
+
+def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
+    """Return the plan of each event; each of several events records its final state, and later ones start from one."""
+    if events == 1:
+        return (plan,)
+    recorders = (*plan.recorders, STATE)
+    later = replace(plan, recorders=recorders, resumes=True)
+    return (replace(later, resumes=False), *[later] * (events - 1))
+
+
+def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str | None) -> str:
+    """Return the text of a scene's kernel, of its first event if it has several; the keywords are those of `simulate`.
+
+    Raises:
+        TypeError, ValueError: If the scene is none or is a portfolio's, or an argument is unknown or does not fit it.
+    """
+    check_kind("source", "a Scene", scene, Scene)
+    if scene.structure.is_many:
+        raise ValueError("source() takes a scene of one structure, got a Portfolio, which runs several kernels")
+    integration = Integration.from_arguments(method=method, dtype=dtype, target_error=None)
+    dynamics, damping = dynamics_of(scene), scene.structure.damping
+    is_gpu = checked_devices(device)[0] != "cpu"
+    integration = integration.settled(dynamics.fitting_law, scene.structure, is_gpu=is_gpu)
+    check_fits(integration.method, dynamics.fitting_law, damping)
+    plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
+    return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """How all samples of a scene are integrated.
+
+    Args:
+        scene: The scene.
+        dynamics: The equation of motion of its structures.
+        method: Integration method.
+        plan: The kernel's plan.
+        timeline: Time grid of each motion.
+        tolerance: Relative error that an adaptive method allows itself in a step.
+        seed: Seed of every random draw.
+        threads: CPU threads.
+        refinement: Number of steps that are taken in each step of the default rule.
+    """
+
+    scene: Scene
+    dynamics: Dynamics
+    method: Method
+    plan: Plan
+    timeline: Timeline
+    tolerance: float
+    seed: int
+    threads: int
+    refinement: int = 1
+    _loads: dict[tuple[str, str], object] = field(default_factory=dict, repr=False)  # by device and dtype
+
+    @cached_property
+    def variables(self) -> dict[str, Variable]:
+        """The variables that are recorded of each sample, by name."""
+        return self._recorded(self.scene.recorders)
+
+    def _recorded(self, recorders: tuple[str, ...]) -> dict[str, Variable]:
+        """Return the variables that some recorders and the method fill."""
+        plan, is_adaptive = self.plan, self.method.is_adaptive
+        return recorded(plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses)
+
+    @cached_property
+    def demands(self) -> dict[str, Variable]:
+        """The recorded variables that are demands."""
+        table = RECORDERS[self.plan.family]
+        return {k: v for row in self.scene.recorders for k, v in table[row].items() if v.is_demand}
+
+    @cached_property
+    def undivided(self) -> Plan:
+        """The plan of the kernel for samples with one step in each interval of their motions.
+
+        It is the kernel of all others unless every motion is stepped so: a kernel more takes longer to compile than it
+        saves. The rare sample that has its steps divided in such a run has its kernel compiled when it is launched.
+        """
+        return undivided(self.plan) if self.timeline.substeps.max() == 1 else self.plan
+
+    @cached_property
+    def shapes(self) -> dict[str, tuple[int, ...]]:
+        """The shapes of one sample's outputs: every dimension besides `sample` has the number of dofs as its length.
+
+        Among them are some that are not in the dataset: peak drifts that judge a sample, and its final state.
+        """
+        outputs = self._recorded(self.plan.recorders)
+        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in outputs.items()} | {"status": ()}
+        if STATE in self.plan.recorders:
+            values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
+            shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
+        return shapes
+
+    @property
+    def kernel_name(self) -> str:
+        """A description of the kernel, in one line."""
+        p = self.plan
+        return f"{p.family} {p.dofs} {p.law} {p.damping} {p.load} {'+'.join(p.recorders)} {p.method} {p.dtype}"
+
+    @property
+    def needs_step(self) -> bool:
+        """Whether the kernel's arrays of a structure depend on the integration step."""
+        return self.method.kind == "exact" or (self.method.kind == "implicit" and self.dynamics.steps_modes)
+
+    @cached_property
+    def by_event(self) -> tuple[Model, ...]:
+        """The model of each event; each of several events records its final state, and later ones start from one.
+
+        All events but the first share one model.
+        """
+        first, *later = plans_of_events(self.plan, len(self.scene.excitation.event_names))
+        if not later:
+            return (self,)
+        return (replace(self, plan=first), *[replace(self, plan=later[0])] * len(later))
+
+    def in_float64(self, tolerance: float, device: str) -> Model:
+        """Return the model in double precision on a device, with another tolerance."""
+        plan = fitted(replace(self.plan, dtype="float64"), device != "cpu")
+        return replace(self, plan=plan, tolerance=tolerance)
+
+    def loads_on(self, device: str) -> object:
+        """Return the load in a device's memory, to which models of the same scene copy it once."""
+        place = device, self.plan.dtype
+        if place not in self._loads:
+            packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
+            self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
+        return self._loads[place]
+
+    def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:
+        """Return memory for the outputs of some samples, or for those of some names, sample first."""
+        names = self.shapes if names is None else names
+        return {name: np.empty((samples, *self.shapes[name]), self.output_dtype(name)) for name in names}
+
+    def output_dtype(self, name: str) -> np.dtype:
+        """Return the number type of an output."""
+        return arguments.output_dtype(name, self.plan.dtype)

@@ -1,0 +1,164 @@
+"""Preparation of runs: arguments are checked, structures drawn, and the steps of samples scheduled."""
+
+from __future__ import annotations
+
+import collections.abc
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Arrays, Vibration
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.model import Model, central_vibration, dynamics_of, plan_of
+from warpdyn.campaigns.integration.sampler import Sampler
+from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration
+from warpdyn.campaigns.integration.time_grid import build_schedule, build_timeline
+from warpdyn.engine.kernels.queues import Queue, open_queues
+from warpdyn.engine.methods.defaults import FALLBACK
+from warpdyn.engine.methods.table import METHODS, check_fits
+from warpdyn.foundations.core.checks import check_kind, whole_number
+from warpdyn.model.scene.scene import Scene
+
+# Drawn parameters, and the vibration of each structure with a method's stable step.
+Drawn = tuple[Arrays, Vibration]
+MOST_SAMPLES = 2**31 - 1  # samples are counted in 32 bits
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A run with checked arguments, of which any structures can be prepared for integration.
+
+    Args:
+        model: How all samples are integrated.
+        sampler: Sampler of the structures.
+        structures: Number of structures.
+        first: Scattered parameters of the first of them.
+        execution: Devices, threads and memory.
+        integration: How samples are integrated, with the method that was settled.
+    """
+
+    model: Model
+    sampler: Sampler
+    structures: int
+    first: Arrays
+    execution: Execution
+    integration: Integration
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.samples_by_event[-1]
+
+    @property
+    def samples_by_event(self) -> tuple[int, ...]:
+        """Number of samples of each event; those of the last event are the samples of the run."""
+        return tuple(self.structures * samples for samples in self.model.scene.excitation.samples_by_event)
+
+    def draw(self, structures: np.ndarray) -> Drawn:
+        """Return the parameters and the vibration of some structures, given by their indices, increasing."""
+        threads = self.model.threads
+        drawn = self.sampler.draw(structures, threads)
+        return drawn, self.model.dynamics.vibration_of(drawn, self.model.method, threads)
+
+    def events(
+        self, structures: np.ndarray, queue: Queue, known: Drawn | None = None
+    ) -> list[tuple[Ensemble, Vibration]]:
+        """Return some structures with all their samples, and their vibration, for each event in turn.
+
+        From the second event on, each sample of the previous event is a structure.
+
+        Args:
+            structures: Their indices, increasing.
+            queue: Device queue that they will run on.
+            known: Result of `draw` for them, if it has been called.
+        """
+        model, excitation = self.model, self.model.scene.excitation
+        drawn, vibration = self.draw(structures) if known is None else known
+        building, samples_before = np.asarray(structures), 1
+        found: list[tuple[Ensemble, Vibration]] = []
+        for event, samples in enumerate(excitation.samples_by_event):
+            before = found[-1][0] if found else None
+            if before is not None:
+                drawn = {name: values[before.row] for name, values in drawn.items()}
+                vibration, building = vibration.select(before.row), before.assignment.structure
+            assignment = excitation.assign(building, model.seed, event)
+            row = np.repeat(np.arange(building.size, dtype=np.int32), samples // samples_before)
+            if before is None and not drawn:  # one structure serves all
+                row[:] = 0
+            comes_to_rest = event + 1 < len(excitation.event_names)
+            schedule = build_schedule(model.scene, model.timeline, vibration, assignment, row, comes_to_rest)
+            sample = np.add.outer(structures * samples, np.arange(samples)).astype(np.int32).ravel()
+            place = structures if before is None else before.sample
+            held = drawn, vibration.rayleigh, assignment, row, schedule
+            found.append((Ensemble(model.by_event[event], place, *held, sample, queue, before), vibration))
+            samples_before = samples
+        return found
+
+
+def build_run(scene: Scene, structures: int, integration: Integration, execution: Execution, seed: int = 0) -> Run:
+    """Check the arguments of a run and build its time grid; nothing is drawn yet.
+
+    Args:
+        scene: The scene.
+        structures: Number of structures to draw.
+        integration: How they are integrated.
+        execution: Devices, threads and memory.
+        seed: Seed of every random draw.
+    """
+    check_kind("simulate", "a Scene", scene, Scene)
+    excitation, dynamics = scene.excitation, dynamics_of(scene)
+    law, damping = dynamics.fitting_law, scene.structure.damping
+    integration = integration.settled(law, scene.structure, is_gpu=execution.is_gpu)
+    method, row = integration.method, METHODS[integration.method]
+    check_fits(method, law, damping)
+    structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
+    if structures * excitation.samples_per_structure > MOST_SAMPLES:
+        raise ValueError(
+            f"{structures} structures have more than {MOST_SAMPLES} samples: divide them into several runs"
+        )
+    sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, structures, seed)
+    if len(excitation.event_names) > 1 and row.kind == "exact":
+        raise ValueError(
+            "method 'exact' is for linear structures, which come out of an earthquake as they went into it: choose "
+            "another method for an EventSequence, or run its events by themselves"
+        )
+    excitation.check_structures(structures)
+    # A scatter out of bounds is reported for a drawn value, not for its median.
+    first = sampler.draw(np.arange(1))
+    stepped_as = METHODS[FALLBACK] if integration.refinement > 1 else row  # the steps divided are RK4's
+    timeline = build_timeline(
+        scene,
+        lambda: central_vibration(scene, dynamics, stepped_as),
+        integration.step,
+        integration.longest_step,
+        integration.resample,
+        refinement=integration.refinement,
+    )
+    plan = plan_of(scene, dynamics, method, integration.dtype, is_gpu=execution.is_gpu)
+    tolerance = DEFAULT_TOLERANCE if integration.tolerance is None else integration.tolerance
+    model = Model(scene, dynamics, row, plan, timeline, tolerance, seed, execution.cores, integration.refinement)
+    return Run(model, sampler, structures, first, execution, integration)
+
+
+def prepare(
+    scene: Scene,
+    *,
+    structures: int,
+    seed: int = 0,
+    device: str | collections.abc.Sequence[str] | None = None,
+    threads: int | None = None,
+    known: dict[str, Drawn] | None = None,
+    **integration: object,
+) -> tuple[Ensemble, Vibration]:
+    """Prepare all samples of a run of one event at once, on the first of its devices; arguments as of `simulate`.
+
+    For many runs of the same samples of one scene, pass the same `known` each time, at first empty: it keeps the drawn
+    structures and their vibration, by method.
+    """
+    how = Integration(**integration)  # type: ignore[arg-type]
+    run = build_run(scene, structures, how, Execution(device=device, threads=threads).on_first(), seed)
+    everything = np.arange(run.structures)
+    known = {} if known is None else known
+    if how.method not in known:
+        known[how.method] = run.draw(everything)
+    return run.events(everything, open_queues(run.execution.devices, run.model.threads)[0], known[how.method])[0]

@@ -1,0 +1,150 @@
+"""Sampling of the structures' scattered parameters, by index."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.engine.kernels.arguments import lane_rows
+from warpdyn.engine.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
+from warpdyn.engine.kernels.build import CPU_LANES
+from warpdyn.foundations.core.checks import check_memory
+from warpdyn.foundations.core.random_numbers import Purpose
+from warpdyn.foundations.core.thread_pool import in_parts
+from warpdyn.model.scene.correlation import correlation_factor
+from warpdyn.model.scene.scatter import (
+    GivenValues,
+    Scatter,
+    combined,
+    storeys_with,
+)
+from warpdyn.model.scene.sobol_points import SobolPoints
+from warpdyn.model.structures.physics import physics_problem
+from warpdyn.model.structures.structure import Structure
+
+BYTES_OF_A_POINT = 24  # per variable: SciPy's permutations, its points and a copy
+
+
+class Sampler:
+    """Draws the scattered parameters of any structures of a run.
+
+    The parameters of a structure depend on the seed and the structure's index alone; in a Latin hypercube also on the
+    number of structures, and all its points are held in memory.
+
+    Args:
+        structure: The nominal structure.
+        scatter: Scatter of its parameters.
+        correlation: Correlation of pairs of scattered parameters.
+        sampling: One of SAMPLING.
+        structures: Number of structures.
+        seed: Seed.
+
+    Raises:
+        ValueError: If a scatter has given values for another number of structures.
+    """
+
+    def __init__(
+        self,
+        structure: Structure,
+        scatter: Scatter,
+        correlation: Mapping[tuple[str, str], float],
+        sampling: str,
+        structures: int,
+        seed: int,
+    ) -> None:
+        for name, spread in scatter.items():
+            if isinstance(spread, GivenValues) and len(spread.values) != structures:
+                raise ValueError(
+                    f"scatter[{name!r}] lists {len(spread.values)} structures, and structures={structures} are asked "
+                    "for: they must agree"
+                )
+        self.structure, self.scatter, self.seed = structure, scatter, seed
+        self.variables, self.factor = correlation_factor(structure, scatter, correlation)
+        self._points: np.ndarray | None = None
+        self._sobol: SobolPoints | None = None
+        if not self.variables:
+            return
+        generator = np.random.default_rng([seed, Purpose.POINTS])
+        if sampling == "sobol":
+            self._sobol = SobolPoints(len(self.variables), generator)
+        elif sampling == "latin_hypercube":
+            check_memory(
+                f"a Latin hypercube of structures={structures}",
+                BYTES_OF_A_POINT * structures * len(self.variables),
+                'choose sampling="sobol" in the Scene, which needs no memory for its points',
+            )
+            from scipy.stats import qmc  # which takes a third of a second to import
+
+            self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
+
+    def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
+        """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
+
+        Structures are contiguous in memory. For a LinearSystem the parameters are the factors on its matrices.
+
+        Args:
+            structures: Their indices, increasing.
+            threads: CPU threads.
+            is_all: Whether all other parameters are nominal, so that the drawn values must fit them.
+
+        Raises:
+            ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
+                place.
+        """
+        points = self._points_of(structures)
+        nominal = self.structure.nominal_values
+        drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter}
+
+        def fill(part: slice) -> None:
+            normals = self._normals(structures[part], None if points is None else points[part])
+            row = 0
+            for name, spread in self.scatter.items():
+                count = spread.variables(self.structure.dofs)
+                values = combined(nominal[name], spread, normals[row : row + count], structures[part])
+                drawn[name][part] = values.T
+                row += count
+            self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
+
+        in_parts(fill, structures.size, threads)
+        return drawn
+
+    def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
+        """Raise a ValueError if a value is out of its parameter's bounds, or if values contradict each other."""
+        axes, nominal = ("structure", "storey"), self.structure.nominal_values
+        for name, values in drawn.items():
+            parameter = self.structure.parameter_table[name]
+            taken = storeys_with(nominal[name])
+            is_given = isinstance(self.scatter[name], GivenValues)
+            what = f"the given {name}" if is_given else f"the drawn {name}"
+            problem = parameter.first_violation(what, values, axes[: values.ndim], structures, taken)
+            if problem:
+                remedy = "narrow its scatter or use a distribution that stays within bounds"
+                raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else remedy}")
+        if not is_all:
+            return
+        everything = {**self.structure.parameters, **drawn}
+        problem = self.structure.storey_law.problem(everything) or physics_problem(everything)
+        if problem:
+            counted = f", counted from structure {structures[0]}" if structures[0] else ""
+            raise ValueError(f"drawn{counted}: {problem}")
+
+    def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
+        """Return correlated standard normal values, shape [variable, structure], of points in (0, 1) or drawn ones."""
+        values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
+        if not self.variables:
+            return values
+        if points is None:
+            fill_uniforms(values, self.seed, structures)
+        else:  # the normal value of a point at exactly 0 would be infinite
+            np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
+        correlate_normals(values, self.factor)
+        return values[:, : structures.size]
+
+    def _points_of(self, structures: np.ndarray) -> np.ndarray | None:
+        """Return the points of a design, shape [structure, variable]; None where numbers are drawn at random."""
+        if self._points is not None:
+            return self._points[structures]
+        if self._sobol is None:
+            return None
+        return self._sobol.at(structures)

@@ -1,0 +1,364 @@
+"""Stability of a run: each structure's limit before it, and reruns of failed samples after it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Vibration
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.engine.methods.defaults import FALLBACK
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.output_variables import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
+from warpdyn.model.ground_motions.excitation import MOST_STEPS
+
+# Samples that fail because of their storey law are run again with twice the steps, at most so many times, and each time
+# as long as that takes no more than so many times the steps of the samples until then, or so many steps of storeys
+# (some tenths of a second of most laws, some seconds of the slowest): if most of a run fails, it needs another method.
+# A processor steps a row of so many samples at a time, and one of them takes as long as all.
+MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
+LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
+LARGEST_CHANGE = 0.01  # of a peak drift of a reliable sample in a second run: see accuracy/reliability.py
+# How findings of several blocks or regions become those of all; of FIRST the first that says something stands for all.
+SUMS = (
+    "beyond",
+    "unsure",
+    "in_float64",
+    "blank",
+    "too_long",
+    "leaping",
+    "off",
+    "sensitive",
+    "unreliable",
+    "checked",
+    "unchecked",
+)
+LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
+
+
+class StabilityFindings:
+    """Findings on the stability of a run, collected block by block and reported once.
+
+    Args:
+        samples: Number of samples of the run.
+        method: Integration method.
+        event: Name of the event of a sequence that the samples belong to, which precedes every message.
+    """
+
+    def __init__(self, samples: int, method: str, event: str = "") -> None:
+        self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
+        self.beyond = self.unsure = self.in_float64 = self.blank = 0
+        self.too_long, self.longest_accurate = 0, np.inf  # samples whose step is inaccurate; a step [s] that is not
+        self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
+        self.leaping = 0  # samples that passed a drift capacity by too long a move in one step to be a collapse
+        self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
+        self.unreliable = self.checked = self.unchecked = 0  # samples, by their flag `unreliable`
+        self.error, self.off, self.sensitive = 0.0, 0, 0  # asked for; samples whose error is larger; sensitive ones
+        self.first = ""  # description of the first sample beyond the limit
+        self.never: int | None = None  # a sample for which no step is stable
+
+    def add_limits(self, run: Ensemble, vibration: Vibration) -> np.ndarray:
+        """Find which of a block's samples are beyond the limit of their structure, shape [sample]."""
+        self.least = min(self.least, float(vibration.stable_step.min()))
+        longest = vibration.stable_step[run.row]
+        unstable = run.schedule.step > longest
+        if not unstable.any():
+            return unstable
+        if not self.beyond:
+            first = int(unstable.argmax())
+            self.first = (
+                f"sample {run.sample[first]}: first period {vibration.period[run.row[first]]:.4g} s, step "
+                f"{run.schedule.step[first]:.4g} s, of which at most {longest[first]:.4g} s holds"
+            )
+        if self.never is None and (longest == 0).any():
+            self.never = int(run.sample[longest.argmin()])
+        self.beyond += int(np.count_nonzero(unstable))
+        return unstable
+
+    def of_no_samples(self) -> StabilityFindings:
+        """Return findings of the same run and event in which nothing is found yet."""
+        findings = StabilityFindings(self.samples, self.method)
+        findings.event = self.event
+        return findings
+
+    def include(self, other: StabilityFindings) -> None:
+        """Add what was found of the samples after those so far, such as those of the next block."""
+        for name in SUMS:
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        for name in LEAST:
+            setattr(self, name, min(getattr(self, name), getattr(other, name)))
+        for name in MOST:
+            setattr(self, name, max(getattr(self, name), getattr(other, name)))
+        for name in FIRST:
+            if getattr(self, name) in ("", None):
+                setattr(self, name, getattr(other, name))
+        for code in self.failed:
+            self.failed[code] += other.failed[code]
+
+    def add_sample_errors(self, error: float, off: int, sensitive: int) -> None:
+        """Count samples whose estimated error is larger than that asked for, and sensitive ones."""
+        self.error, self.off, self.sensitive = error, self.off + off, self.sensitive + sensitive
+
+    def add_flags(self, flags: np.ndarray, status: np.ndarray) -> None:
+        """Count samples of a sensitive structure by their flag `unreliable`: yes, no, and not checked."""
+        ended = status < DIVERGED
+        self.unreliable += int(np.count_nonzero(flags[ended] > 0))
+        self.checked += int(np.count_nonzero(flags[ended] >= 0))
+        self.unchecked += int(np.count_nonzero(flags[ended] < 0))
+
+    def refuse(self, any_step: bool) -> None:
+        """Raise a ValueError if a sample has no stable step or, with `any_step`, if any step was beyond its limit."""
+        if self.never is not None:
+            raise ValueError(
+                f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, since a mode of it is "
+                "(nearly) undamped: choose a method with a stability limit, such as 'rk4', or a damping"
+            )
+        if any_step and self.beyond:
+            raise ValueError(
+                f"{self.event}the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the "
+                f"first of them {self.first}. A step of at most {self.least:.4g} s holds for all; "
+                "on_unstable='substep' divides the steps of these samples alone"
+            )
+
+    def warn(self, on_unstable: str) -> None:
+        """Warn of steps beyond the limit, of failed samples, and of energy that is out of balance."""
+        messages = []
+        beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
+        if self.beyond and on_unstable == "flag":
+            holds = f"A step of at most {self.least:.3g} s holds for all" if self.least > 0 else "No step holds for all"
+            messages.append(f"{beyond}; their status is unstable_step and their demands are NaN. {holds}")
+        elif self.beyond:
+            messages.append(
+                f"{beyond}: each of them takes the fewest steps that hold instead, up to {self.most:.3g} times as many"
+            )
+        reasons = {
+            DIVERGED: "diverged: their state is not finite, or a storey drifts by a thousand times its height",
+            UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
+        }
+        leaping = (
+            "are flagged unstable_step: a storey passed its drift capacity by a move of more than half of it in one "
+            "step, which does not tell a collapse from a numerical blow-up"
+        )
+        counts = [(self.failed[code], reason) for code, reason in reasons.items()] + [(self.leaping, leaping)]
+        messages += [
+            f"{count} of {self.samples} samples {reason}; their demands are NaN. A shorter step may hold"
+            for count, reason in counts
+            if count
+        ]
+        if self.failed[NOT_CONVERGED]:
+            messages.append(
+                f"{self.failed[NOT_CONVERGED]} of {self.samples} samples are flagged not_converged: method "
+                f"{self.method!r} found no equilibrium at the end of a step; their demands are NaN. If the force of a "
+                "storey law jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted, the "
+                "step has no solution, and a shorter step does not help. Use an explicit method: "
+                f'method="{FALLBACK}"'
+            )
+        if self.too_long:
+            messages.append(
+                f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
+                f"period error adds up in them. Up to {self.longest_accurate:.3g} s it does not; without a given step "
+                "the steps of these samples alone are divided"
+            )
+        if self.off:
+            messages.append(
+                f"the estimated error of {self.off} of {self.samples} samples is larger than {self.error:g}: "
+                "`estimated_relative_error_of_sample` names them"
+            )
+        if self.sensitive:
+            messages.append(
+                f"{self.sensitive} of {self.samples} samples are `sensitive`: a motion scaled by 1.001 changes their "
+                f"peaks by more than {self.error:g}, and so may any step"
+            )
+        if self.unreliable or self.unchecked:
+            not_checked = f", {self.unchecked} were not checked" if self.unchecked else ""
+            advice = (
+                "sample_error=0.05 checks all of them" if self.unchecked else "sample_error=0.05 estimates their errors"
+            )
+            earlier = " in this event or an earlier one" if self.event else ""
+            messages.append(
+                f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
+                "the motion as it is or times 1.001, a peak drift changes by more than "
+                f"{100 * LARGEST_CHANGE:g} %{earlier}. Use shares and medians of many samples, not single ones. "
+                f"A shorter longest_step= may help; {advice}"
+            )
+        if self.blank:
+            messages.append(
+                f"energies of {self.blank} of {self.samples} samples are beyond the largest number of their type and "
+                "are NaN: dtype='float64' may hold them, if their parameters are meant as they are"
+            )
+        if self.in_float64:
+            messages.append(
+                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that the rounding of "
+                "float32 reverses the drift of storeys, which damages them (or may have, before the scene's "
+                "record_from): they were run again in float64. dtype='float64' runs all of them once"
+            )
+        if self.unsure:
+            messages.append(
+                f"the energy balance of {self.unsure} of {self.samples} samples is off by more than "
+                f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate"
+            )
+        for text in messages:
+            warn_caller(self.event + text)
+
+    def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
+        """Count the outcomes of a block's samples whose step was stable."""
+        status = outputs["status"]
+        if status.max() >= DIVERGED:
+            leaping = np.zeros(status.shape, dtype=bool)
+            if "time_of_collapse" in outputs:
+                leaping = (status == UNSTABLE_STEP) & np.isfinite(outputs["time_of_collapse"])
+            self.leaping += int(np.count_nonzero(leaping & stable))
+            for code in self.failed:
+                self.failed[code] += int(np.count_nonzero((status == code) & stable & ~leaping))
+        if "energy_balance_error" in outputs:
+            error = outputs["energy_balance_error"]
+            off = np.abs(error) > LARGEST_ENERGY_ERROR
+            blank = ~np.isfinite(error)
+            if blank.any():
+                self.blank += int(np.count_nonzero(stable & (status < DIVERGED) & blank))
+            if off.any():
+                self.unsure += int(np.count_nonzero(stable & (status < DIVERGED) & off))
+
+
+def guard(
+    run: Ensemble, vibration: Vibration, on_unstable: str, findings: StabilityFindings | None = None
+) -> np.ndarray:
+    """Reduce each sample's step to the stability limit of its own structure, or return which steps are beyond it.
+
+    Args:
+        run: The samples; with "substep" their schedule is changed.
+        vibration: Vibration of each of their structures, with the method's longest stable step.
+        on_unstable: "substep" (the fewest stable steps in each interval of the record), "raise" or "flag".
+        findings: Collects the messages.
+
+    Returns:
+        Which samples are still beyond the limit, shape [sample].
+
+    Raises:
+        ValueError: If a sample has no stable step; with "raise", if a sample's step is not stable.
+    """
+    findings = StabilityFindings(run.sample.size, run.plan.method) if findings is None else findings
+    unstable = findings.add_limits(run, vibration)
+    if on_unstable != "flag":
+        findings.refuse(any_step=on_unstable == "raise")
+    if on_unstable != "substep" or not unstable.any():
+        return unstable
+    longest, before = vibration.stable_step[run.row[unstable]], run.schedule.substeps[unstable]
+    substeps = np.ceil(run.schedule.step[unstable] * before / longest * (1 - 1e-12)).astype(np.int64)
+    findings.most = max(findings.most, float((substeps / before).max()))
+    run.schedule = run.restepped(np.flatnonzero(unstable), substeps)
+    return np.zeros_like(unstable)
+
+
+def affordable(taken: np.ndarray, dofs: int) -> np.ndarray:
+    """Return the steps that a rerun may have taken, where the samples until then have taken so many."""
+    return np.maximum(MOST_COST * taken, ALWAYS_AFFORDED / dofs)
+
+
+class Reruns:
+    """Runs failed samples again, within a limit on the steps that it takes over all blocks of a run.
+
+    The limit for a sample depends on the samples before it, and not on their division into blocks: if many samples of a
+    run fail, a sample may stay failed that would have been run again by itself.
+
+    Attributes:
+        seen: For each call of `settle`, the steps of its samples and, for each rerun, which of them had failed and
+            which of these were run again; None where nobody asks.
+    """
+
+    def __init__(self) -> None:
+        self.seen: list[tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]] | None = None
+        # Before each rerun, samples that have failed; first, all samples. And the steps that rows of them take.
+        self._count, self._taken = [0] * (MOST_RERUNS + 1), [0.0] * (MOST_RERUNS + 1)
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """What decides which of the next samples are run again."""
+        return {"count": self._count, "taken": self._taken}
+
+    @state.setter
+    def state(self, state: dict[str, Any]) -> None:
+        self._count, self._taken = list(state["count"]), list(state["taken"])
+
+    def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
+        """Run the failed ones of some samples again, at shorter and shorter steps.
+
+        A sample that fails at a step that is stable for the linear structure fails because of its law: a Bouc-Wen
+        memory that settles too fast, an iteration that does not converge, a yielding motion that grows. So does one
+        that passes its drift capacity in too long a move to tell a collapse from such growth.
+
+        Args:
+            run: The samples' structures.
+            samples: The samples.
+            outputs: Their outputs, sample last, which are overwritten.
+        """
+        schedule, count, failed = run.schedule, samples.size, np.flatnonzero(outputs["status"] >= DIVERGED)
+
+        def steps(which: np.ndarray | slice) -> np.ndarray:
+            return schedule.run_intervals[samples[which]] * schedule.substeps[samples[which]].astype(np.float64)
+
+        charged = self.charge(0, count, steps)
+        decided: list[tuple[np.ndarray, np.ndarray]] = []
+        if self.seen is not None:
+            self.seen.append((steps(slice(None)), decided))
+        if not failed.size:
+            return
+        of_failed, afforded = steps(failed), affordable(charged(failed), run.plan.dofs)
+        for rerun in range(1, MOST_RERUNS + 1):
+            taken = 2**rerun * of_failed
+            granted = (self.charged(rerun, taken) <= afforded) & (taken <= MOST_STEPS)
+            decided.append((failed, granted))
+            failed, of_failed, afforded = failed[granted], of_failed[granted], afforded[granted]
+            if not failed.size:
+                return
+            again = samples[failed]
+            run.schedule = run.restepped(again, run.schedule.substeps[again] * 2)
+            found = run.integrate(again)
+            for name, values in found.items():
+                outputs[name][..., failed] = values
+            again_failed = found["status"] >= DIVERGED
+            failed, of_failed, afforded = failed[again_failed], of_failed[again_failed], afforded[again_failed]
+
+    def charge(
+        self, rerun: int, count: int, steps: Callable[[slice], np.ndarray]
+    ) -> Callable[[np.ndarray], np.ndarray]:
+        """Add samples to a rerun, and return what rows of them have taken up to samples given by their numbers.
+
+        Args:
+            rerun: The rerun.
+            count: How many samples there are.
+            steps: The steps of some of them.
+        """
+        first = -self._count[rerun] % ROW  # sample that begins a row
+        taken = self._taken[rerun] + np.cumsum(np.append(0.0, ROW * steps(slice(first, None, ROW))))
+        self._count[rerun] += count
+        self._taken[rerun] = float(taken[-1])
+        return lambda which: taken[(which + ROW - first) // ROW]
+
+    def charged(self, rerun: int, steps: np.ndarray) -> np.ndarray:
+        """Add samples of so many steps to a rerun, and return what rows of them have taken up to each."""
+        return self.charge(rerun, steps.size, steps.__getitem__)(np.arange(steps.size))
+
+
+def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None = None) -> dict[str, np.ndarray]:
+    """Integrate some samples and run those that fail again, at shorter and shorter steps.
+
+    Args:
+        run: The samples' structures.
+        samples: The samples.
+        reruns: Reruns of the samples before them; None if there are none.
+    """
+    outputs = run.integrate(samples)
+    (Reruns() if reruns is None else reruns).settle(run, samples, outputs)
+    return outputs
+
+
+def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
+    """Set the outputs of failed samples to NaN, or -1, so that no statistic takes a blow-up for a response."""
+    if not failed.any():
+        return
+    for name, values in outputs.items():
+        if name != "status":
+            values[..., failed] = np.nan if np.issubdtype(values.dtype, np.floating) else -1

@@ -1,0 +1,212 @@
+"""The time grid of a run: steps that divide each motion's step, and the free vibration after it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Vibration
+from warpdyn.foundations.core.checks import real_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment, Timeline
+from warpdyn.model.scene.scene import Scene
+
+# Default number of steps in the first period, and in a harmonic load's; and share of the stability limit.
+STEPS_PER_PERIOD = 100
+SHARE_OF_STABLE_STEP = 0.4
+# Free vibration is integrated until it has decayed to this ratio, for at most this many periods; then the residual
+# drift is averaged over a few more periods.
+RESIDUAL_DECAY = 0.01
+LONGEST_DECAY_IN_PERIODS = 20.0
+RESIDUAL_PERIODS = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Schedule:
+    """How each sample is stepped; one value for each sample.
+
+    Args:
+        run_intervals: Intervals of the motion and of the free vibration after it.
+        substeps: Integration steps in one interval.
+        step: Integration step [s].
+        residual_steps: Steps at the end over which the residual drift is averaged.
+        repeats: Number of consecutive samples that have a structure, a motion and all of this in common, the same
+            throughout.
+    """
+
+    run_intervals: np.ndarray
+    substeps: np.ndarray
+    step: np.ndarray
+    residual_steps: np.ndarray
+    repeats: int = 1
+
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """The values of each sample."""
+        return self.run_intervals, self.substeps, self.step, self.residual_steps
+
+    def select(self, samples: np.ndarray) -> Schedule:
+        """Return the schedule of some of the samples."""
+        run_intervals, substeps, step, residual_steps = (column[samples] for column in self.columns)
+        return Schedule(run_intervals, substeps, step, residual_steps)
+
+    @staticmethod
+    def joined(parts: Sequence[Schedule]) -> Schedule:
+        """Return the schedules of several blocks of samples as one."""
+        columns = [np.concatenate(column) for column in zip(*(part.columns for part in parts), strict=True)]
+        return Schedule(columns[0], columns[1], columns[2], columns[3])
+
+    def with_substeps(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
+        """Return the schedule with another number of substeps for some samples, which run for the same time."""
+        every, step, residual = self.substeps.copy(), self.step.copy(), self.residual_steps.copy()
+        finer = substeps / self.substeps[samples]
+        every[samples] = substeps
+        step[samples] = self.step[samples] / finer
+        residual[samples] = np.maximum(np.round(self.residual_steps[samples] * finer), 1)
+        return Schedule(self.run_intervals, every, step, residual)
+
+
+def default_step(central: Vibration) -> float:
+    """Return the default step [s] of the structure with median parameters."""
+    step = float(central.period[0]) / STEPS_PER_PERIOD
+    if central.stable_step[0] > 0:  # if no step is stable, the guard raises the error
+        step = min(step, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
+    return step
+
+
+def build_timeline(
+    scene: Scene,
+    central: Callable[[], Vibration],
+    step: float | None = None,
+    longest_step: float | None = None,
+    resample: bool = False,
+    refinement: int = 1,
+) -> Timeline:
+    """Return the time grid of a scene's motions.
+
+    Args:
+        scene: The scene.
+        central: Returns the vibration of the structure with median parameters, for which the default step is chosen, so
+            that it does not depend on the number of samples.
+        step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
+        longest_step: Upper bound of chosen steps [s]; None for the default step.
+        resample: Whether motions whose step is no multiple of `step` are resampled at it.
+        refinement: Number of steps that are taken in each of these.
+
+    Raises:
+        ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
+    """
+    if step is not None and longest_step is not None:
+        raise ValueError("give simulate() a step or a longest_step, not both")
+    if step is not None:
+        target = step = real_number("step [s]", step, above=0)
+    elif longest_step is not None:
+        target = real_number("longest_step [s]", longest_step, above=0)
+    else:
+        target = default_step(central())
+    excitation = scene.excitation
+    if resample and step is None:
+        raise ValueError("resample needs a step to resample the motions at")
+    if resample and not excitation.motions:
+        raise ValueError("resample needs sampled motions or forces, and this scene has none: leave it out")
+    if excitation.forcing_frequency and longest_step is None:
+        target = min(target, 2 * np.pi / abs(excitation.forcing_frequency) / STEPS_PER_PERIOD)
+    if resample and step is not None:
+        skipped = sum(step > motion.step * (1 + 1e-6) for motion in excitation.motions)
+        if skipped:
+            warn_caller(
+                f"at {step:g} s, {skipped} of {len(excitation.motions)} motions are resampled at less than their own "
+                "rate: what they hold between is left out"
+            )
+    timeline = excitation.timeline(step, target, resample=resample)
+    return timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)
+
+
+def warn_of_short_tail(scene: Scene, longest_period: float) -> None:
+    """Warn if a scene's tail is too short for the residual drift of its slowest structure."""
+    is_read = "residual" in scene.recorders and scene.excitation.motions
+    if scene.tail is None or not is_read or scene.tail >= longest_period:
+        return
+    warn_caller(
+        f"a tail of {scene.tail:g} s is shorter than the first period, {longest_period:.3g} s: what is recorded as "
+        "residual drift is none; leave `tail` out, or 'residual' out of `recorders`"
+    )
+
+
+def build_schedule(
+    scene: Scene,
+    timeline: Timeline,
+    vibration: Vibration,
+    assignment: Assignment,
+    row: np.ndarray,
+    comes_to_rest: bool = False,
+) -> Schedule:
+    """Return how each sample is stepped, how long it runs, and how long its residual drift is averaged.
+
+    Args:
+        scene: The scene.
+        timeline: Time grid of each motion.
+        vibration: Vibration of each drawn structure.
+        assignment: Which structure and motion each sample has.
+        row: Place of each sample's structure in `vibration`, shape [sample].
+        comes_to_rest: Whether free vibration is integrated to rest although no residual drift is recorded.
+
+    Raises:
+        ValueError: If a sample would take more steps than can be counted.
+    """
+    # Computed once for consecutive samples that have structure and motion in common, and what depends on the motion
+    # alone once for each motion, where every structure has the same ones.
+    structure, motion = row[:: assignment.repeats], assignment.motion[:: assignment.repeats]
+    shared = len(motions_of_all(structure, motion))
+    rows: Any = structure
+    if shared:
+        rows, motion = structure[::shared, None], motion[:shared]
+    period = vibration.period[rows]
+    interval, substeps = timeline.interval[motion], timeline.substeps[motion]
+    window = RESIDUAL_PERIODS * period
+    if not scene.excitation.has_tail:
+        tail = np.zeros_like(period)
+    elif scene.tail is not None:
+        tail = np.full_like(period, scene.tail)
+        window = np.minimum(window, np.maximum(tail, period))
+    elif "residual" in scene.recorders or comes_to_rest:
+        with np.errstate(divide="ignore"):
+            decay = np.log(1 / RESIDUAL_DECAY) / vibration.decay[rows]
+        tail = np.minimum(decay, LONGEST_DECAY_IN_PERIODS * period) + window
+    else:
+        tail = period  # the peak may occur shortly after the motion's end
+    run = timeline.intervals[motion] + np.ceil(tail / interval * (1 - 1e-9))
+    steps = run * substeps
+    if steps.max() >= MOST_STEPS:
+        raise ValueError(
+            f"a sample would take {steps.max():.3g} steps, and {MOST_STEPS} can be counted: "
+            "choose a longer step or a shorter tail"
+        )
+    step = interval / substeps
+    residual_steps = np.ones(1)  # read where a residual drift is recorded
+    if "residual" in scene.recorders:
+        residual_steps = np.clip(np.round(window / step), 1, steps)
+    values = run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32)
+    columns = [np.broadcast_to(column, run.shape).ravel() for column in values]
+    if assignment.repeats > 1:
+        columns = [np.repeat(column, assignment.repeats) for column in columns]
+    return Schedule(columns[0], columns[1], columns[2], columns[3], assignment.repeats)
+
+
+def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return the motions that every structure runs under, in order; none if they differ, or samples are out of order.
+
+    Args:
+        structure: Place of each sample's structure, shape [sample].
+        motion: Motion of each sample, shape [sample].
+    """
+    count = int(np.argmax(structure != structure[0])) or structure.size  # samples of the first structure
+    if structure.size % count:
+        return motion[:0]
+    by_structure = structure.reshape(-1, count), motion.reshape(-1, count)
+    if (by_structure[0] != by_structure[0][:, :1]).any() or (by_structure[1] != motion[:count]).any():
+        return motion[:0]
+    return motion[:count]

@@ -1,0 +1,184 @@
+"""Groups of a portfolio's buildings that share a kernel and a default step, each as one scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Dynamics
+from warpdyn.campaigns.integration.model import central_vibration, dynamics_of, plan_of
+from warpdyn.campaigns.integration.sampler import Sampler
+from warpdyn.campaigns.integration.settings import Integration
+from warpdyn.campaigns.integration.time_grid import default_step
+from warpdyn.engine.methods.table import METHODS, Method, check_fits
+from warpdyn.foundations.core.messages import collected_warnings, warn_caller
+from warpdyn.model.scene.portfolio import Portfolio, named
+from warpdyn.model.scene.scatter import GivenValues
+from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.physics import physics_problem
+from warpdyn.model.structures.shear_building import ShearBuilding
+from warpdyn.model.structures.structure import Structure
+
+# Default steps are 10 ms divided by a power of 2: they divide the steps of most records, so that rounding down costs
+# little, and buildings of similar periods share a launch.
+ROUND_STEP = 0.01  # s
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """Buildings that are integrated by one run.
+
+    Args:
+        scene: Their scene, in which the values of every parameter are given.
+        buildings: Their numbers in the portfolio, increasing.
+        longest_step: Upper bound of their steps [s]; None for the settings of the run.
+        archetypes: Names of their archetypes.
+    """
+
+    scene: Scene
+    buildings: np.ndarray
+    longest_step: float | None
+    archetypes: tuple[str, ...]
+
+    @contextmanager
+    def named_in_messages(self) -> Iterator[None]:
+        """Put the buildings before the message of errors and warnings."""
+        shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
+        many = "s" if len(self.archetypes) > 1 else ""
+        who = f"{self.buildings.size} buildings of {self.scene.structure.dofs} storeys (archetype{many} {shown})"
+        caught: list[tuple[str, type[Warning]]] = []
+        try:
+            with collected_warnings() as caught:
+                yield
+        except ValueError as error:
+            raise ValueError(f"{who}: {error}") from error
+        except RuntimeError as error:
+            raise RuntimeError(f"{who}: {error}") from error
+        finally:
+            for message, category in caught:
+                warn_caller(f"{who}: {message}", category)
+
+
+def scenes_of(scene: Scene) -> dict[str, Scene]:
+    """Return the scene of each archetype by itself.
+
+    Args:
+        scene: The scene of a portfolio.
+
+    Raises:
+        ValueError: If an archetype does not fit; the message names it.
+    """
+    scenes = {}
+    for name, archetype in portfolio_of(scene).archetypes.items():
+        with named(name):
+            scenes[name] = replace(
+                scene, structure=archetype.building, scatter=archetype.scatter, correlation=archetype.correlation
+            )
+    return scenes
+
+
+def portfolio_of(scene: Scene) -> Portfolio:
+    """Return the portfolio of a scene of many buildings."""
+    assert isinstance(scene.structure, Portfolio)
+    return scene.structure
+
+
+def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dynamics]]:
+    """Return the scene of each archetype by itself and its equation of motion, which a method fits.
+
+    Raises:
+        ValueError: If an archetype does not fit the scene or the method; the message names it.
+    """
+    found = {}
+    for name, own in scenes_of(scene).items():
+        dynamics = dynamics_of(own)
+        with named(name):
+            check_fits(method, dynamics.fitting_law, own.structure.damping)
+        found[name] = own, dynamics
+    return found
+
+
+def groups_of(
+    portfolio: Portfolio, archetypes: dict[str, tuple[Scene, Dynamics]], integration: Integration, seed: int
+) -> list[Group]:
+    """Return the buildings in groups, one for each kernel and default step.
+
+    A building's kernel, its step and its parameters do not depend on the rest of the portfolio.
+
+    Args:
+        portfolio: The buildings.
+        archetypes: What `checked_archetypes` returned of their scene.
+        integration: How all are integrated.
+        seed: Seed of every random draw.
+
+    Raises:
+        ValueError: If a drawn value is out of bounds.
+    """
+    method, row = integration.method, METHODS[integration.method]
+    members: dict[tuple, list[int]] = {}
+    names, drawn = list(archetypes), []
+    for place, (name, (own, dynamics)) in enumerate(archetypes.items()):
+        drawn.append(parameters_of(portfolio, name, seed))  # before the step, so that errors name drawn values
+        longest = None if integration.is_stepped else _rounded_step(own, dynamics, row)
+        # The kernel, which may depend on parameter values (a law's exponents, the kind of viscous dampers), and its
+        # inputs; the number type and the device are common to all.
+        kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
+        # On these, default steps, checks and runs in float64 depend, for all buildings of a group.
+        treated = dynamics.counts_reversals, dynamics.is_sensitive
+        members.setdefault((kernel, *_kind(own.structure), *treated, longest), []).append(place)
+    groups = []
+    # The lowest first: their kernels are compiled soonest, and most buildings of a city are low.
+    for (*_, longest), places in sorted(members.items(), key=lambda member: member[0][0].dofs):
+        values = [drawn[place] for place in places]
+        buildings = np.concatenate([portfolio.first[i] + np.arange(portfolio.counts[i]) for i in places])
+        listed = {key: GivenValues(np.concatenate([parameters[key] for parameters in values])) for key in values[0]}
+        one = archetypes[names[places[0]]][0]
+        excitation = one.excitation.of_structures(buildings, seed)
+        whole = replace(one, scatter=listed, correlation={}, excitation=excitation)
+        groups.append(Group(whole, buildings, longest, tuple(names[place] for place in places)))
+    return groups
+
+
+def _kind(building: Structure) -> tuple:
+    """Return the properties of a building besides its kernel and its parameter values."""
+    assert isinstance(building, ShearBuilding)
+    damping = building.damping, building.damping_modes, building.damped_storeys
+    own_storeys = tuple(building.own_storeys.tolist())
+    return building.storey_laws, building.devices, tuple(building.parameters), own_storeys, *damping
+
+
+def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.ndarray]:
+    """Return every parameter of an archetype's buildings, shape [building, storey] or [building].
+
+    Args:
+        portfolio: The buildings.
+        name: The archetype.
+        seed: Seed of every random draw.
+
+    Raises:
+        ValueError: If a value is out of its parameter's bounds, or values do not fit each other.
+    """
+    archetype, place = portfolio.archetypes[name], list(portfolio.archetypes).index(name)
+    building, count, first = archetype.building, int(portfolio.counts[place]), int(portfolio.first[place])
+    listed = {key: spread for key, spread in archetype.scatter.items() if isinstance(spread, GivenValues)}
+    others = {key: spread for key, spread in archetype.scatter.items() if key not in listed}
+    with named(name):
+        values = Sampler(building, listed, {}, "monte_carlo", count, seed).draw(np.arange(count), is_all=False)
+        if others:
+            sampler = Sampler(building, others, archetype.correlation, "monte_carlo", first + count, seed)
+            values |= sampler.draw(np.arange(first, first + count), is_all=False)
+        nominal = building.parameters.items()
+        values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
+        problem = building.storey_law.problem(values) or physics_problem(values)
+        if problem:
+            raise ValueError(f"drawn: {problem}")
+    return values
+
+
+def _rounded_step(scene: Scene, dynamics: Dynamics, method: Method) -> float:
+    """Return the default step of an archetype by itself, rounded down."""
+    step = default_step(central_vibration(scene, dynamics, method))
+    return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

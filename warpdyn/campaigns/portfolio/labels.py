@@ -1,0 +1,171 @@
+"""One dataset from the runs of a portfolio's groups, in the order of the buildings."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.foundations.core.interruption import stop_if_asked
+from warpdyn.foundations.files.netcdf import GrowingFile, trace
+from warpdyn.foundations.files.unfinished import STORE_SUFFIX, Unfinished
+from warpdyn.foundations.files.zarr_stores import complete, lay_out, write_region
+from warpdyn.model.scene.portfolio import Portfolio
+
+SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
+
+
+class Joined:
+    """The samples of several runs in the order of their buildings.
+
+    Args:
+        portfolio: The buildings.
+        buildings: The numbers of the buildings of each run, increasing.
+        runs: What `simulate` returned of them.
+        samples_per_building: Samples of each building.
+        attributes: Attributes of the dataset.
+        seconds: Time of drawing before the runs [s].
+    """
+
+    def __init__(
+        self,
+        portfolio: Portfolio,
+        buildings: list[np.ndarray],
+        runs: list[xr.Dataset],
+        samples_per_building: int,
+        attributes: dict[str, object],
+        seconds: float,
+    ) -> None:
+        self.portfolio, self.samples_per_building = portfolio, samples_per_building
+        self.parts = [
+            (of_run, {str(k): v for k, v in run.variables.items()}) for of_run, run in zip(buildings, runs, strict=True)
+        ]
+        self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
+        self.attributes = attributes | common_attributes(runs, seconds)
+        self.estimate = largest_estimate(runs)
+        # By name the variable of the first run that has it, and the type that holds the values of all.
+        found: dict[str, xr.Variable] = {}
+        for _, variables in self.parts:
+            found = variables | found
+        self.rest = {name: v for name, v in found.items() if v.dims[:1] == ("motion",)}
+        self.columns = {name: v for name, v in found.items() if v.dims[:1] == ("sample",)}
+        of_run = {name: [v[name].dtype for _, v in self.parts if name in v] for name in self.columns}
+        self.dtypes = {name: np.result_type(*types) for name, types in of_run.items()}
+        self.coordinates = {name for run in runs for name in run.coords}
+
+    def in_memory(self) -> xr.Dataset:
+        """Return the dataset; the memory of the runs' variables is freed one after the other."""
+        rows = {}
+        for name in list(self.columns):
+            rows[name] = self._rows(name, 0, self.portfolio.buildings)
+            for _, variables in self.parts:
+                variables.pop(name, None)
+        dataset = self._labelled(self._named(rows, 0))
+        return dataset.merge(self.estimate).assign_attrs(dataset.attrs | self.attributes)
+
+    def in_file(self, unfinished: Unfinished) -> xr.Dataset:
+        """Write the dataset to a file, some buildings at a time, and return the dataset of the file."""
+        together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
+        with GrowingFile(unfinished, self.portfolio.buildings * self.samples_per_building) as file:
+            for first in range(0, self.portfolio.buildings, together):
+                last = min(first + together, self.portfolio.buildings)
+                rows = {name: self._rows(name, first, last) for name in self.columns}
+                file.append(self._named(rows, first), self._labelled)
+            file.finish(self.estimate.assign_attrs(self.attributes))
+        return xr.open_dataset(unfinished.path, engine="netcdf4")
+
+    def in_store(self, unfinished: Unfinished) -> xr.Dataset:
+        """Write the dataset to a Zarr store, some buildings at a time, and return the dataset of the store."""
+        together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
+        store, buildings = unfinished.kept / f"joined{STORE_SUFFIX}", self.portfolio.buildings
+        none = self._labelled(self._named({name: self._rows(name, 0, 0) for name in self.columns}, 0))
+        with unfinished.named_errors():
+            lay_out(store, none, buildings * self.samples_per_building, together * self.samples_per_building)
+            for first in range(0, buildings, together):
+                stop_if_asked()
+                rows = {name: self._rows(name, first, min(first + together, buildings)) for name in self.columns}
+                write_region(store, first * self.samples_per_building, self._named(rows, first))
+            complete(store, self.estimate.assign_attrs(none.attrs | self.attributes))
+            unfinished.move_in_store(store)
+        return xr.open_zarr(unfinished.path)
+
+    def _rows(self, name: str, first: int, last: int) -> np.ndarray:
+        """Return a variable for all samples of some buildings, NaN at storeys that a building does not have."""
+        widths = (int(self.portfolio.storeys.max()),) * (self.columns[name].ndim - 1)
+        dtype = self.dtypes[name]
+        rows = np.full((last - first, self.samples_per_building, *widths), np.nan if dtype.kind == "f" else 0, dtype)
+        for buildings, variables in self.parts:
+            begin, end = np.searchsorted(buildings, [first, last])
+            if begin == end or name not in variables:
+                continue
+            values = variables[name][begin * self.samples_per_building : end * self.samples_per_building].values
+            values = values.reshape(end - begin, self.samples_per_building, *values.shape[1:])
+            place: tuple[Any, ...] = (slice(None), *(slice(width) for width in values.shape[2:]))
+            rows[(buildings[begin:end] - first, *place)] = values
+        return rows.reshape(-1, *widths)
+
+    def _named(self, rows: dict[str, np.ndarray], first: int) -> dict[str, np.ndarray]:
+        """Return rows with the numbers of their samples and buildings in the portfolio, from a first building on."""
+        count = len(rows["sample"]) // self.samples_per_building
+        rows["sample"] = (np.arange(len(rows["sample"])) + first * self.samples_per_building).astype(np.int32)
+        del rows["structure"]
+        for name, values in (
+            ("building", np.arange(count) + first),
+            ("archetype_index", self.archetype[first:][:count]),
+        ):
+            rows[name] = np.repeat(values.astype(np.int32), self.samples_per_building)
+        return rows
+
+    def _labelled(self, rows: dict[str, np.ndarray]) -> xr.Dataset:
+        """Return the dataset of some samples."""
+        own: dict[str, tuple] = {
+            "building": (("sample",), {"long_name": "number of the building in the portfolio", "units": "1"}),
+            "archetype_index": (("sample",), {"long_name": "index along the dimension archetype", "units": "1"}),
+        }
+        own |= {name: (variable.dims, variable.attrs) for name, variable in self.columns.items()}
+        variables = {name: xr.Variable(own[name][0], values, own[name][1]) for name, values in rows.items()}
+        coordinates: dict[str, Any] = {
+            name: variables.pop(name)
+            for name in list(variables)
+            if name in self.coordinates | {"building", "archetype_index"}
+        }
+        archetype_table = {
+            "storeys_of_archetype": (self.portfolio.storeys.astype(np.int32), "storeys of the archetype"),
+            "buildings_of_archetype": (self.portfolio.counts.astype(np.int32), "buildings of the archetype"),
+        }
+        for name, (values, text) in archetype_table.items():
+            variables[name] = xr.Variable(("archetype",), values, {"long_name": text, "units": "1"})
+        names = np.array(list(self.portfolio.archetypes), dtype=str)
+        coordinates["archetype"] = ("archetype", names, {"long_name": "name of the archetype"})
+        recorders = ("acceleration",) if "floor" in self.coordinates else ()
+        coordinates |= self.portfolio.numbered(recorders)
+        attributes = trace(str(self.attributes["title"]), "simulate")
+        return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.attributes["scene"]})
+
+
+def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
+    """Return the attributes of how the runs were integrated; where runs differ, the values of all."""
+    attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
+    for name in ("method", "method_chosen_because", "dtype", "kernel", "resampled"):
+        texts = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)
+        attributes |= {name: "; ".join(texts)} if texts else {}
+    for name in ("step", "longest_step", "target_error", "tolerance"):
+        values = [np.atleast_1d(run.attrs[name]) for run in runs if name in run.attrs]
+        if values:
+            found = np.unique(np.concatenate(values))
+            attributes[name] = found if found.size > 1 else float(found[0])
+    for name in ("sampling", "integrating", "in_kernels"):
+        attributes[f"seconds_{name}"] = sum(float(run.attrs[f"seconds_{name}"]) for run in runs)
+    attributes["seconds_sampling"] += seconds
+    return attributes | {"groups": len(runs)}
+
+
+def largest_estimate(runs: list[xr.Dataset]) -> xr.Dataset:
+    """Return the largest of the runs' error estimates, which bounds every quantile over all of their samples."""
+    found = [run["estimated_relative_error"] for run in runs if "estimated_relative_error" in run]
+    if not found:
+        return xr.Dataset()
+    values = np.fmax.reduce([estimate.values for estimate in found])
+    comment = f"the largest of the portfolio's {len(found)} groups; of one: {found[0].attrs['comment']}"
+    return found[0].copy(data=values).assign_attrs(comment=comment).to_dataset(name="estimated_relative_error")

@@ -1,0 +1,125 @@
+"""How many buildings are in each damage state, where each structure that is run stands for some number of them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.campaigns.reductions.cells import Cells
+from warpdyn.campaigns.reductions.limits import BUILDING_NUMBER
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.rows import Rows
+from warpdyn.campaigns.reductions.statistic import Variables
+from warpdyn.campaigns.reductions.tally import Block, Sums
+from warpdyn.campaigns.reductions.workers import LEAST_SAMPLES, Workers
+from warpdyn.engine.kernels.reductions.table import reductions
+from warpdyn.foundations.core.checks import finite_numbers
+from warpdyn.foundations.core.output_variables import OK
+
+
+def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
+    """Return the number of buildings of each structure, or raise a ValueError that says what is wrong with it."""
+    number = finite_numbers("DamageCounts: number", given)
+    if number.shape != (population.structures,) or np.any(number <= 0):
+        raise ValueError(
+            f"DamageCounts: number must be above 0 for each of the {population.structures} "
+            f"{population.structure_dim}s, got shape {number.shape}"
+            + (f" and a least value of {number.min():g}" if number.size else "")
+        )
+    return number
+
+
+def losses_of_units(
+    block: Block, rows: Rows, states: Any, ratios: np.ndarray, kind: np.ndarray, value: np.ndarray, workers: Workers
+) -> tuple[Block, Rows]:
+    """Return the loss of each unit of a block (a sample, or the worst of an event's) and how units go to cells.
+
+    Args:
+        block: The block.
+        rows: How its samples go to cells.
+        states: State of each sample that is ok, shape [place, sample], the worst place last.
+        ratios: Mean and variance of the loss ratio, shape [kind, state, 2]; the same array for all blocks.
+        kind: Kind of each row's structure, shape [row].
+        value: Value of each row's structure, shape [row].
+        workers: What finds them.
+    """
+    order, start, cell_of_unit = rows.places.units
+    units, count = cell_of_unit.size, rows.structure.size
+    status, loss = workers.empty((count * units,), np.int8), workers.empty((count * units, 2), np.float64)
+    order, start, ratios = (workers.constant(values) for values in (order, start, ratios))
+    kind, value = workers.array(kind.astype(np.int32)), workers.array(value)
+    each = workers.units_of_part(units)
+    given = each, rows.samples, block.status, states, order, start, ratios, kind, value, status, loss
+    least = LEAST_SAMPLES // rows.samples + 1
+    workers.run(reductions().losses, 0, count * -(-units // each), lambda thread: given, least)
+    of_units = replace(rows, places=rows.places.of_units)
+    return Block(block.structures, block.event, {"status": status, "loss": loss}), of_units
+
+
+class NumberSums:
+    """Add up the buildings that samples stand for, by cell and damage state.
+
+    They are added exactly, in whatever order.
+
+    Args:
+        cells: The cells.
+        number: Buildings that each structure stands for, shape [structure].
+        states: Number of damage states, no damage included.
+    """
+
+    def __init__(self, cells: Cells, number: np.ndarray, states: int) -> None:
+        self.cells, self.number = cells, number
+        self._of_states, self._of_all = [Sums(cells) for _ in range(states)], Sums(cells)
+        # Of each state, a unit that is in it "loses" its number, and others nothing.
+        self._ratios = [np.stack([row, np.zeros(states)], axis=1)[None] for row in np.eye(states)]
+
+    @property
+    def sums(self) -> list[Sums]:
+        """Those in each damage state, and of all units."""
+        return [*self._of_states, self._of_all]
+
+    def add(self, block: Block, states: Any, workers: Workers) -> None:
+        """Add the samples of a block.
+
+        Args:
+            block: The block.
+            states: State of each sample that is ok, shape [place, sample], the worst place last.
+            workers: What adds them.
+        """
+        rows = block.rows(self.cells)
+        kind, number = np.zeros(rows.structure.size, dtype=np.int32), self.number[rows.structure]
+        for ratios, sums in zip(self._ratios, self._of_states, strict=True):
+            found, of_units = losses_of_units(block, rows, states, ratios, kind, number, workers)
+            sums.add(found, "loss", True, 0, workers, of_units)
+        # Whatever became of them, all units are in the first state here.
+        all_ok = Block(block.structures, block.event, {"status": workers.array(np.full(block.samples, OK, np.int8))})
+        undamaged = workers.no_states((1, block.samples))
+        found, of_units = losses_of_units(all_ok, rows, undamaged, self._ratios[0], kind, number, workers)
+        self._of_all.add(found, "loss", True, 0, workers, of_units)
+
+    def variables(self, failed: np.ndarray) -> Variables:
+        """Return the buildings in each damage state, and those whose samples failed.
+
+        Args:
+            failed: Number of samples that failed, shape [cell].
+        """
+        cells = self.cells
+        of_states = np.stack([_sums_of(sums) for sums in self._of_states], axis=-1)
+        # The rest are those that failed; where none did, sums of other numbers than whole ones differ by rounding.
+        rest = np.where(failed > 0, _sums_of(self._of_all) - of_states.sum(axis=-1), 0.0)
+        said = {"units": "1", "long_name": "buildings that the samples in the damage state stand for"}
+        of_failed = {"units": "1", "long_name": "buildings that the samples which failed stand for"}
+        table = of_states.reshape(*cells.shape, -1)
+        return {
+            f"{BUILDING_NUMBER}{cells.suffix}": ((*cells.dims, "damage_state"), table, said),
+            f"failed_{BUILDING_NUMBER}{cells.suffix}": (cells.dims, rest.reshape(cells.shape), of_failed),
+        }
+
+
+def _sums_of(sums: Sums) -> np.ndarray:
+    """Return the sums of cells with what rounding left out of each addition."""
+    totals = sums.totals
+    return totals[:, 0] + totals[:, 1]

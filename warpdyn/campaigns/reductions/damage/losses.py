@@ -1,0 +1,146 @@
+"""Losses that follow from damage states, added up where the samples run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates
+from warpdyn.campaigns.reductions.damage.building_numbers import losses_of_units
+from warpdyn.campaigns.reductions.damage.counts import Bounds, states_of
+from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, ratios_of_archetypes
+from warpdyn.campaigns.reductions.demand_moments import moments
+from warpdyn.campaigns.reductions.limits import DRIFT, Limit
+from warpdyn.campaigns.reductions.merging import Mergeable
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.statistic import Statistic, Variables, failures
+from warpdyn.campaigns.reductions.tally import Block, Sums, Tally
+from warpdyn.campaigns.reductions.workers import Workers
+from warpdyn.foundations.core.checks import finite_numbers
+from warpdyn.foundations.core.near_misses import with_suggestions
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class DamageLoss(Statistic):
+    """The loss that follows from the damage state of each sample: its sum, mean and variance.
+
+    Undamaged structures cost nothing. The loss of a sample is that of the mean loss ratio of its damage state; what the
+    scatter of the ratios adds to the variance of a sum, independent from sample to sample, is given besides.
+
+    Args:
+        limits: Limits of the damage states [units of the demand], as of `DamageCounts`.
+        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation; of a portfolio
+            the same for all archetypes, or of each archetype such a mapping.
+        replacement_values: Replacement value [currency] of each structure (or of a portfolio's building), shape
+            [structure], or of all alike; 1 for loss ratios. A value weighs its building's loss in sums over events,
+            cells or the city. Of an inventory they are `stock.replacement_costs(inventory)`, not its column, whose rows
+            are in another order than the portfolio's buildings. A row's cost is the value of all buildings that the row
+            stands for, so that its `number` is applied with it; they are taken to be in one damage state.
+        demand: Variable that plain limits are of.
+        events: The event of each motion, shape [motion], of which a structure's worst sample counts; see
+            `DamageCounts`.
+        over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
+        labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
+
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, as of `DamageCounts`, or if a state has no
+            loss ratio or a structure no replacement value.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
+    Example:
+        >>> costs = stock.replacement_costs(inventory)
+        >>> asked = wd.DamageLoss(stock.limits, wd.hazus_loss_ratios("RES1"), costs, over="motion")
+        >>> losses = wd.simulate(region, statistics=asked)["loss_sum_by_motion"]  # of all buildings together
+        >>> float(losses.mean().round())
+        50750.0
+    """
+
+    limits: Mapping[str, Limit] | Mapping[str, Mapping[str, float]]
+    loss_ratios: Ratios | Mapping[str, Ratios]
+    replacement_values: ArrayLike = 1.0
+    demand: str = DRIFT
+    events: Sequence[str] | Sequence[int] | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "replacement_values", finite_numbers("replacement_values", self.replacement_values))
+
+    def reducer(self, population: Population, threads: int) -> LossReducer:
+        """Return what adds up the losses of a run."""
+        return LossReducer(self, population, threads)
+
+
+class LossReducer(Mergeable):
+    """Add up the losses of the samples of a run.
+
+    Args:
+        statistic: What is asked for.
+        population: What the samples are of.
+        threads: Threads that add.
+    """
+
+    def __init__(self, statistic: DamageLoss, population: Population, threads: int) -> None:
+        self.population, self.bounds = population, Bounds.of(statistic, population)
+        cells = statistic.cells(population, statistic.events)
+        states = self.bounds.states[1:]
+        names = [""] if population.portfolio is None else list(population.portfolio.archetypes)
+        found = ratios_of_archetypes("DamageLoss", names, states, statistic.loss_ratios)
+        of_each = [np.stack([ratios.mean, ratios.deviation**2], axis=-1) for ratios in found]
+        self._ratios = np.concatenate([np.zeros((len(names), 1, 2)), np.stack(of_each)], axis=1)
+        values = finite_numbers("replacement_values", statistic.replacement_values)
+        below = values[values < 0]
+        if values.shape not in ((), (population.structures,)) or below.size:
+            got = f"{below.size} below 0, such as {below[0]:g}" if below.size else f"shape {values.shape}"
+            raise ValueError(
+                f"replacement_values must be one value, or one for each of the {population.structures} "
+                f"{population.structure_dim}s, none below 0; got {got}"
+            )
+        self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
+        self.needs, self._threads = cells.needs(self.bounds.demands), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states), self._threads)
+        self.losses, self.scatter = Sums(cells), Sums(cells)
+
+    @property
+    def sums_by_cell(self) -> tuple[Sums, Sums]:
+        """The losses, and what the scatter of the loss ratios adds to their variance."""
+        return self.losses, self.scatter
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Add the losses of the samples of a block."""
+        states = states_of(block, self.bounds, self.population, workers, each_place=False)
+        self.tally.add(block, states, workers)
+        rows = block.rows(self.cells)
+        kind, value = self.population.archetype[rows.structure], self._values[rows.structure]
+        found, of_units = losses_of_units(block, rows, states, self._ratios, kind, value, workers)
+        self.losses.add(found, "loss", True, 0, workers, of_units)
+        self.scatter.add(found, "loss", True, 1, workers, of_units)
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return sums, mean and variance of the losses, and the numbers of samples that they are of."""
+        cells, states = self.cells, len(self.bounds.states)
+        table = self.tally.counts[-1]
+        variables, coordinates = failures(cells, table[:, states:])
+        count = table[:, :states].sum(axis=1)
+        losses, scatter = self.losses.totals, self.scatter.totals
+        mean, variance = moments(count, losses)
+        total, of_scatter = (each[:, 0] + each[:, 1] for each in (losses, scatter))
+        money = {"units": "1", "comment": "in the unit of replacement_values"}
+        for name, values, text in (
+            ("loss_sum", total, "sum of the losses of the samples"),
+            ("loss_mean", mean, "mean loss of a sample"),
+            ("loss_variance", variance, "variance of the loss of a sample, with mean loss ratios"),
+            ("loss_scatter_variance", of_scatter, "variance of the sum by the scatter of the loss ratios"),
+            ("counted_count", count, "samples with a loss, collapsed ones included"),
+        ):
+            said = money if name.startswith("loss") else {"units": "1"}
+            variables[f"{name}{cells.suffix}"] = (cells.dims, values.reshape(cells.shape), said | {"long_name": text})
+        return variables, coordinates | cells.coordinates

@@ -1,0 +1,194 @@
+"""Moments and largest values of a demand, made where the samples run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates
+from warpdyn.campaigns.reductions.merging import Mergeable
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.statistic import Statistic, Variables, failures
+from warpdyn.campaigns.reductions.tally import FAILURES, Block, Sums, Tally
+from warpdyn.campaigns.reductions.workers import Workers
+from warpdyn.foundations.core.near_misses import with_suggestions
+
+SPLITTER = 2.0**27 + 1.0  # splits a float64 into halves whose products are exact (Dekker 1971)
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class DemandMoments(Statistic):
+    """Mean and variance of a demand among the samples that stand.
+
+    Args:
+        demand: Variable that the scene records, such as "peak_storey_drift_ratio". Where it is known at several storeys
+            or floors, the largest absolute value of them is the sample's.
+        each_place: Whether the moments at each storey (or floor) by itself are given, besides those of the largest.
+        over: What the moments are taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
+
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
+    Example:
+        >>> found = wd.simulate(scene, structures=3, statistics=wd.DemandMoments("peak_base_shear", over="stripe"))
+        >>> (found["peak_base_shear_mean_by_stripe"] / 1e3).round().values  # kN
+        array([173., 248., 295., 316., 343., 409.])
+    """
+
+    demand: str
+    each_place: bool = False
+
+    def reducer(self, population: Population, threads: int) -> SumsReducer:
+        """Return what adds up the samples of a run."""
+        return SumsReducer(self, population, threads)
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class LargestDemand(Statistic):
+    """The largest value of a demand among the samples that stand.
+
+    Args:
+        demand: Variable that the scene records. Where it is known at several storeys or floors, the largest absolute
+            value of them is the sample's.
+        each_place: Whether the largest at each storey (or floor) by itself is given, besides that of all.
+        over: What it is taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        labels: Labels of structures that `over` names.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
+
+    Raises:
+        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+
+    Example:
+        >>> found = wd.simulate(scene, structures=3, statistics=wd.LargestDemand("peak_storey_drift_ratio"))
+        >>> round(float(found["peak_storey_drift_ratio_largest"]), 3)
+        0.046
+    """
+
+    demand: str
+    each_place: bool = False
+
+    def reducer(self, population: Population, threads: int) -> SumsReducer:
+        """Return what adds up the samples of a run."""
+        return SumsReducer(self, population, threads)
+
+
+class SumsReducer(Mergeable):
+    """Add up a demand of the samples of a run.
+
+    Args:
+        statistic: What is asked for.
+        population: What the samples are of.
+        threads: Threads that add.
+    """
+
+    def __init__(self, statistic: DemandMoments | LargestDemand, population: Population, threads: int) -> None:
+        self.population, self.demand = population, statistic.demand
+        self.is_largest, self._added = isinstance(statistic, LargestDemand), statistic.added_storeys
+        cells = statistic.cells(population)
+        dims = population.demand(self.demand).dims
+        if statistic.each_place and not dims:
+            raise ValueError(f"each_place=True needs a demand that is known at each storey or floor, not {self.demand}")
+        self.dim, self._has_places = dims[0] if statistic.each_place else "", bool(dims)
+        self.needs, self._threads = cells.needs([self.demand]), threads
+        self.begin(cells)
+
+    def begin(self, cells: Cells) -> None:
+        """Begin to count in these cells."""
+        places = self.population.scene.structure.dofs if self.dim else 0
+        self.cells = cells
+        self.tally = Tally(cells, places + 1, 2, self._threads)  # samples that stand, and collapsed ones
+        self.sums = [Sums(cells) for _ in range(places + 1)]  # of each place, and of the largest of all
+
+    @property
+    def sums_by_cell(self) -> list[Sums]:
+        """The sums."""
+        return self.sums
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Add the samples of a block."""
+        places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may be lower than others
+        none = workers.no_states((places + 1, block.samples))
+        self.tally.add(block, none, workers)
+        for place in range(places):
+            self.sums[place].add(block, self.demand, True, place, workers)
+        counted = self.population.counted_places(self.demand, block.structures, added_storeys=self._added)
+        self.sums[-1].add(block, self.demand, not self._has_places, -1, workers, counted=counted)
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the statistics and the numbers of samples that they are of."""
+        cells, counts = self.cells, self.tally.counts
+        variables, coordinates = outcomes(self, counts[-1])
+        self._name(variables, "", cells.dims, [self.sums[-1]], counts[-1:])
+        if self.dim:
+            self._name(variables, f"{self.dim}_", (self.dim, *cells.dims), self.sums[:-1], counts[:-1])
+            numbered = self.population.scene.structure.numbered(self.population.scene.recorders)
+            coordinates |= {name: each for name, each in numbered.items() if name == self.dim}
+        return variables, coordinates
+
+    def _name(
+        self, variables: Variables, before: str, dims: tuple[str, ...], sums: Sequence[Sums], counts: np.ndarray
+    ) -> None:
+        """Add the variables of some places to others."""
+        units, long_name = self.population.demand(self.demand).units, self.population.demand(self.demand).long_name
+        shape, totals = self.cells.shape, np.stack([each.totals for each in sums])
+        number = counts[..., 0]
+
+        def put(what: str, values: np.ndarray, units: str) -> None:
+            table = values.reshape(len(sums), *shape) if before else values.reshape(shape)
+            said = {"long_name": f"{what} of {long_name}, of samples that stand", "units": units}
+            variables[f"{before}{self.demand}_{what}{self.cells.suffix}"] = (dims, table, said)
+
+        if self.is_largest:
+            put("largest", np.where(number > 0, totals[..., -1], np.nan), units)
+        else:
+            mean, variance = moments(number, totals)
+            put("mean", mean, units)
+            put("variance", variance, "1" if units == "1" else f"({units})2")
+
+
+def moments(count: np.ndarray, totals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and unbiased variance; NaN where there are too few samples for them.
+
+    The square of the sum, which is subtracted from the sum of squares, is computed in twice the digits.
+
+    Args:
+        count: Number of samples.
+        totals: Sums of `Sums`, with a last axis more.
+    """
+    number = count.astype(np.float64)
+    total, left_out, squares, left_out_of_squares = (totals[..., place] for place in range(4))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(count > 0, (total + left_out) / number, np.nan)
+        square, error = exact_product(total, total)
+        share = square / number
+        back, error_of_back = exact_product(share, number)
+        rest = (square - back) - error_of_back + error + 2.0 * total * left_out
+        spread = (squares - share) + (left_out_of_squares - rest / number)
+        variance = np.where(count > 1, np.maximum(spread, 0.0) / (number - 1.0), np.nan)
+    return mean, variance
+
+
+def exact_product(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a product and what rounding left out of it (Dekker 1971, Numerische Mathematik 18)."""
+    product = one * other
+    high, others_high = (SPLITTER * each - (SPLITTER * each - each) for each in (one, other))
+    low, others_low = one - high, other - others_high
+    return product, ((high * others_high - product) + high * others_low + low * others_high) + low * others_low
+
+
+def outcomes(reducer: SumsReducer, counts: np.ndarray) -> tuple[Variables, Coordinates]:
+    """Return the samples that stand, collapsed and failed, from counts by cell and outcome."""
+    cells = reducer.cells
+    variables, coordinates = failures(cells, counts[:, -len(FAILURES) :])
+    for place, (name, text) in enumerate((("standing_count", "stand"), ("collapsed_count", "collapsed"))):
+        said = {"long_name": f"samples that {text}", "units": "1"}
+        variables[f"{name}{cells.suffix}"] = (cells.dims, counts[:, place].reshape(cells.shape), said)
+    return variables, coordinates | cells.coordinates

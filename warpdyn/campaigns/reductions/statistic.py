@@ -1,0 +1,153 @@
+"""What all statistics have in common: what they are taken over, and what counts them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
+from typing import Any, ClassVar, Protocol, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.tally import FAILURES, Block
+from warpdyn.campaigns.reductions.workers import Workers
+from warpdyn.foundations.core.checks import checked_text, real_number, shortened, true_or_false, unmasked
+from warpdyn.model.inventories.table import is_in_inventory_order, warn_of_inventory_order
+
+Variables = dict[str, tuple]
+
+
+class Reducer(Protocol):
+    """What adds the blocks of a run to a statistic, in whatever order.
+
+    Args:
+        cells: The cells of the statistic.
+        needs: Names of the variables of the samples that are read, beside the status.
+    """
+
+    cells: Cells
+    needs: frozenset[str]
+
+    def add(self, block: Block, workers: Workers) -> None:
+        """Add the samples of a block."""
+
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the variables of the statistic and the coordinates of their dimensions."""
+
+    def of_structures(self, structures: np.ndarray) -> Reducer:
+        """Return what counts the samples of some structures alone, given by their numbers, which increase."""
+
+    def partial(self) -> Arrays:
+        """Return what has been counted, of the cells that samples were counted in."""
+
+    def include(self, part: Arrays) -> None:
+        """Add what `partial` returned of structures that are not counted yet."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Statistic:
+    """A statistic of a run's samples that `simulate` makes instead of their table.
+
+    Args:
+        over: What it is taken for each of: "structure" (in a portfolio "building" says the same), "archetype",
+            "motion", "stripe", "event" (of an EventSequence, or of `events`), "earthquake" (of MotionsAtSites),
+            "structure_group" (of which fragility's intervals leave out one after the other), or a name in `labels`; or
+            several of them. None of them for one value of the whole run.
+        labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, or a
+            column of an inventory in the order of its portfolio, `stock.buildings(inventory)["occupancy"]`: names or
+            whole numbers, shape [structure].
+        added_storeys: Whether storeys of isolators or of a tuned mass damper, and the floors above them, count for the
+            worst storey or floor.
+    """
+
+    over: str | Sequence[str] = ()
+    labels: Mapping[str, ArrayLike] = field(default_factory=dict)
+    added_storeys: bool = False
+
+    _inventory_columns: ClassVar[tuple[str, ...]] = ()  # names of arguments that are columns of an inventory as read
+
+    def __post_init__(self) -> None:
+        self._check_common()
+        over = (self.over,) if isinstance(self.over, str) else self.over
+        if not isinstance(over, list | tuple) or not all(isinstance(name, str) for name in over):
+            raise TypeError(f"over must be a name or several, such as ('archetype', 'motion'), got {self.over!r}")
+        object.__setattr__(self, "over", tuple(over))
+        true_or_false("added_storeys", self.added_storeys)
+        if not isinstance(self.labels, Mapping):
+            raise TypeError(f"labels must map a name to the label of each structure, got {self.labels!r}")
+        unused = [str(name) for name in self.labels if name not in over]
+        if unused:
+            raise ValueError(f"labels has {', '.join(map(repr, unused))}, which `over` does not name")
+        given = {f"labels[{name!r}]": values for name, values in self.labels.items()}
+        given |= {each.name: getattr(self, each.name) for each in fields(self)}
+        # Values become arrays, which tell nothing of where they come from; the run's archetypes are not known yet.
+        columns = tuple(name for name, values in given.items() if is_in_inventory_order(values))
+        object.__setattr__(self, "_inventory_columns", columns)
+        object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})
+
+    def _check_common(self) -> None:
+        """Raise an error for arguments that several statistics have, before a run begins."""
+        given = {each.name: getattr(self, each.name) for each in fields(self)}
+        kind = type(self).__name__
+        if "demand" in given:
+            checked_text(f"{kind}: demand", given["demand"])
+        if "each_place" in given:
+            true_or_false(f"{kind}: each_place", given["each_place"])
+        for name in given.keys() & {"limits", "loss_ratios"}:
+            if not isinstance(given[name], Mapping) or not given[name]:
+                raise TypeError(
+                    f"{kind}: {name} must map each damage state to a number, such as {{'slight': 0.005}}, "
+                    f"got {shortened(given[name])}"
+                )
+            for state, value in given[name].items():
+                what = f"{kind}: {name} of {state!r}"
+                # When a run begins: limits of several demands or of archetypes, and ratios with a variation.
+                if isinstance(value, Mapping | list | tuple):
+                    continue
+                if name == "loss_ratios":
+                    real_number(what, value, least=0)
+                elif not (isinstance(value, float) and value == np.inf):  # which collapse alone passes
+                    real_number(what, value, above=0)
+        if given.get("events") is not None and not is_row(given["events"]):
+            raise TypeError(
+                f"{kind}: events must be the event of each motion, such as ['quake', 'quake', 'other'], "
+                f"got {shortened(given['events'])}"
+            )
+
+    def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
+        """Return the cells of a run's samples; the worst of each event's motions counts, if `events` names these."""
+        kinds = 1 if population.portfolio is None else len(population.portfolio.archetypes)
+        for name in self._inventory_columns:
+            warn_of_inventory_order(f"{type(self).__name__}: {name}", kinds)
+        return Cells(population, tuple(self.over), self.labels, events)
+
+    def reducer(self, population: Population, threads: int) -> Reducer:
+        """Return what reduces the samples of a run.
+
+        Raises:
+            ValueError, TypeError, MemoryError: If the statistic does not fit the run.
+        """
+        raise NotImplementedError
+
+
+def is_row(values: object) -> bool:
+    """Return whether a value is a list, a tuple or an array of one dimension, or what pandas and xarray have of it."""
+    return not isinstance(values, str | bytes | Mapping | set) and np.ndim(cast("Any", values)) == 1
+
+
+def _plain(values: ArrayLike) -> np.ndarray:
+    """Return labels as an array; names that a table holds as objects, as pandas does, as text."""
+    array = unmasked("labels", values)
+    is_text = array.dtype.kind == "O" and all(isinstance(label, str) for label in array.ravel())
+    return array.astype(str) if is_text else array
+
+
+def failures(cells: Cells, counts: np.ndarray) -> tuple[Variables, Coordinates]:
+    """Return the variable of the samples that failed, from counts by cell and status."""
+    said = {"long_name": "samples that are not counted, because their integration failed", "units": "1"}
+    table = counts.reshape(*cells.shape, len(FAILURES))
+    coordinate = ("failure", np.array(FAILURES), {"long_name": "status of samples that failed"})
+    return {f"failed_count{cells.suffix}": ((*cells.dims, "failure"), table, said)}, {"failure": coordinate}

@@ -1,0 +1,331 @@
+"""Counts of samples by cell and outcome, and sums of their demands, that threads make of a run's blocks."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Hashable, Mapping
+from dataclasses import dataclass, field
+from threading import RLock
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.campaigns.reductions.cells import Cells
+from warpdyn.campaigns.reductions.limits import is_peak
+from warpdyn.campaigns.reductions.rows import Rows
+from warpdyn.campaigns.reductions.workers import LEAST_SAMPLES, Workers
+from warpdyn.engine.kernels.queues import free_memory
+from warpdyn.engine.kernels.reductions.exact_sums import BYTES_PER_CELL, ExactSums
+from warpdyn.engine.kernels.reductions.sums import SUMS
+from warpdyn.engine.kernels.reductions.table import reductions
+from warpdyn.foundations.core.output_variables import DIVERGED, STATUS_MEANINGS
+
+FAILURES = STATUS_MEANINGS[DIVERGED:]
+ENOUGH_CELLS = 2**16  # of sums, with their copies, for the threads of a GPU
+MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for counts of their own
+
+
+@dataclass(frozen=True, eq=False)
+class Block:
+    """Finished samples of some structures, in one event.
+
+    Args:
+        structures: Numbers of the structures in the run.
+        event: The event.
+        values: Variables of the samples by name, sample first and ordered by structure, where the workers read them;
+            the index of the motion on the host.
+    """
+
+    structures: np.ndarray
+    event: int
+    values: Mapping[str, Any]
+    _shared: dict[Hashable, Any] = field(default_factory=dict)
+    _lock: RLock = field(default_factory=RLock)
+
+    def shared(self, name: Hashable, find: Callable[[], Any]) -> Any:
+        """Return what several statistics need of the block, which the first of them finds."""
+        with self._lock:
+            if name not in self._shared:
+                self._shared[name] = find()
+            return self._shared[name]
+
+    @property
+    def status(self) -> Any:
+        """Outcome of each sample."""
+        return self.values["status"]
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return int(self.status.shape[0])
+
+    def array_of_structures(self, workers: Workers, structures: np.ndarray) -> Any:
+        """Return the numbers of the structures of rows, as kernels read them."""
+        return self.shared(("structures", structures.size), lambda: workers.array(structures.astype(np.int32)))
+
+    def demand(self, name: str) -> Any:
+        """Return a demand by sample and place."""
+        values = self.values[name]
+        return values if values.ndim == 2 else values.reshape((values.shape[0], 1))
+
+    def type_of(self, name: str) -> str:
+        """Return the number type of a demand."""
+        dtype = self.values[name].dtype
+        return str(np.dtype(dtype if isinstance(dtype, np.dtype) else wp.dtype_to_numpy(dtype)))
+
+    def rows(self, cells: Cells) -> Rows:
+        """Return how the samples go to cells."""
+        return cells.rows(self.structures, self.values["motion_index"] if cells.needs_motions else None, self.event)
+
+
+def has_own_cells(cells: Cells) -> bool:
+    """Return whether each structure has cells of its own."""
+    return cells.population.structure_dim in cells.dims
+
+
+class Tally:
+    """Counts of samples by place, cell and outcome: each state of a demand, and after them failures by status.
+
+    Args:
+        cells: The cells.
+        columns: Places that are counted by themselves, and the worst of all.
+        states: Number of states, the first of which is that of samples below every bound.
+        threads: Threads that count.
+
+    Raises:
+        MemoryError: If the counts do not fit in memory.
+    """
+
+    def __init__(self, cells: Cells, columns: int, states: int, threads: int) -> None:
+        self.cells, shape = cells, (columns, cells.count, states + len(FAILURES))
+        size = 8.0 * np.prod(np.array(shape, dtype=float))
+        check_fits_memory(cells, size)
+        self._tables: dict[Workers, list[Any]] = {}
+        self._size, self._shape = size, shape
+        self._included: np.ndarray | None = None
+
+    def add(self, block: Block, states: Any, workers: Workers) -> None:
+        """Count the samples of a block.
+
+        Args:
+            block: The block.
+            states: State of each sample, shape [place, sample], the worst place last; of samples that are ok.
+            workers: The threads.
+        """
+        rows = block.rows(self.cells)
+        order, start, cell_of_unit = rows.places.units
+        places = (workers.constant(values) for values in (cell_of_unit, order, start))
+        given = workers.array(rows.cell.astype(np.int32)), *places
+        tables, each = self._tables_of(workers), workers.units_of_part(cell_of_unit.size)
+
+        def arguments(thread: int) -> tuple:
+            return each, rows.samples, block.status, states, *given, tables[thread % len(tables)]
+
+        # Threads take different structures, whose cells are different ones where a cell is of one structure.
+        most, least = 0 if has_own_cells(self.cells) else len(tables), LEAST_SAMPLES // rows.samples + 1
+        parts = rows.structure.size * -(-cell_of_unit.size // each)
+        workers.run(reductions().counts, 0, parts, arguments, least, most, rows.rows_per_structure)
+
+    def _tables_of(self, workers: Workers) -> list[Any]:
+        """Return the counts that threads add to: the same ones, if their cells differ, or each its own."""
+        if workers not in self._tables:
+            count = (
+                1 if has_own_cells(self.cells) else int(max(1, min(workers.threads, MEMORY_OF_COUNTS // self._size)))
+            )
+            self._tables[workers] = [workers.kept(np.zeros(self._shape, dtype=np.int64)) for _ in range(count)]
+        return self._tables[workers]
+
+    def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
+        """Add counts of samples of some cells, each of which is named once, to those of samples that were added."""
+        if self._included is None:
+            self._included = np.zeros(self._shape, dtype=np.int64)
+        self._included[:, cells] += counts
+
+    @property
+    def counts(self) -> np.ndarray:
+        """The counts, shape [place, cell, outcome]."""
+        found = [workers.read(table) for workers, tables in self._tables.items() for table in tables]
+        found += [] if self._included is None else [self._included]
+        return functools.reduce(np.add, found) if found else np.zeros(self._shape, dtype=np.int64)
+
+
+class Sums:
+    """Sums of a demand and of its squares, and its largest value, by cell.
+
+    The samples of a row are added in their order, with what rounding leaves out of each addition in a sum of its own;
+    rows are added exactly, so that their order, blocks, threads and regions change nothing.
+
+    Args:
+        cells: The cells.
+    """
+
+    def __init__(self, cells: Cells) -> None:
+        self.cells = cells
+        check_fits_memory(cells, float(cells.count) * BYTES_PER_CELL)
+        self._sums: dict[Workers, tuple[Any, Any]] = {}
+        self._included: ExactSums | None = None
+
+    def add(
+        self,
+        block: Block,
+        demand: str,
+        is_signed: bool,
+        place: int,
+        workers: Workers,
+        rows: Rows | None = None,
+        counted: tuple[int, int] | None = None,
+    ) -> None:
+        """Add the samples of a block that are ok.
+
+        Args:
+            block: The block.
+            demand: The demand.
+            is_signed: Whether values are taken as they are; else the largest absolute one of all places.
+            place: The place; -1 for the worst.
+            workers: The threads.
+            rows: How the samples go to cells; None for as the block's do.
+            counted: First place that counts for the worst, and that after the last; None for all.
+        """
+        rows = block.rows(self.cells) if rows is None else rows
+        if workers not in self._sums:
+            nothing = ExactSums.of_nothing(self.cells.count * self._copies(workers))
+            self._sums[workers] = workers.kept(nothing.bins), workers.kept(nothing.largest)
+        bad = workers.bad(demand)
+        *by_cell, cell_of_unit = rows.places.cells
+        units, cell_of_row = cell_of_unit.size, rows.cell.astype(np.int32)
+        order, start, cell_of_unit = (workers.constant(values) for values in (*by_cell, cell_of_unit))
+        structure = block.array_of_structures(workers, rows.structure)
+        values = block.demand(demand)
+        counted = counted or (0, int(values.shape[1]))
+        how = rows.samples, int(is_signed), place, *counted, structure, block.status, values, order, start
+        each, copies = workers.units_of_part(units), self._copies(workers)
+        parts_of_row = -(-units // each)
+        kernel, least_rows = reductions().sums[block.type_of(demand)], LEAST_SAMPLES // rows.samples + 1
+        together = min(cell_of_row.size, max(1, workers.memory_of_sums // (8 * SUMS * units)))
+        sums = workers.empty((together, units, SUMS), np.float64)
+        for begin in range(0, cell_of_row.size, together):
+            end = min(begin + together, cell_of_row.size)
+            cells = cell_of_row[begin:end]
+            rows_of_cells, first_of_cell, units_of_part = workers.groups(cells, units)
+            given = [workers.array(values) for values in (rows_of_cells, first_of_cell)]
+            into = units_of_part, copies, *given, sums, workers.array(cells), cell_of_unit, *self._sums[workers]
+            parts = (first_of_cell.size - 1) * copies * -(-units // units_of_part)
+
+            def of_samples(thread: int, begin: int = begin) -> tuple:
+                return each, begin, *how, sums, bad, thread
+
+            def of_rows(thread: int, into: tuple = into) -> tuple:
+                return into
+
+            workers.run(kernel, begin * parts_of_row, end * parts_of_row, of_samples, least_rows)
+            least = max(1, LEAST_SAMPLES // ((end - begin) * units_of_part))
+            workers.run(reductions().totals, 0, parts, of_rows, least)
+        workers.refuse(demand, bad)
+
+    def include(self, cells: np.ndarray, other: ExactSums) -> None:
+        """Add sums of some cells, each of which is named once, to those of samples that were added."""
+        if self._included is None:
+            self._included = ExactSums.of_nothing(self.cells.count)
+        self._included.include(cells, other)
+
+    def _copies(self, workers: Workers) -> int:
+        """Return how many copies of the cells threads add to, where few cells would leave most threads idle."""
+        if has_own_cells(self.cells):
+            return 1
+        return max(1, min(workers.copies_of_cells, ENOUGH_CELLS // self.cells.count))
+
+    @property
+    def exact(self) -> ExactSums:
+        """The sums, exactly."""
+        found = [] if self._included is None else [self._included]
+        for workers, arrays in self._sums.items():
+            copies = (np.split(workers.read(array), self._copies(workers)) for array in arrays)
+            found += [ExactSums(*copy) for copy in zip(*copies, strict=True)]
+        if len(found) == 1:
+            return found[0]
+        total = ExactSums.of_nothing(self.cells.count)
+        for each in found:
+            total.include(slice(None), each)
+        return total
+
+    @property
+    def totals(self) -> np.ndarray:
+        """The sums and largest values, shape [cell, sum]."""
+        if not self._sums and self._included is None:
+            return np.array([[0.0] * 4 + [-np.inf]]).repeat(self.cells.count, axis=0)
+        return self.exact.totals
+
+
+def searched(bounds: np.ndarray) -> np.ndarray:
+    """Return bounds, shape [kind, bound], with infinite ones up to 2^k - 1, among which kernels search."""
+    padded = np.full((len(bounds), 2 * 2 ** int(np.log2(bounds.shape[1])) - 1), np.inf)
+    padded[:, : bounds.shape[1]] = bounds
+    return padded
+
+
+def find_states(
+    block: Block,
+    demand: str,
+    bounds: np.ndarray,
+    kind: np.ndarray,
+    states: Any,
+    workers: Workers,
+    *,
+    counted: tuple[int, int] | None = None,
+    each_place: bool = False,
+    is_absolute: bool = False,
+) -> None:
+    """Raise the states of samples to the number of bounds that a demand, without its sign, is above.
+
+    Args:
+        block: The samples.
+        demand: The demand.
+        bounds: What `searched` returned of its bounds, shape [kind, bound].
+        kind: Which of them are those of each structure of the block.
+        states: The states, shape [place, sample], the worst place last.
+        workers: The threads.
+        counted: First place that counts for the worst, and that after the last; None for all.
+        each_place: Whether states of every place are kept, besides the worst.
+        is_absolute: Whether absolute values are taken of a peak as well; else a negative one is an error.
+
+    Raises:
+        ValueError: If a sample is ok and a demand of it is not finite, or a peak that is negative.
+    """
+    values, bad = block.demand(demand), workers.bad(demand)
+    structures = len(block.structures)
+    samples, places = block.samples // structures, int(values.shape[1])
+    half = (bounds.shape[1] + 1) // 2
+    rows = samples // workers.units_of_part(samples)  # of a structure, each of which a thread takes
+    counted = counted or (0, places)
+    how = samples // rows, rows, places, *counted, int(is_absolute or not is_peak(demand)), int(each_place)
+    structure, kind = block.array_of_structures(workers, block.structures), workers.array(kind.astype(np.int32))
+    flat = values.reshape((block.samples * places,))
+    given = (
+        *how,
+        structure,
+        block.status,
+        flat,
+        half,
+        workers.constant(bounds).reshape((bounds.size,)),
+        kind,
+        states,
+        bad,
+    )
+
+    def arguments(thread: int) -> tuple:
+        return *given, thread
+
+    kernel = reductions().states[block.type_of(demand)]
+    workers.run(kernel, 0, structures * rows, arguments, LEAST_SAMPLES // samples + 1)
+    workers.refuse(demand, bad)
+
+
+def check_fits_memory(cells: Cells, size: float) -> None:
+    """Raise a MemoryError if the cells of a statistic do not fit in memory."""
+    if size > free_memory("cpu"):
+        each: Any = " x ".join(f"{count:,} {name}s" for name, count in zip(cells.dims, cells.shape, strict=True))
+        raise MemoryError(
+            f"a statistic over {each} takes {size / 1e9:.3g} GB, and {free_memory('cpu') / 1e9:.3g} GB of memory are "
+            "free: take it over less"
+        )

@@ -1,0 +1,323 @@
+"""What reduces the samples of a block: a processor's threads, or the GPU that they were integrated on."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, Protocol
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
+from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU
+from warpdyn.engine.kernels.reductions.table import reductions
+
+# Samples that a thread takes: a launch takes Python a tenth of a millisecond, in which no other thread runs.
+LEAST_SAMPLES = 2**15
+
+
+class Workers(Protocol):
+    """Threads that share the rows of a block, and the memory that they read and write.
+
+    Attributes:
+        threads: How many there are on a processor; 1 for a GPU, which has thousands.
+        memory_of_sums: Bytes that the sums of rows may take at a time.
+        copies_of_cells: Most copies of the cells of sums, so that threads which add to one cell do so side by side.
+    """
+
+    threads: int
+    copies_of_cells: int
+    memory_of_sums: int
+
+    def array(self, values: np.ndarray) -> Any:
+        """Return values that the threads read until the block is reduced."""
+
+    def constant(self, values: np.ndarray) -> Any:
+        """Return values that the threads read, the same array for all blocks."""
+
+    def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
+        """Return memory that the threads write to until the block is reduced."""
+
+    def no_states(self, shape: tuple[int, ...]) -> Any:
+        """Return likewise memory for states, full of zeros."""
+
+    def kept(self, values: np.ndarray) -> Any:
+        """Return these values in memory of their own, which lasts."""
+
+    def read(self, array: Any) -> np.ndarray:
+        """Return values that were kept."""
+
+    def run(
+        self,
+        kernel: wp.Kernel,
+        first: int,
+        last: int,
+        arguments: Callable[[int], tuple],
+        least: int = 1,
+        most: int = 0,
+        together: int = 1,
+    ) -> None:
+        """Launch a kernel of `reductions` over a range.
+
+        Args:
+            kernel: The kernel.
+            first, last: The range.
+            arguments: What it takes after the range, by the number of the thread.
+            least: Least length of a thread's part.
+            most: Most parts; 0 for as many as there are threads.
+            together: How many in a row one thread of a processor takes all of.
+        """
+
+    def units_of_part(self, units: int) -> int:
+        """Return how many of a row's units a thread takes at a time, where each can be taken by itself."""
+
+    def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return how the sums of rows are added to those of cells, so that no two threads add to one.
+
+        Args:
+            cell_of_row: The cells of rows.
+            units: Number of cells of a row.
+
+        Returns:
+            The rows group by group, where each group starts among them, and how many units a thread takes.
+        """
+
+    def bad(self, demand: str) -> Any:
+        """Return memory for the number of a structure with a sample that is ok without a valid demand, by thread."""
+
+    def refuse(self, demand: str, bad: Any) -> None:
+        """Raise a ValueError, now or by `finish`, if such a structure was found."""
+
+    def finish(self) -> None:
+        """Wait until all is reduced.
+
+        Raises:
+            ValueError: If a sample that is ok had no valid demand.
+        """
+
+    def close(self) -> None:
+        """End the threads."""
+
+
+class Threads:
+    """Threads of the processor, which read arrays where they are.
+
+    Args:
+        threads: How many there are.
+    """
+
+    memory_of_sums, copies_of_cells = 2**23, 1  # which stay in the cache; they share cells by units
+
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
+        self._pool = ThreadPoolExecutor(threads)
+
+    def array(self, values: np.ndarray) -> np.ndarray:
+        """Return the values."""
+        return values
+
+    def constant(self, values: np.ndarray) -> np.ndarray:
+        """Return the values."""
+        return values
+
+    def empty(self, shape: tuple[int, ...], dtype: Any) -> np.ndarray:
+        """Return new memory."""
+        return np.empty(shape, dtype)
+
+    def no_states(self, shape: tuple[int, ...]) -> np.ndarray:
+        """Return new memory for states, full of zeros."""
+        return np.zeros(shape, np.uint16)
+
+    def kept(self, values: np.ndarray) -> np.ndarray:
+        """Return the values."""
+        return values
+
+    def read(self, array: np.ndarray) -> np.ndarray:
+        """Return the values."""
+        return array
+
+    def run(
+        self,
+        kernel: wp.Kernel,
+        first: int,
+        last: int,
+        arguments: Callable[[int], tuple],
+        least: int = 1,
+        most: int = 0,
+        together: int = 1,
+    ) -> None:
+        """Launch a kernel over parts of a range side by side, and wait."""
+        loaded(kernel)
+        parts = max(1, min(most or self.threads, self.threads, (last - first) // max(1, least)))
+        edges = (np.linspace(first // together, last // together, parts + 1).astype(int) * together).tolist()
+
+        def part(begin: int, end: int, thread: int) -> None:
+            wp.launch(kernel, dim=1, inputs=[begin, end, 1, *arguments(thread)], device="cpu")
+
+        if parts == 1:
+            part(first, last, 0)
+            return
+        list(self._pool.map(part, edges[:-1], edges[1:], range(parts)))
+
+    def units_of_part(self, units: int) -> int:
+        """Return how many of a row's units a thread takes at a time: all of them."""
+        return units
+
+    def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return all rows as one group, of whose units each thread takes some: rows are read as they lie in memory."""
+        rows = np.arange(cell_of_row.size, dtype=np.int32)
+        return rows, np.array([0, rows.size], dtype=np.int32), -(-units // self.threads)
+
+    def bad(self, demand: str) -> np.ndarray:
+        """Return new memory for the number of a structure with a sample that is ok without a valid demand."""
+        return np.full(self.threads, -1, dtype=np.int32)
+
+    def refuse(self, demand: str, bad: np.ndarray) -> None:
+        """Raise a ValueError if such a structure was found."""
+        _refuse(demand, bad)
+
+    def finish(self) -> None:
+        """Return at once: calls return when all is reduced."""
+
+    def close(self) -> None:
+        """End the threads."""
+        self._pool.shutdown()
+
+
+class Gpu:
+    """A GPU, on a stream of its own: what is reduced there waits for what was before, and nobody waits for it.
+
+    Its calls come from a thread beside the one that launches histories. A device's current stream is the same for all
+    threads of a process, and so nothing here may depend on it: what does is followed by a wait for the whole device.
+
+    Args:
+        device: The GPU.
+    """
+
+    threads, memory_of_sums, copies_of_cells = 1, 2**28, 64
+
+    def __init__(self, device: str) -> None:
+        self.device = device
+        # Before the histories of other blocks, of which each takes its place on the GPU for milliseconds.
+        self.stream = wp.Stream(device, priority=-1)
+        # Memory of one block after the other, in the order in which it is asked for: blocks ask alike.
+        self._held: list[wp.array] = []
+        self._views: list[tuple[tuple[int, ...], wp.array]] = []  # of that memory, as it was taken last
+        self._taken = 0
+        # What the last blocks were uploaded from: some GPUs read the host's memory after a copy was asked for.
+        self._kept_alive: deque[list[wp.array]] = deque([[]], maxlen=BLOCKS_ON_A_GPU + 1)
+        self._constants: dict[int, tuple[np.ndarray, wp.array]] = {}
+        self._bad: dict[str, wp.array] = {}
+
+    def begin(self) -> None:
+        """Begin with another block, which takes the memory of the last one after it."""
+        self._taken = 0
+        self._kept_alive.append([])
+
+    def array(self, values: np.ndarray) -> wp.array:
+        """Return a copy of the values on the device."""
+        values = np.ascontiguousarray(values)
+        there = self.empty(values.shape, values.dtype)
+        here: Any = wp.array(values, dtype=there.dtype, device="cpu", copy=False)
+        wp.copy(there, here, stream=self.stream)
+        self._kept_alive[-1].append(here)
+        return there
+
+    def constant(self, values: np.ndarray) -> wp.array:
+        """Return a copy of the values on the device, which is made once."""
+        if id(values) not in self._constants:
+            self._constants[id(values)] = values, self.kept(values)  # held, so that no other array has its identity
+        return self._constants[id(values)][1]
+
+    def empty(self, shape: tuple[int, ...], dtype: Any) -> wp.array:
+        """Return memory on the device, which the next block takes over."""
+        kind, size = wp.dtype_from_numpy(np.dtype(dtype)), int(np.prod(shape))
+        place, self._taken = self._taken, self._taken + 1
+        if place < len(self._views):
+            taken, view = self._views[place]
+            if taken == shape and view.dtype is kind:
+                return view
+        if place == len(self._held) or self._held[place].dtype is not kind or self._held[place].size < size:
+            # With room for somewhat larger blocks, as all that is queued is waited for.
+            held = wp.empty(max(size + size // 4, 1), dtype=kind, device=self.device)
+            wp.synchronize_device(self.device)
+            self._held[place : place + 1] = [held]
+        view = self._held[place][:size].reshape(shape)
+        self._views[place : place + 1] = [(shape, view)]
+        return view
+
+    def no_states(self, shape: tuple[int, ...]) -> wp.array:
+        """Return likewise memory for states, full of zeros."""
+        found = self.empty(shape, np.uint16)
+        flat = found.reshape((found.size,))
+        self.run(reductions().zeros, 0, found.size, lambda thread: (flat,))
+        return found
+
+    def kept(self, values: np.ndarray) -> wp.array:
+        """Return a copy of the values in memory of its own."""
+        copy: wp.array = wp.array(values, dtype=wp.dtype_from_numpy(values.dtype), device=self.device)
+        wp.synchronize_device(self.device)
+        return copy
+
+    def read(self, array: wp.array) -> np.ndarray:
+        """Return a copy of the values, when all that is queued is done."""
+        wp.synchronize_stream(self.stream)
+        return array.numpy()
+
+    def run(
+        self,
+        kernel: wp.Kernel,
+        first: int,
+        last: int,
+        arguments: Callable[[int], tuple],
+        least: int = 1,
+        most: int = 0,
+        together: int = 1,
+    ) -> None:
+        """Queue a kernel over a range, each of which has a thread."""
+        loaded(kernel, self.device)
+        inputs = [first, last, last - first, *arguments(0)]
+        wp.launch(kernel, dim=last - first, inputs=inputs, stream=self.stream, block_dim=THREADS_OF_A_BLOCK)
+
+    def units_of_part(self, units: int) -> int:
+        """Return how many of a row's units a thread takes at a time: one, since there are thousands of threads."""
+        return 1
+
+    def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
+        """Return the rows of each cell as a group, of each of whose units a thread takes one."""
+        order = np.argsort(cell_of_row, kind="stable").astype(np.int32)
+        in_order = cell_of_row[order]
+        start = np.flatnonzero(np.append(True, in_order[1:] != in_order[:-1]))
+        return order, np.append(start, order.size).astype(np.int32), 1
+
+    def bad(self, demand: str) -> wp.array:
+        """Return memory for such a structure's number, the same for all blocks."""
+        if demand not in self._bad:
+            self._bad[demand] = self.kept(np.full(1, -1, dtype=np.int32))
+        return self._bad[demand]
+
+    def refuse(self, demand: str, bad: wp.array) -> None:
+        """Leave it to `finish` to look, which waits for the GPU."""
+
+    def finish(self) -> None:
+        """Wait until all is reduced; raise a ValueError if a sample that is ok had no valid demand."""
+        wp.synchronize_stream(self.stream)
+        self._constants.clear()  # of a region's rows, which come once
+        for demand, bad in self._bad.items():
+            _refuse(demand, bad.numpy())
+
+    def close(self) -> None:
+        """Let go of the memory."""
+        for held in (self._held, self._views, self._constants):
+            held.clear()
+
+
+def _refuse(demand: str, bad: np.ndarray) -> None:
+    """Raise a ValueError if a structure's number is there, and not -1."""
+    if (bad >= 0).any():
+        raise ValueError(
+            f"a sample of structure {bad[bad >= 0][0]} is 'ok' but its {demand} is not valid: it must be finite, and "
+            "a peak not negative"
+        )

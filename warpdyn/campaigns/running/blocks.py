@@ -1,0 +1,148 @@
+"""Division of a run into blocks of structures that fit in memory."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from warpdyn.campaigns.integration import packing
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.running.labels import Column, lengths
+from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU, free_memory
+from warpdyn.foundations.core.checks import check_memory
+
+SHARE_OF_FREE_MEMORY = 0.25
+# Samples of a block: on a CPU so many that the cost of launches is negligible. On a GPU a launch runs at its full speed
+# only where it has several times as many samples as fit there side by side (2^16 of 5 storeys): 2^18 samples of one to
+# three storeys take a quarter longer in four launches. But preparation of the first block and collection of the last do
+# not overlap with kernels: 2^20 samples in two blocks take a tenth longer in kernels' time than in one, and a seventh
+# less in all.
+CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**18, 2
+LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work: steps of storeys
+# Where nothing of a sample leaves the GPU, Python's share of a block is all that is lost: the fewer the better, but for
+# the first and the last one, beside which the GPU has nothing to do.
+BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 16, 2**19
+BLOCKS_AHEAD = 4  # of each GPU that are prepared at a time
+# Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
+WORK_OF_A_BLOCK = 1e9
+# Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as they are scheduled, in the
+# kernel's types and, for a GPU, in page-locked memory; copies of a structure's parameters as drawn, combined, packed
+# and, for a GPU, in page-locked memory.
+BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
+MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks
+
+
+def divide(
+    run: Run,
+    columns: dict[str, Column],
+    memory: int | None,
+    *,
+    first: int = 0,
+    last: int | None = None,
+    is_journaled: bool = False,
+    is_reduced: bool = False,
+) -> list[range]:
+    """Return the blocks of a run, each as the range of its structures.
+
+    Args:
+        run: The run.
+        columns: Variables of its dataset with one value for each sample.
+        memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
+            memory.
+        first: The first structure that is left to be run.
+        last: The structure before which the blocks end; None for all.
+        is_journaled: Whether blocks are kept as they finish, and should take half a minute at most.
+        is_reduced: Whether a GPU keeps the samples to itself.
+
+    Raises:
+        ValueError: If the memory is too small for a single structure.
+    """
+    is_gpu, devices = run.execution.is_gpu, run.execution.devices
+    # Blocks on the devices, blocks that are being prepared, and one that is being collected.
+    under_way = BLOCKS_ON_A_GPU * len(devices) + blocks_ahead(run) + 1 if is_gpu else 1
+    host, device = bytes_per_structure(run, columns)
+    if memory is None:
+        rooms = [SHARE_OF_FREE_MEMORY * free_memory("cpu") / (under_way * host)]
+        if is_gpu:
+            free = min(free_memory(name) for name in devices)
+            rooms.append(SHARE_OF_FREE_MEMORY * free / (BLOCKS_ON_A_GPU * device))
+        room = max(1, int(min(rooms)))
+    else:
+        room = int(min((memory - MEMORY_OF_CHUNKS) / (under_way * host), memory / (BLOCKS_ON_A_GPU * device)))
+        if room < 1:
+            needed = max(MEMORY_OF_CHUNKS + under_way * host, BLOCKS_ON_A_GPU * device)
+            raise ValueError(f"memory must be at least {int(needed)} bytes for this scene, got {memory}")
+    structures = (run.structures if last is None else last) - first
+    samples = structures * (run.samples // run.structures)
+    if not structures:
+        return []
+    steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
+    work = steps * run.model.plan.dofs  # of a sample
+    most = CPU_BLOCK
+    if is_gpu and is_reduced:
+        most = int(np.clip(samples / BLOCKS_OF_A_REDUCTION, GPU_BLOCK, LARGEST_OF_A_REDUCTION))
+    elif is_gpu:
+        most = int(np.clip(WORK_OF_A_GPU_BLOCK / work, GPU_BLOCK, LARGEST_GPU_BLOCK))
+    count = -(-samples // most)
+    if is_gpu:
+        count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
+    elif is_journaled:
+        count = max(count, int(samples * work / (WORK_OF_A_BLOCK * run.model.threads)))
+    count = max(count, -(-structures // room))
+    count = min(-(-count // len(devices)) * len(devices), structures)
+    size, larger = divmod(structures, count)  # the first ones are larger by one
+    edges = [first + place * size + min(place, larger) for place in range(count + 1)]
+    return [range(a, b) for a, b in pairwise(edges)]
+
+
+def check_room(samples: int, bytes_per_sample: int, path: str = "run.nc") -> None:
+    """Raise a TooLargeError with advice if the dataset of a run is too large to be returned in memory.
+
+    Args:
+        samples: Number of samples.
+        bytes_per_sample: What a sample takes in the dataset.
+        path: A name of what the samples are to be written to instead.
+    """
+    remedy = f'give path="{path}", which writes the samples to a file block by block, or record less'
+    check_memory(f"the dataset of {samples:,} samples (structures times motions)", samples * bytes_per_sample, remedy)
+
+
+def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
+    """Return the bytes of a sample in the dataset."""
+    return sum(column.dtype.itemsize * int(np.prod(lengths(run.model, column))) for column in columns.values())
+
+
+def blocks_ahead(run: Run) -> int:
+    """Return how many blocks are prepared ahead of a free device, side by side.
+
+    One thread prepares a block of short histories in twice the time that a GPU takes to run it.
+    """
+    if not run.execution.is_gpu:
+        return 0
+    return len(run.execution.devices) * min(BLOCKS_AHEAD, max(1, run.execution.cores // 2))
+
+
+def bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
+    """Return the bytes of a structure with all its samples, on the host and on a device."""
+    model = run.model
+    width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
+    row = bytes_per_row(run, columns)
+    outputs = sum(real * width ** len(shape) for shape in model.shapes.values())
+    drawn = run.first
+    parameters = model.dynamics.parameters_of(drawn)
+    steps = model.timeline.steps
+    packed = packing.pack_structures(model, parameters, steps[:1], np.zeros((1, 2)))
+    values = sum(array.size for array in packed.values())
+    if model.needs_step:  # a structure is packed once for each step
+        values *= np.unique(steps).size
+    drawn_values = sum(array.size for array in drawn.values())
+    if len(run.samples_by_event) > 1:  # each sample of an event is a structure of the next one
+        damaged = run.samples_by_event[-2] // run.structures
+        values, drawn_values = values * damaged, drawn_values * damaged
+        outputs *= 3  # as read, merged with those that were not run, and labelled
+    elif not drawn:  # one structure serves all
+        values = 0
+    samples = run.samples // run.structures
+    host = samples * (row + outputs + BYTES_PER_SAMPLE) + 8 * COPIES_OF_A_STRUCTURE * (values + drawn_values)
+    return host, samples * (2 * outputs + 8 * real) + 2 * real * values

@@ -1,0 +1,182 @@
+"""Whole histories of chosen samples, besides what all samples record."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.integration.settings import Integration
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard
+from warpdyn.campaigns.running.labels import history_variables
+from warpdyn.engine.kernels.queues import Queue
+from warpdyn.foundations.core.checks import check_memory, finite_numbers, shortened, whole_number
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.output_variables import DIVERGED
+
+# Histories of all samples of a larger run would not fit in memory: one of 1,000 steps takes 24 kB a storey.
+MOST_HISTORIES = 2**20
+BYTES_OF_A_VALUE = 24  # float64 as the kernel writes it, as it is read back, and in the dataset
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class Histories:
+    """Samples whose whole histories are kept, at the times of the one with the longest step.
+
+    Samples whose own steps do not divide that step, as those of records that were sampled otherwise, are interpolated
+    linearly between their states at it, so that a peak between may be cut; peaks are recorded with the demands.
+
+    Args:
+        samples: Indices along the dimension `sample`, at least one.
+        every: Number of the longest steps from one kept state to the next; the first state is kept.
+
+    Raises:
+        ValueError: If a number is not whole or negative, or there is no sample.
+
+    Example:
+        >>> run = wd.simulate(scene, structures=3, histories=wd.Histories([0, 5], every=2))
+        >>> run["displacement"].dims
+        ('history', 'time', 'dof')
+    """
+
+    samples: Sequence[int] = (0,)
+    every: int = 1
+
+    def __post_init__(self) -> None:
+        if isinstance(self.samples, list | tuple | range) and len(self.samples) > MOST_HISTORIES:
+            raise ValueError(
+                f"histories.samples asks for {len(self.samples):,} histories, and a run keeps at most "
+                f"{MOST_HISTORIES:,}: choose some, such as Histories(range(100))"
+            )
+        samples = np.atleast_1d(finite_numbers("histories.samples", self.samples))
+        if not np.any(samples % 1):
+            samples = samples.astype(np.int64)
+        if samples.ndim != 1 or samples.size == 0:
+            given = shortened(self.samples)
+            raise ValueError(f"histories.samples must be a row of at least one sample, got {given}")
+        whole = tuple(whole_number("histories.samples", sample, 0) for sample in samples.tolist())
+        object.__setattr__(self, "samples", whole)
+        object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
+
+    def check(self, samples: int) -> None:
+        """Raise a ValueError if a sample is not in a run of so many samples."""
+        for sample in self.samples:
+            if sample >= samples:
+                raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {samples - 1}")
+
+
+class KeptHistories:
+    """The samples of a run whose histories are kept: prepared before the run, integrated after it.
+
+    Args:
+        histories: The samples.
+        run: The run.
+        queue: Device queue that they are integrated on.
+        integration: How the run is integrated.
+
+    Raises:
+        ValueError: If a sample is not in the run.
+    """
+
+    def __init__(self, histories: Histories, run: Run, queue: Queue, integration: Integration) -> None:
+        if len(run.samples_by_event) > 1:
+            raise ValueError(
+                "histories of an EventSequence are not kept: leave them out, or run its first event by itself"
+            )
+        histories.check(run.samples)
+        self.histories = histories
+        asked = np.array(histories.samples)
+        whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
+        findings = StabilityFindings(whole.sample.size, run.integration.method)  # the run's own are told
+        shorten_steps(whole, vibration, findings, divides=integration.divides_steps)
+        guard(whole, vibration, integration.on_unstable)
+        self.part = whole.select(np.searchsorted(whole.sample, asked))
+        self.longest_step = float(self.part.schedule.step.max())  # reruns only divide it
+        self._check_memory(run)
+        self._status = np.zeros(asked.size, dtype=np.int8)
+
+    def _check_memory(self, run: Run) -> None:
+        """Raise an error if the histories do not fit in `memory`, or in what is free."""
+        schedule = self.part.schedule
+        seconds = float((schedule.run_intervals * schedule.substeps * schedule.step).max())
+        states = 1 + int(seconds / (self.histories.every * self.longest_step))
+        values = len(self.histories.samples) * states * run.model.plan.dofs * len(run.model.dynamics.histories)
+        check_memory(
+            f"histories= of {len(self.histories.samples):,} samples with up to {states:,} states each",
+            BYTES_OF_A_VALUE * values,
+            "keep fewer samples, or a larger `every`",
+            limit=run.execution.memory,
+        )
+
+    def add(self, run: Ensemble, status: np.ndarray) -> None:
+        """Take the final steps and the status of the samples that are in a block."""
+        self.take(*outcomes_of(self.histories, run, status))
+
+    def take(self, own: np.ndarray, substeps: np.ndarray, status: np.ndarray) -> None:
+        """Take the final steps and the status of some samples, given by their places in `Histories.samples`."""
+        self.part.schedule = self.part.restepped(own, substeps)
+        self._status[own] = status
+
+    def result(self) -> xr.Dataset:
+        """Return the histories; those of samples that failed are NaN."""
+        kept = self.histories.every * self.longest_step  # time between the states that are kept [s]
+        found = []  # samples, and their histories
+        for samples, step in self._groups():
+            divides = step == self.longest_step
+            time, values = self.part.integrate_histories(samples, self.histories.every if divides else 1, step)
+            if not divides:
+                values = {name: _interpolated(array, step, time[-1], kept) for name, array in values.items()}
+            found.append((samples, values))
+        counts = {name: max(values[name].shape[1] for _, values in found) for name in found[0][1]}
+        joined = {}
+        for name, count in counts.items():
+            dofs = found[0][1][name].shape[2]
+            joined[name] = np.full((len(self.histories.samples), count, dofs), np.nan)
+            for samples, values in found:
+                joined[name][samples, : values[name].shape[1]] = values[name]
+            joined[name][self._status >= DIVERGED] = np.nan
+        time = np.arange(max(counts.values())) * self.histories.every * self.longest_step
+        return history_variables(self.histories.samples, time, joined)
+
+    def _groups(self) -> Iterator[tuple[np.ndarray, float]]:
+        """Yield the samples whose steps divide the longest one, with it, and then those of each other step."""
+        steps = self.part.schedule.step
+        ratio = self.longest_step / steps
+        divides = np.isclose(ratio, np.round(ratio), rtol=1e-6, atol=0.0)
+        yield np.flatnonzero(divides), self.longest_step
+        for step in np.unique(steps[~divides]):
+            yield np.flatnonzero(~divides & (steps == step)), float(step)
+
+
+def outcomes_of(histories: Histories, run: Ensemble, status: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return which samples of `histories` are in a block (by their places there), their substeps and their status."""
+    samples = np.array(histories.samples)
+    own = np.flatnonzero((samples >= run.sample[0]) & (samples <= run.sample[-1]))
+    place = samples[own] - run.sample[0]
+    return own, run.schedule.substeps[place], status[place]
+
+
+def _interpolated(values: np.ndarray, step: float, end: float, kept: float) -> np.ndarray:
+    """Return histories at other times, linear between their states; NaN where one of the two states is.
+
+    Args:
+        values: The histories, shape [history, time, dof].
+        step: Time between their states [s].
+        end: The last of their times [s].
+        kept: Time between the states that are returned [s].
+    """
+    last = values.shape[1] - 1
+    place = np.minimum(np.arange(int(end / kept * (1 + 1e-9)) + 1) * (kept / step), last)
+    near = np.round(place)
+    place = np.where(np.abs(place - near) < 1e-6, near, place)  # a state itself, which may be the last one
+    before = np.floor(place).astype(np.int64)
+    share = (place - before)[:, None]
+    found = values[:, before]
+    after = values[:, np.minimum(before + 1, last)]
+    return np.where(share == 0, found, found + share * (after - found))

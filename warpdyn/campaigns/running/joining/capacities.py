@@ -1,0 +1,106 @@
+"""Capacities of several calls as those of one: of more structures, or of more motions."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.campaigns.running.joining.attributes import check_comparable, check_start_times, joined_attributes
+from warpdyn.campaigns.running.joining.identity import Identities, number_of
+from warpdyn.model.ground_motions.motions import motion_numbers
+
+
+def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
+    """Return the capacities of all; errors as of `join`.
+
+    Args:
+        datasets: What `capacities` returned, of one building and the same limits.
+    """
+    first = datasets[0]
+    for place, found in enumerate(datasets):
+        if "capacity" not in found or "drawn_structure" not in found.coords:
+            raise ValueError(
+                f"join: dataset {place} does not hold capacities as capacities() returns them, and others do"
+            )
+        if "sample" in found.dims:
+            raise ValueError(
+                f"join: the curves of dataset {place} are not joined: give found.drop_dims('sample'), or leave out "
+                "keep_curves"
+            )
+        for name in ("damage_state", "damage_limit"):
+            if not np.array_equal(found[name].values, first[name].values):
+                raise ValueError(
+                    f"join: {name} of dataset {place} is {found[name].values.tolist()}, and that of dataset 0 "
+                    f"{first[name].values.tolist()}: join capacities of the same limits"
+                )
+        if found.attrs.get("demand") != first.attrs.get("demand"):
+            raise ValueError(
+                f"join: the capacities of dataset {place} are of {found.attrs.get('demand')!r}, and those of dataset 0 "
+                f"of {first.attrs.get('demand')!r}"
+            )
+    check_comparable(datasets)
+    check_start_times(datasets)
+    identities = [Identities(place, found) for place, found in enumerate(datasets)]
+    kinds = {kind for each in identities for kind in each.buildings.values()}
+    if len(kinds) > 1:
+        raise ValueError(
+            "join: the capacities are of different buildings or scatters, and are kept apart: fit "
+            "fragility_from_capacities() to each of them"
+        )
+    drawn = [_drawn(each) for each in identities]
+    motions = [each.motions for each in identities]
+    _check_duplicates(drawn, motions)
+    numbers, _ = pd.factorize(np.concatenate([each.ravel() for each in drawn]))
+    sizes = np.cumsum([0, *(each.size for each in drawn)])
+    parts = []
+    for place, found in enumerate(datasets):
+        own = numbers[sizes[place] : sizes[place + 1]].reshape(drawn[place].shape).astype(np.int32)
+        parts.append(
+            found.assign_coords(drawn_structure=(("structure", "motion"), own, found["drawn_structure"].attrs))
+        )
+    same_motions = all(np.array_equal(each, motions[0]) for each in motions)
+    # The same structures under every motion, of a crossed design.
+    same_structures = all(len(each) == len(drawn[0]) and (each == drawn[0][:, :1]).all() for each in drawn)
+    options: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "combine_attrs": "override"}
+    if same_motions:
+        joined = xr.concat(parts, "structure", **options)
+        count = np.arange(joined.sizes["structure"], dtype=np.int32)
+        joined = joined.assign_coords(structure=("structure", count, first["structure"].attrs))
+    elif same_structures:
+        joined = xr.concat(parts, "motion", **options)
+        joined = joined.assign_coords(motion=motion_numbers(joined.sizes["motion"]))
+    else:
+        raise ValueError(
+            "join: the capacities have neither the same motions nor the same structures, and a table of structures and "
+            "motions would have gaps: join those of other seeds under the same motions, or of other motions with the "
+            "same seed and number of structures"
+        )
+    return joined.assign_attrs(joined_attributes("join", datasets))
+
+
+def _drawn(each: Identities) -> np.ndarray:
+    """Return what each drawn structure is, shape [structure, motion]."""
+    table = each.run["drawn_structure"].transpose("structure", "motion")
+    sampling = str(table.attrs.get("sampling", ""))
+    of_all = (int(table.max()) + 1,) if sampling == "latin_hypercube" else ()
+    building = next(iter(each.buildings.values()))
+    known = {int(number): number_of(building, each.seed, int(number), *of_all) for number in np.unique(table.values)}
+    return np.vectorize(known.__getitem__, otypes=[np.int64])(table.values)
+
+
+def _check_duplicates(drawn: list[np.ndarray], motions: list[np.ndarray]) -> None:
+    """Raise a ValueError if a pair of a structure and a motion is in two datasets."""
+    seen: dict[tuple[int, int], int] = {}
+    for place, (structures, of_motions) in enumerate(zip(drawn, motions, strict=True)):
+        pairs = set(zip(structures.ravel().tolist(), np.tile(of_motions, len(structures)).tolist(), strict=True))
+        shared = [seen[pair] for pair in pairs if pair in seen]
+        if shared:
+            raise ValueError(
+                f"join: {len(shared)} pairs of a structure and a motion of dataset {place} are in dataset {shared[0]} "
+                "too, and would count twice: remove one of them, or run capacities() with another seed="
+            )
+        seen |= dict.fromkeys(pairs, place)

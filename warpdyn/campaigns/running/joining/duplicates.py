@@ -1,0 +1,62 @@
+"""Samples that are in a dataset twice, and numbers that mean different things: what xr.concat makes of several runs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.foundations.core.output_variables import OF_SEQUENCE
+
+REMEDY = "join runs by wd.join([run, other]), which counts structures and motions anew and refuses duplicate samples"
+
+
+def check_samples(function: str, dataset: xr.Dataset) -> None:
+    """Raise a ValueError if samples of a dataset are there twice, or if their numbers are those of several runs.
+
+    An event of a sequence that was selected by xarray, and not by `select_event`, has each history several times.
+
+    Args:
+        function: The public function.
+        dataset: A run, of one event.
+    """
+    if "im_level" in dataset and dataset["im_level"].attrs.get("design") == OF_SEQUENCE:
+        raise ValueError(
+            f"{function}: 'im_level' is of a sequence, whose samples contain each history of an event several times: "
+            "take one event by select_event(run, name)"
+        )
+    if "sample" in dataset.coords and dataset["sample"].dims == ("sample",):
+        numbers = pd.Index(dataset["sample"].values)
+        if not numbers.is_unique:
+            again = np.flatnonzero(numbers.duplicated())
+            raise ValueError(
+                f"{function}: sample number {numbers[again[0]]} is in the dataset twice, as are {again.size} of "
+                f"{numbers.size} numbers. Several runs put together, as by xr.concat, count structures and motions of "
+                f"one run as those of another, so that intervals are too narrow: {REMEDY}"
+            )
+    for name in ("motion_name", "motion_step", "motion_peak_acceleration"):
+        if name in dataset and "sample" in dataset[name].dims:
+            raise ValueError(
+                f"{function}: {name!r} lies along sample, as xr.concat makes it of several runs, so that motion_index "
+                f"is of different motions in different samples: {REMEDY}. If it is one run of which samples were "
+                "selected by where(), select them by run.isel(sample=condition.values)"
+            )
+    label = next((name for name in ("structure", "building") if name in dataset.coords), None)
+    is_drawn = '"type":"MotionsAtSites"' in str(dataset.attrs.get("scene", "")) or "samples_per_history" in dataset
+    if label is None or is_drawn or not {"motion_index", "im_level"} <= set(dataset.coords):
+        return
+    names = (label, "motion_index", "im_level")
+    if any(dataset[name].dims != ("sample",) for name in names):
+        return
+    key = np.zeros(dataset.sizes["sample"], dtype=np.int64)
+    for name in names:
+        codes, distinct = pd.factorize(dataset[name].values)
+        key = key * distinct.size + codes
+    again = pd.Series(key).duplicated().to_numpy()
+    if again.any():
+        place = int(np.flatnonzero(again)[0])
+        told = ", ".join(f"{name} {dataset[name].values[place]}" for name in names)
+        raise ValueError(
+            f"{function}: {int(again.sum())} of {key.size} samples are there twice, the first of them {told}: samples "
+            f"of two runs have the same numbers, or a run was joined with itself. {REMEDY}; remove repeated samples"
+        )

@@ -1,0 +1,180 @@
+"""What the samples of a run are of: buildings, structures and motions, by what they are and not by their numbers.
+
+A number says nothing beyond its run: structure 0 of another seed is another structure, and motion 0 of another scene
+may be another record. Identities are digests, which are the same in every run that has the same thing.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.foundations.core.description import fingerprint
+
+OF_SAMPLES, OF_MOTIONS = "structure_identity", "motion_identity"  # variables of a joined run
+OF_BUILDING, OF_ARCHETYPES = "building_identity", "archetype_identity"  # an attribute, and a variable
+OF_INPUTS = "drawn_parameters"  # an attribute: names of the variables with drawn parameters
+_ONE_FOR_ALL = "none"
+
+
+def number_of(*values: object) -> int:
+    """Return 63 bits of the digest of some values."""
+    return int(fingerprint(*values)[:16], 16) >> 1
+
+
+@dataclass(frozen=True, eq=False)
+class Identities:
+    """The identities of one run.
+
+    Args:
+        place: Place of the run among those that are joined, for messages.
+        run: The run.
+    """
+
+    place: int
+    run: xr.Dataset
+
+    @cached_property
+    def scene(self) -> Mapping[str, Any]:
+        """What the run says of its scene."""
+        try:
+            found = json.loads(str(self.run.attrs["scene"]))
+        except (KeyError, json.JSONDecodeError):
+            raise ValueError(
+                f"join: run {self.place} has no attribute 'scene' that says what its samples are of. Give what "
+                "simulate() returned, with its attributes (xarray keeps them by xr.set_options(keep_attrs=True))"
+            ) from None
+        return dict(found)
+
+    @cached_property
+    def is_portfolio(self) -> bool:
+        """Whether it is a run of a portfolio."""
+        return "archetype_index" in self.run.coords
+
+    @cached_property
+    def buildings(self) -> dict[str, int]:
+        """Identity of each building type by its name: what is drawn from, with its scatter and its collapse."""
+        run = self.run
+        if OF_BUILDING in run.attrs:
+            return {str(run.attrs.get("title", "building")): int(run.attrs[OF_BUILDING])}
+        if OF_ARCHETYPES in run:
+            names = map(str, run["archetype"].values)
+            return dict(zip(names, map(int, run[OF_ARCHETYPES].values), strict=True))
+        structure, collapse = self.scene["structure"], self.scene.get("collapse_drift_ratio")
+        if not self.is_portfolio:
+            what = structure, self.scene.get("scatter", {}), self.scene.get("correlation", {}), collapse
+            return {str(run.attrs.get("title", "building")): number_of(*what)}
+        told = structure["archetypes"]
+        return {
+            name: number_of(*(told[name].get(key, {}) for key in ("structure", "scatter", "correlation")), collapse)
+            for name in map(str, run["archetype"].values)
+        }
+
+    @cached_property
+    def building_of_sample(self) -> np.ndarray:
+        """Identity of the building type of each sample."""
+        if not self.is_portfolio:
+            return np.full(self.run.sizes["sample"], next(iter(self.buildings.values())))
+        by_place = np.array([self.buildings[str(name)] for name in self.run["archetype"].values])
+        return by_place[self.run["archetype_index"].values]
+
+    @cached_property
+    def structures(self) -> np.ndarray:
+        """Identity of the structure of each sample: its building type, seed, number and drawn parameters."""
+        if OF_SAMPLES in self.run.coords:
+            return self.run[OF_SAMPLES].values
+        label = "building" if self.is_portfolio else "structure"
+        if label not in self.run.coords:
+            raise ValueError(f"join: run {self.place} has no coordinate {label!r}: give what simulate() returned")
+        columns = {"building_type": self.building_of_sample, "number": self.run[label].values}
+        columns["seed"] = np.full(self.run.sizes["sample"], number_of(self.seed, *self._number_of_points))
+        for name in self.inputs:
+            # Runs in single and in double precision have the same parameters, rounded.
+            values = self.run[name].transpose("sample", ...).values.astype(np.float32)
+            values = values.reshape(self.run.sizes["sample"], -1)
+            columns |= {f"{name} {place}": column for place, column in enumerate(values.T)}
+        hashed = pd.util.hash_pandas_object(pd.DataFrame(columns), index=False)
+        return (hashed.to_numpy() >> np.uint64(1)).astype(np.int64)
+
+    @cached_property
+    def _number_of_points(self) -> tuple[int, ...]:
+        """How many structures were drawn, where a structure depends on it: of a Latin hypercube."""
+        if "structure" not in self.run.coords or self.run["structure"].attrs.get("sampling") != "latin_hypercube":
+            return ()
+        return (int(self.run["structure"].values.max()) + 1,)
+
+    @cached_property
+    def seed(self) -> object:
+        """The seed, or the same for all where nothing depends on it."""
+        if "seed" not in self.run.attrs:
+            raise ValueError(f"join: run {self.place} has no attribute 'seed'; give what simulate() returned")
+        excitation = json.dumps(self.scene["excitation"])
+        labels = ("drawn_structure", "structure")  # of capacities, of a run
+        attributes = next((self.run[name].attrs for name in labels if name in self.run.coords), {})
+        sampling = "" if self.is_portfolio else str(attributes.get("sampling", ""))
+        draws_motions = '"type": "FilteredNoise"' in excitation or '"motion": null' in excitation
+        if sampling == "given" and not draws_motions:
+            return _ONE_FOR_ALL
+        return int(self.run.attrs["seed"])
+
+    @cached_property
+    def inputs(self) -> list[str]:
+        """Variables with the drawn parameters of each sample."""
+        if OF_INPUTS in self.run.attrs:
+            return [name for name in str(self.run.attrs[OF_INPUTS]).split() if name in self.run]
+        scatter = dict(self.scene.get("scatter", {}))
+        if self.is_portfolio:
+            for each in self.scene["structure"]["archetypes"].values():
+                scatter |= each.get("scatter", {})
+        named = [name for each in scatter for name in (each, f"{each}_factor")]
+        return [name for name in named if name in self.run and self.run[name].dims[:1] == ("sample",)]
+
+    @cached_property
+    def motions(self) -> np.ndarray:
+        """Identity of each motion: its name and its samples, shape [motion]; of a run without motions none."""
+        if OF_MOTIONS in self.run:
+            return self.run[OF_MOTIONS].values
+        if "motion_name" not in self.run:
+            return np.zeros(0, dtype=np.int64)
+        told = _motions_of(self.scene["excitation"])
+        names = [str(name) for name in self.run["motion_name"].values]
+        if [each["name"] for each in told] == names and all("digest" in each for each in told):
+            return np.array([number_of(each["name"], each["digest"]) for each in told])
+        rest = [name for name in ("motion_step", "motion_peak_acceleration") if name in self.run]
+        columns = zip(names, *(self.run[name].values for name in rest), strict=True)
+        return np.array([number_of(*column) for column in columns])
+
+    @cached_property
+    def samples(self) -> pd.MultiIndex:
+        """What each sample is of: structure, motion and level."""
+        run, motion = self.run, np.zeros(self.run.sizes["sample"], dtype=np.int64)
+        if "motion_index" in run.coords and run["motion_index"].dims == ("sample",):
+            motion = self.motions[run["motion_index"].values]
+        level = np.zeros(motion.size)
+        if "im_level" in run.coords and run["im_level"].dims == ("sample",):
+            level = run["im_level"].values.astype(np.float64)
+        again = pd.Series(level).groupby([self.structures, motion, level]).cumcount().to_numpy()
+        if "event" in run.dims:  # the motions of all events
+            motion = _rows_as_numbers(run["motion_index"].transpose("sample", "event").values)
+            level = _rows_as_numbers(run["im_level"].transpose("sample", "event").values).astype(np.float64)
+            again = np.zeros_like(motion)
+        return pd.MultiIndex.from_arrays([self.structures, motion, level, again])
+
+
+def _rows_as_numbers(rows: np.ndarray) -> np.ndarray:
+    hashed = pd.util.hash_pandas_object(pd.DataFrame(rows), index=False).to_numpy()
+    return (hashed >> np.uint64(12)).astype(np.int64)  # which a float64 holds
+
+
+def _motions_of(excitation: Any) -> list[dict[str, Any]]:
+    """Return what the JSON of an excitation says of its motions, in the order of their numbers."""
+    if not isinstance(excitation, Mapping):
+        return []
+    return [dict(each) for each in excitation.get("motions", []) if isinstance(each, Mapping) and "name" in each]

@@ -1,0 +1,274 @@
+"""From a run's arrays to a labelled dataset: names, units, coordinates and root attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.campaigns.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
+from warpdyn.campaigns.integration.model import Model
+from warpdyn.campaigns.running.selections import OF_EVENTS
+from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.foundations.core.output_variables import (
+    DRIFT_RATIO,
+    MEASURE,
+    OF_SEQUENCE,
+    STATUS_MEANINGS,
+    STRIPED,
+    UNNAMED,
+    label_of_levels,
+)
+from warpdyn.foundations.core.units import unit_attributes
+from warpdyn.foundations.files.netcdf import trace
+from warpdyn.model.ground_motions.excitation import Assignment
+from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, motion_numbers
+from warpdyn.model.scene.scene import Scene
+
+BECAUSE = "method_chosen_because"  # the attribute of a run that says why its method is the default
+
+
+@dataclass(frozen=True)
+class Column:
+    """A variable of a run's dataset that has one value (or one row of values) for each sample.
+
+    Args:
+        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
+            EventSequence.
+        dtype: Number type.
+        attributes: Its attributes in the dataset.
+        is_coordinate: Whether it is a coordinate.
+    """
+
+    dims: tuple[str, ...]
+    dtype: np.dtype
+    attributes: Mapping[str, object]
+    is_coordinate: bool = False
+
+
+def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
+    """Return the variables of a run's dataset that have one value for each sample, by name."""
+    scene, plan = model.scene, model.plan
+    structure, excitation = scene.structure, scene.excitation
+    real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
+    columns: dict[str, Column] = {}
+    for name, variable in model.variables.items():
+        attributes = {"long_name": variable.long_name, "units": variable.units} | _start_time(model.scene, name)
+        columns[name] = Column(variable.dims, model.output_dtype(name), attributes)
+    if "peak_storey_drift" in columns:
+        attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
+        attributes |= _start_time(model.scene, "peak_storey_drift_ratio")
+        columns["peak_storey_drift_ratio"] = Column(DRIFT_RATIO.dims, real, attributes)
+    attributes = {"long_name": "integration step", "units": "s"}
+    columns["integration_step"] = Column((), double, attributes)
+    status = {
+        "long_name": "outcome of the sample",
+        "units": "1",
+        "flag_values": np.arange(len(STATUS_MEANINGS), dtype=np.int8),
+        "flag_meanings": " ".join(STATUS_MEANINGS),
+    }
+    columns["status"] = Column((), np.dtype("int8"), status)
+    columns[UNRELIABLE] = Column((), np.dtype("int8"), RELIABILITY)
+    for name in scene.scatter if keep_inputs else ():
+        parameter = structure.parameter_table[name]
+        attributes = {"long_name": parameter.long_name, "units": parameter.units}
+        dims = ("storey",) if structure.is_by_storey(name) else ()
+        columns[structure.input_name(name)] = Column(dims, real, attributes)
+    sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
+    of_structure = {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling_of_structures}
+    coordinates: dict[str, tuple[np.dtype, Mapping[str, object]]] = {
+        "sample": (integer, sample),
+        "structure": (integer, of_structure),
+    }
+    if excitation.motions:
+        coordinates["motion_index"] = (integer, {"long_name": "index along the dimension motion", "units": "1"})
+        scale = {"long_name": "factor on the recorded motion", "units": "1"}
+        coordinates["scale_factor_of_motion"] = (double, scale)
+    levels = levels_of(scene)
+    if len(levels) > 1:
+        attributes = {
+            "long_name": label_of_levels(UNNAMED[1]),
+            "design": OF_SEQUENCE,
+        }
+        units = {level.units for level in levels}
+        # If units differ, im_level_units has those of each event.
+        coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
+    elif levels[0].im_level is not None:
+        coordinates["im_level"] = (double, _level_attributes(levels[0]))
+    for name, (dtype, said) in coordinates.items():
+        columns[name] = Column((), dtype, said, is_coordinate=True)
+    return _by_event(scene, columns) if len(levels) > 1 else columns
+
+
+def _start_time(scene: Scene, name: str) -> dict[str, str]:
+    """Return the comment of a variable of peaks that are recorded from a later time on."""
+    if scene.record_from == 0 or "peak" not in name:
+        return {}
+    return {"comment": f"of the states from record_from = {scene.record_from:g} s on"}
+
+
+def levels_of(scene: Scene) -> list[Assignment]:
+    """Return the assignment of each event without samples, which describes its intensity measure."""
+    none = np.arange(0)
+    return [scene.excitation.assign(none, 0, event) for event in range(len(scene.excitation.event_names))]
+
+
+def _level_attributes(level: Assignment) -> dict[str, Any]:
+    """Return the attributes of `im_level` for the samples of a design."""
+    striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
+    name = str(level.measure.get(MEASURE, UNNAMED[1]))
+    label = {"long_name": label_of_levels(name), "design": striped} | unit_attributes(level.units)
+    return {**label, **level.measure}
+
+
+def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
+    """Return the columns of a sequence, with `event` where they do not belong to the structure or sample alone."""
+    fixed = {"sample", "structure", *scene.scatter}
+    return {
+        name: column if name in fixed else replace(column, dims=("event", *column.dims))
+        for name, column in columns.items()
+    }
+
+
+def lengths(model: Model, column: Column) -> tuple[int, ...]:
+    """Return the length of each of a column's dimensions besides `sample`."""
+    events = len(model.scene.excitation.event_names)
+    return tuple(events if dim == "event" else model.plan.dofs for dim in column.dims)
+
+
+def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) -> None:
+    """Write the values that are known before a block is integrated into rows, by name.
+
+    Args:
+        run: The block.
+        rows: The rows.
+        map_function: A map over the variables, which may be parallel.
+    """
+    of_sample: dict[str, Any] = {
+        "sample": run.sample,
+        "structure": run.assignment.structure,
+        "motion_index": run.assignment.motion,
+        "scale_factor_of_motion": run.assignment.scale,
+        "im_level": run.assignment.im_level,
+    }
+    of_structure = {run.scene.structure.input_name(name): values for name, values in run.drawn.items()}
+
+    def fill(name: str) -> None:
+        if name in of_sample:
+            np.copyto(rows[name], of_sample[name])
+        else:
+            _spread(of_structure[name].astype(rows[name].dtype), rows[name])
+
+    list(map_function(fill, rows.keys() & (of_sample | of_structure).keys()))
+
+
+def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
+    """Write the values that follow from a block's outputs into rows, by name."""
+    if "integration_step" in rows:
+        rows["integration_step"][...] = run.schedule.step
+    if "peak_storey_drift_ratio" not in rows:
+        return
+    drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
+    height = run.heights if "height" in run.drawn else run.heights[:1]
+    # Inner loops over a few storeys are slow, and so all samples of a structure make one row.
+    shape = len(run.structures), -1
+    samples_per_structure = len(drift) // len(run.structures)
+    wide = np.tile(height.astype(ratio.dtype), (1, samples_per_structure))
+    np.divide(drift.reshape(shape), wide, out=ratio.reshape(shape))
+
+
+def _spread(values: np.ndarray, rows: np.ndarray) -> None:
+    """Write each structure's values into the rows of all its samples, which are contiguous."""
+    samples_per_structure = len(rows) // len(values)
+    by_structure = rows.reshape(len(values), samples_per_structure, -1)
+    by_structure[:, 0] = values.reshape(len(values), -1)
+    done = 1
+    while done < samples_per_structure:  # copies of twice as much each time: inner loops over a few storeys are slow
+        more = min(done, samples_per_structure - done)
+        by_structure[:, done : done + more] = by_structure[:, :more]
+        done += more
+
+
+def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Dataset:
+    """Return the dataset of a run, or of its first samples.
+
+    Args:
+        model: How it was integrated.
+        columns: Its variables with one value for each sample.
+        rows: Their values, sample first.
+    """
+    scene = model.scene
+    variables = {
+        name: xr.Variable(("sample", *column.dims), rows[name], column.attributes) for name, column in columns.items()
+    }
+    coordinates = {name: variables.pop(name) for name, column in columns.items() if column.is_coordinate}
+    levels = levels_of(scene)
+    measure = levels[0].measure if len(levels) == 1 else {}
+    attributes = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
+    return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
+
+
+def _numbered(scene: Scene) -> dict[str, tuple]:
+    """Return the coordinates along the dimensions besides `sample`."""
+    coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
+    if len(excitation.event_names) > 1:
+        names = np.array(excitation.event_names)
+        coordinates["event"] = ("event", names, {"long_name": "event of the sequence"})
+        levels = [_level_attributes(level) for level in levels_of(scene)]
+        for key, missing in OF_EVENTS.items():
+            text = {"long_name": f"{key} of im_level in each event"}
+            if any(key in level for level in levels):
+                values = np.array([level.get(key, missing) for level in levels])
+                coordinates[f"im_level_{key}"] = ("event", values, text)
+        copies = excitation.samples_per_structure // np.array(excitation.samples_by_event)
+        text = {"long_name": "samples, one after the other, that have a history of the event in common", "units": "1"}
+        coordinates["samples_per_history"] = ("event", copies.astype(np.int32), text)
+    return coordinates
+
+
+def _motion_table(scene: Scene) -> dict[str, tuple]:
+    """Return the variables along `motion`."""
+    motions = scene.excitation.motions
+    if not motions:
+        return {}
+    steps = np.array([motion.step for motion in motions])
+    table: dict[str, tuple] = {
+        "motion": motion_numbers(len(motions)),
+        "motion_name": motion_names(motions),
+        "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
+    }
+    recorded = [motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion)]
+    if len(recorded) == len(motions):
+        said = {"long_name": "peak ground acceleration of the motion as recorded", "units": "m s-2"}
+        table["motion_peak_acceleration"] = "motion", np.array(recorded), said
+    return table
+
+
+def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:
+    """Return whole histories along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
+
+    Args:
+        samples: The sample of each history.
+        time: Time of the kept states [s].
+        values: Histories by name, shape [history, time, dof].
+    """
+    variables = {}
+    numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
+    for name, array in values.items():
+        attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
+        variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
+    coordinates = {
+        "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s"}),
+        "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
+        "history_sample": (
+            "history",
+            np.array(samples, dtype=np.int32),
+            {"long_name": "index along the dimension sample", "units": "1"},
+        ),
+    }
+    return xr.Dataset(variables, coords=coordinates)

@@ -1,0 +1,365 @@
+"""The pipeline of a run: blocks are prepared while others are integrated, event by event, and then completed."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+import numpy as np
+
+from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
+from warpdyn.campaigns.accuracy.precision import beyond_float32, may_need_float64, rerun_in_float64
+from warpdyn.campaigns.accuracy.reliability import (
+    NOT_CHECKED,
+    UNRELIABLE,
+    checked_share,
+    is_checked,
+    reliability,
+    sensitive_samples,
+    with_earlier,
+)
+from warpdyn.campaigns.accuracy.sample_errors import ERROR, SENSITIVE, fill_sample_errors
+from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
+from warpdyn.campaigns.running.blocks import blocks_ahead
+from warpdyn.campaigns.running.cost import tell_cost
+from warpdyn.campaigns.running.journal import Journal
+from warpdyn.campaigns.running.labels import fill_inputs, fill_outcomes
+from warpdyn.campaigns.running.sinks import Table, blank_rows
+from warpdyn.engine.kernels.queues import CudaQueue, Queue
+from warpdyn.foundations.core.interruption import stop_if_asked
+from warpdyn.foundations.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
+from warpdyn.foundations.core.thread_pool import Ahead
+
+MOST_COPYING_THREADS = 8  # more threads do not copy faster
+SECONDS_OF_A_TURN = 2e-4  # at Python, beside a GPU: a seventh less time for a city than by the usual 5e-3
+
+
+class TakesOutcomes(Protocol):
+    """What takes the final steps and the status of the samples whose histories are kept."""
+
+    def add(self, run: Ensemble, status: np.ndarray) -> None:
+        """Take those of the samples that are in a block."""
+
+
+@dataclass
+class Block:
+    """Some structures of a run with the state of their integration.
+
+    Args:
+        structures: The structures.
+        parts: All samples of each event.
+        unstable: Which of them have a step beyond the stability limit, for each event.
+        findings: What was found on the stability of each event before it is run.
+        longest_period: Longest of the first periods [s].
+        is_known: Whether an earlier run has finished the block.
+        rows: Rows of the dataset for the block's samples.
+        event: Index of the present event.
+        own: Rows of the samples of the present event.
+        standing: Those of them that are integrated; samples that failed or collapsed in an earlier event are not.
+        started: The ensemble of these samples.
+        found: Their outputs, sample first.
+        outputs: Outputs of all samples of the last finished event, sample last.
+        flags: Flags `unreliable` of these samples.
+        staying: Outputs that their GPU has kept to be reduced there, sample first.
+    """
+
+    structures: range
+    parts: list[Ensemble]
+    unstable: list[np.ndarray]
+    findings: list[StabilityFindings]
+    longest_period: float
+    is_known: bool = False
+    rows: Arrays = field(default_factory=dict)
+    event: int = 0
+    own: Arrays = field(default_factory=dict)
+    standing: np.ndarray = field(default_factory=lambda: np.arange(0))
+    started: Ensemble | None = None
+    found: Arrays = field(default_factory=dict)
+    outputs: Arrays = field(default_factory=dict)
+    flags: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int8))
+    staying: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def whole(self) -> Ensemble:
+        """All samples of the present event."""
+        return self.parts[self.event]
+
+    @property
+    def samples(self) -> int:
+        """Number of the block's samples in the dataset."""
+        return self.parts[-1].sample.size
+
+
+class Pipeline:
+    """Launch blocks while the next ones are prepared, and complete them when their device has finished.
+
+    A CPU's threads all run kernels, so that one block follows the other. While GPUs run, some threads prepare the next
+    blocks and others fill in known values, but only the calling thread launches histories; another one launches their
+    reductions, on a stream of its own. Samples that fail or collapse in an event are not run in later ones.
+
+    Args:
+        run: The run.
+        on_unstable: What is done about steps beyond the stability limit.
+        findings: Collects messages on the stability of each event.
+        table: Table that takes the samples.
+        kept: Samples whose histories are kept.
+        estimates: Error estimates of each event; none if they are not asked for.
+        journal: Where finished blocks are kept, if they are.
+        divides_steps: Whether steps that are too long for a sample's own period are divided; otherwise they are told.
+        sample_error: Relative error that is asked for of every sample, if it is.
+        tells_cost: Whether the cost of the run is told before its first block.
+    """
+
+    def __init__(
+        self,
+        run: Run,
+        on_unstable: str,
+        findings: list[StabilityFindings],
+        table: Table,
+        kept: TakesOutcomes | None,
+        estimates: list[ErrorEstimate],
+        journal: Journal | None = None,
+        *,
+        divides_steps: bool = False,
+        sample_error: float | None = None,
+        tells_cost: bool = True,
+    ) -> None:
+        self.divides_steps, self.sample_error = divides_steps, sample_error
+        self.journal, self._is_told = journal, not tells_cost
+        self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
+        self.kept, self.estimates = kept, estimates
+        self.advance: Callable[[int], object] = lambda done: None
+        self.reruns = [Reruns() for _ in findings]
+        self.longest_period = 0.0
+        self.seconds_sampling = self.seconds_integrating = 0.0
+        self._checks = sample_error is None and is_checked(run.model)
+        # What a GPU reduces need not come back, but for what samples are judged by.
+        self._arriving: set[str] | None = None
+        if table.reduces:
+            judges = may_need_float64(run.model) or self._checks
+            judging = {"peak_storey_drift"} if judges else set()
+            self._arriving = {"status", "energy_balance_error", *judging}
+        # Columns of the dataset along `event`, as they are for one event.
+        self.several = len(findings) > 1
+        of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
+        self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
+
+    def begin(self, blocks: list[range], queues: list[Queue]) -> None:
+        """Begin to prepare blocks, given by their structures, which are integrated on the queues in turn.
+
+        A GPU's are prepared from now on, by other threads; a processor's when `process` comes to them.
+        """
+        items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
+        self._upcoming = Ahead(self._prepare, items, blocks_ahead(self.run))
+        self._blocks, self._queues = len(blocks), len(queues)
+
+    def close(self) -> None:
+        """Prepare no more blocks."""
+        self._upcoming.close()
+
+    def process(self, advance: Callable[[int], object]) -> None:
+        """Integrate all blocks that `begin` was called with.
+
+        Args:
+            advance: Called with the number of histories done since its last call.
+        """
+        self.advance = advance
+        under_way: deque[Block] = deque()
+        with ExitStack() as stack:
+            stack.callback(self.close)
+            map_function: MapFunction = map
+            if self.run.execution.is_gpu:
+                stack.enter_context(_quick_turns())
+                copying = ThreadPoolExecutor(min(self.run.model.threads, MOST_COPYING_THREADS))
+                map_function = stack.enter_context(copying).map
+            started = 0
+            while started < self._blocks or under_way:
+                stop_if_asked()
+                if started < self._blocks and len(under_way) < self._queues:
+                    under_way.append(self._next(self._upcoming, map_function))
+                    started += 1
+                    continue
+                block = under_way.popleft()
+                self._finish(block, map_function)
+                if block.event + 1 < len(block.parts):
+                    block.event += 1
+                    self._start(block, map_function)
+                    under_way.append(block)
+                else:
+                    self._complete(block)
+
+    def _prepare(self, item: tuple[range, Queue]) -> Block:
+        """Draw a block, apply the stability guard to all events, and pack the first event.
+
+        Several threads do so at a time, and so nothing of the pipeline is changed here.
+        """
+        structures, queue = item
+        parts = self.run.events(np.asarray(structures), queue)
+        unstable, findings = [], [each.of_no_samples() for each in self.findings]
+        for part, found in zip(parts, findings, strict=True):
+            shorten_steps(*part, found, divides=self.divides_steps)
+            unstable.append(guard(*part, self.on_unstable, found))
+        parts[0][0].pack()
+        is_known = self.journal is not None and self.journal.has(structures, len(parts))
+        ensembles, longest_period = [ensemble for ensemble, _ in parts], float(parts[0][1].period.max())
+        return Block(structures, ensembles, unstable, findings, longest_period, is_known)
+
+    def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
+        """Start the first event of the next block."""
+        began = time.perf_counter()
+        block = next(upcoming)
+        for findings, found in zip(self.findings, block.findings, strict=True):
+            findings.include(found)
+        self.longest_period = max(self.longest_period, block.longest_period)
+        block.rows = self.table.rows_for(block.samples)
+        self.seconds_sampling += time.perf_counter() - began
+        if not self._is_told:
+            self._is_told = True
+            tell_cost(self.run, block.parts)
+        self._start(block, map_function)
+        return block
+
+    def _start(self, block: Block, map_function: MapFunction) -> None:
+        """Start the present event of a block, from the final states of the previous event."""
+        began = time.perf_counter()
+        whole, block.standing = block.whole, np.arange(block.whole.sample.size)
+        if self.several:
+            block.own = self._rows_of_event(whole)
+        else:
+            beside = whole.model.shapes.keys() - block.rows.keys()  # of the dataset
+            block.own = block.rows | whole.model.blank_outputs(block.samples, beside)
+        block.started, block.found = whole, block.own
+        if whole.before is not None:
+            whole.resume(block.outputs)
+            status = block.outputs["status"][whole.row]
+            if (status != OK).any():
+                block.standing = np.flatnonzero(status == OK)
+                block.started = whole.select(block.standing) if block.standing.size else None
+                block.found = whole.model.blank_outputs(block.standing.size)
+                self._mark_fallen(block, status)
+        if block.is_known:
+            self.advance(block.standing.size)
+        elif block.started is not None:
+            block.started.start(block.found, self.advance, self._arriving)
+        fill_inputs(whole, block.own, map_function)
+        self.seconds_integrating += time.perf_counter() - began
+
+    def _rows_of_event(self, whole: Ensemble) -> Arrays:
+        """Return memory for an event's samples: their columns of the dataset, and their final states."""
+        rows = whole.model.blank_outputs(whole.sample.size)
+        return blank_rows(whole.model, self._of_event, whole.sample.size) | rows
+
+    def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
+        """Give samples that are not run their earlier status, and NaN for all else."""
+        fallen = status != OK
+        for name in block.whole.model.shapes:
+            values = block.own[name]
+            values[fallen] = np.nan if np.issubdtype(values.dtype, np.floating) else -1
+        block.own["status"][fallen] = status[fallen]
+        self.advance(int(np.count_nonzero(fallen)))
+
+    def _finish(self, block: Block, map_function: MapFunction) -> None:
+        """Wait for an event of a block and complete its rows; blocks finish in the order in which they started."""
+        whole, unstable, event = block.whole, block.unstable[block.event], block.event
+        outputs = {name: block.own[name].T for name in whole.model.shapes}
+        stands = np.zeros(whole.sample.size, dtype=bool)
+        stands[block.standing] = True
+        in_float64, is_mended = 0, False
+        if block.started is not None:
+            began = time.perf_counter()
+            found = {name: block.found[name].T for name in whole.model.shapes}
+            if block.is_known and self.journal is not None:
+                in_float64 = self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
+            else:
+                block.started.finish(block.found, map_function)
+                is_mended = self._bring_back(block, found)
+                if self.on_unstable == "substep":
+                    self.reruns[event].settle(whole, block.standing, found)
+                in_float64 = rerun_in_float64(whole, block.standing, found)
+            self.findings[event].in_float64 += in_float64
+            self._flag(block, found, unstable)
+            self.seconds_integrating += time.perf_counter() - began
+            self.findings[event].add_outcomes(found, ~unstable[block.standing])
+            if block.found is not block.own:
+                for name, values in found.items():
+                    outputs[name][..., block.standing] = values
+        if self.journal is not None and not block.is_known:
+            self.journal.keep(block.structures, event, whole, block.found, self.reruns[event], in_float64)
+        outputs["status"][unstable & stands] = UNSTABLE_STEP
+        blank_failed(outputs, outputs["status"] >= DIVERGED)
+        if is_mended and isinstance(whole.queue, CudaQueue):
+            whole.queue.put_back(block.staying, block.own)
+        fill_outcomes(whole, block.own)
+        if self.kept is not None:
+            self.kept.add(whole, outputs["status"])
+        if self.sample_error is not None:
+            counts = fill_sample_errors(whole, outputs, block.own, self.sample_error)
+            self.findings[event].add_sample_errors(self.sample_error, *counts)
+            is_off = (block.own[ERROR] > self.sample_error) | (block.own[SENSITIVE] == 1)
+            block.own[UNRELIABLE][is_off] = 1
+        if self.estimates:
+            # Samples that were not run are excluded from the estimate.
+            self.estimates[event].add(whole, outputs | {"status": np.where(stands, outputs["status"], DIVERGED)})
+        if self.several:
+            for name in self._of_event:
+                copies = block.samples // whole.sample.size
+                block.rows[name][:, event] = np.repeat(block.own[name], copies, axis=0)
+        block.outputs = outputs
+
+    def _flag(self, block: Block, found: Arrays, unstable: np.ndarray) -> None:
+        """Flag the samples of the present event of a block that are unreliable, and count them."""
+        flags = np.full(block.whole.sample.size, NOT_CHECKED, dtype=np.int8)
+        is_stable = ~unstable[block.standing]
+        stable = block.standing[is_stable]
+        if self._checks:
+            outputs = {name: values[..., is_stable] for name, values in found.items()}
+            flags[stable] = reliability(block.whole, stable, outputs, checked_share(self.run, block.event))
+            if block.whole.before is not None:
+                flags = with_earlier(flags, block.flags[block.whole.row])
+            self.findings[block.event].add_flags(flags[stable], outputs["status"])
+        else:
+            flags[stable] = np.where(found["status"][is_stable] < DIVERGED, 0, NOT_CHECKED)
+        block.flags = flags
+        if UNRELIABLE in block.own:
+            block.own[UNRELIABLE][:] = flags
+
+    def _bring_back(self, block: Block, found: Arrays) -> bool:
+        """Bring all outputs that have stayed on a GPU into their rows, if some may be changed; return whether."""
+        queue = block.whole.queue
+        if self._arriving is None or not isinstance(queue, CudaQueue):
+            return False
+        block.staying = dict(queue.staying)
+        may_change = block.unstable[0].any() or block.own["status"].max() >= DIVERGED
+        may_change |= beyond_float32(block.whole, block.standing, found).any()
+        if not may_change and not (self._checks and sensitive_samples(block.whole, block.standing, found).any()):
+            return False
+        for name, array in block.staying.items():
+            np.copyto(block.own[name], array.numpy())
+        return True
+
+    def _complete(self, block: Block) -> None:
+        """Write the rows of a block whose events are all finished."""
+        if self.several:
+            fill_inputs(block.whole, {name: rows for name, rows in block.rows.items() if name not in self._of_event})
+        self.table.add(block.rows, block.whole, block.staying)
+
+
+@contextmanager
+def _quick_turns() -> Iterator[None]:
+    """Let threads take turns at Python more often: a thread that launches waits less for those that prepare."""
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(SECONDS_OF_A_TURN)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)

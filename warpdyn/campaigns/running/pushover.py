@@ -1,0 +1,346 @@
+"""Quasi-static response of a building's storeys: hysteresis and pushover, by the kernels' storey laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import warp as wp
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.kernels.auxiliary.storey_path import storey_path_kernel
+from warpdyn.engine.kernels.auxiliary.storey_step import storey_step_kernel
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.laws.springs import spring_row
+from warpdyn.foundations.core.checks import check_kind, finite_numbers
+from warpdyn.foundations.core.description import to_json
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.files.netcdf import trace
+from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
+from warpdyn.model.structures.physics import effective_stiffness, storey_weight_over_height
+from warpdyn.model.structures.shear_building import ShearBuilding
+
+TOLERANCE = 1e-9  # largest unbalanced storey force, over the base shear
+ITERATIONS = 50
+SHORTENINGS = 40  # halvings of one correction
+SHORTEST_STEP = 2.0**-10  # as a share of a requested step
+LEAST_STIFFNESS = 1e-6  # over the initial stiffness, in place of a smaller tangent in a correction
+
+
+def _spring_and_coefficients(building: ShearBuilding) -> tuple[str, np.ndarray]:
+    """Return the building's row of SPRINGS and its coefficients [coefficient, storey]."""
+    parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
+    law = building.storey_law
+    spring = law.spring(parameters)
+    coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, spring)))
+    return spring, np.ascontiguousarray(coefficients, np.float64)
+
+
+def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
+    """Warn if a building is pushed through drifts that seem to be in another unit than m."""
+    findings = PlausibilityFindings()
+    findings.add("pushed_drift_ratio", np.abs(drift_ratio).max())
+    findings.warn()
+
+
+@suggests_names
+def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
+    """Return the forces of a building's storeys under given quasi-static drifts, in double precision.
+
+    Args:
+        building: The building.
+        drift: Storey drifts [m], starting from 0, shape [step], the same for all storeys, or [step, storey].
+
+    Returns:
+        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], the work done less the stored energy, by the
+        trapezoidal rule; all of shape [step, storey]. The attribute `building` is the building as JSON.
+
+    Raises:
+        ValueError: If a drift is not finite or the shape is another.
+        TypeError: If `building` is no ShearBuilding.
+
+    Example:
+        >>> cycle = wd.storey_hysteresis(building, [0.0, 0.01, -0.01, 0.0])
+        >>> (cycle["storey_force"] / 1e3).round().values  # kN
+        array([[   0.,    0.],
+               [ 305.,  205.],
+               [-305., -205.],
+               [  95.,   95.]])
+    """
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, argument="building")
+    path = finite_numbers("drift", drift)
+    if path.ndim == 1:
+        path = np.repeat(path[:, None], building.storeys, axis=1)
+    if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
+        raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
+    _warn_of_implausible_path(path / building.parameters["height"])
+    spring, coefficients = _spring_and_coefficients(building)
+    arrays: list[wp.array] = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
+    results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
+    kernel = loaded(storey_path_kernel(spring, "float64"))
+    wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
+    force, dissipated = (result.numpy() for result in results)
+    return _storey_dataset(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
+
+
+@suggests_names
+def pushover(
+    building: ShearBuilding, roof_displacement: ArrayLike, *, pattern: str | ArrayLike = "first_mode"
+) -> xr.Dataset:
+    """Push a building quasi-statically by lateral loads of one pattern, through given roof displacements.
+
+    The roof displacement is prescribed and the base shear follows, so that a building can be pushed past its peak;
+    within a step every storey moves straight to its next drift, and a step stops where a storey begins to soften. If
+    storeys soften, a step ends in the equilibrium downhill from an elastic step, or from one like the last: one storey
+    softens, and the others unload. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the
+    springs' resistance less the P-Delta force, and may be negative.
+
+    Args:
+        building: The building.
+        roof_displacement: Roof displacements [m], starting from 0, which may reverse, shape [step]; for Bouc-Wen
+            storeys in steps that are short beside the yield displacement.
+        pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
+            "uniform" (floor mass), or floor loads of any scale [1], shape [floor].
+
+    Returns:
+        `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
+        `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
+        `floor_load`, its sum 1. The attribute `building` is the building as JSON. If no equilibrium is found in a step,
+        the curve ends at the last one, whose roof displacement lies within that step; a warning and the attribute
+        `stopped_because` say where and why.
+
+    Raises:
+        ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
+        RuntimeError: If no equilibrium is found at all.
+        TypeError: If `building` is no ShearBuilding.
+
+    Example:
+        >>> pushed = wd.pushover(building, np.linspace(0.0, 0.1, 101))
+        >>> (pushed["base_shear"][::25] / 1e3).round().values  # kN
+        array([  0., 315., 342., 368., 395.])
+    """
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding, argument="building")
+    path = finite_numbers("roof_displacement", roof_displacement)
+    if path.ndim != 1 or not path.size:
+        raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
+    parameters = building.parameters
+    loads = floor_loads(pattern, parameters["mass"], parameters["height"], effective_stiffness(parameters))
+    _warn_of_implausible_path(path / parameters["height"].sum())
+    chain = _PushedChain(building, storey_shears(loads))
+    shape = (path.size, building.storeys)
+    drift, force, dissipated, base_shear = np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), []
+    stopped: dict[str, str] = {}
+    for step, displacement in enumerate(path):
+        reached = chain.push(displacement)
+        if reached < 1:
+            stopped = {"stopped_because": f"step {step}, to {displacement:g} m: {chain.reason_to_stop()}"}
+            if reached == 0:
+                break
+            path[step] = chain.drift.sum()
+        base_shear.append(chain.base_shear)
+        drift[step], force[step], dissipated[step] = chain.drift, chain.force, chain.work - chain.recoverable
+        if stopped:
+            break
+    found = len(base_shear)
+    if stopped:
+        if not found:
+            raise RuntimeError(f"pushover: {stopped['stopped_because']}")
+        warn_caller(f"pushover: the curve ends before the given path does. {stopped['stopped_because']}")
+    path, drift, force, dissipated = path[:found], drift[:found], force[:found], dissipated[:found]
+    along = {"units": "m", "long_name": "roof displacement"}
+    pushed = _storey_dataset(building, drift, force, dissipated, "building pushed slowly by lateral loads", "pushover")
+    floors = np.arange(1, building.storeys + 1, dtype=np.int32)
+    return (
+        pushed.assign_coords(floor=("floor", floors, {"units": "1", "long_name": "floor above the storey"}))
+        .assign(
+            roof_displacement=("step", path, along),
+            base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
+            floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
+        )
+        .assign_attrs(stopped)
+    )
+
+
+class _PushedChain:
+    """A chain of storeys in equilibrium under lateral loads, which is moved to the next roof displacement."""
+
+    def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
+        storeys = building.storeys
+        row, coefficients = _spring_and_coefficients(building)
+        self.shears, self.stiffness = shears, effective_stiffness(building.parameters)
+        # P-Delta forces over storey drifts.
+        self.leaning = storey_weight_over_height(building.parameters) if "gravity_load" in building.parameters else 0.0
+        # Elastic drifts under the loads, of sum 1, and the base shear of a roof displacement of 1.
+        self.elastic_drift = shears / self.stiffness
+        self.roof_stiffness = 1 / self.elastic_drift.sum()
+        self.elastic_drift *= self.roof_stiffness
+        memory = (max(1, spring_row(row).memory), storeys)
+        # The kernel and numpy share this memory.
+        self.drift, self.trial = np.zeros(storeys), np.zeros(storeys)
+        self.memory, self.trial_memory = np.zeros(memory), np.full(memory, np.nan)
+        self.trial_force, self.tangent, self.trial_recoverable = (np.full(storeys, np.nan) for _ in range(3))
+        given = (coefficients, self.drift, self.memory, self.trial)
+        found = (self.trial_memory, self.trial_force, self.tangent, self.trial_recoverable)
+        self.kept: list[wp.array] = [
+            wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)
+        ]
+        kernel = loaded(storey_step_kernel(row))
+        self.launch = wp.launch(kernel, dim=storeys, inputs=self.kept, device="cpu", record_cmd=True)
+        self.force, self.work, self.recoverable = np.zeros(storeys), np.zeros(storeys), np.zeros(storeys)
+        self.largest_shear, self.base_shear, self.softens, self.last_moves = 0.0, 0.0, False, np.zeros(storeys)
+
+    def push(self, displacement: float) -> float:
+        """Move the roof towards a displacement, in shorter steps if one is too long; return the share of the way."""
+        begin, done, share = float(self.drift.sum()), 0.0, 1.0
+        while done < 1:
+            if self._step(begin + (done + share) * (displacement - begin), share > SHORTEST_STEP):
+                done += share
+                share = min(2 * share, 1 - done)
+            elif share > SHORTEST_STEP:
+                share *= 0.5
+            else:
+                break
+        return done
+
+    def reason_to_stop(self) -> str:
+        """Return why the last push found no further equilibrium."""
+        softest = int(np.argmax(np.abs(self.last_moves))) + 1
+        return (
+            f"no equilibrium was found beyond a roof displacement of {self.drift.sum():.6g} m (base shear "
+            f"{self.base_shear:.6g} N), in steps down to {SHORTEST_STEP:.1e} of the given one. Storey {softest}, which "
+            "moved most in the last step, may soften faster than the other storeys unload (snap-back), which a "
+            "prescribed roof displacement cannot follow: give a path that ends here, or a building whose storey loses "
+            "strength more slowly"
+        )
+
+    def _step(self, displacement: float, stops_at_peak: bool) -> bool:
+        """Move the roof to a displacement in one step; return whether it is there.
+
+        It is not if there is no equilibrium, or the step would pass a storey's peak and is to stop there: storeys that
+        unload while another softens must have come to that point first.
+        """
+        move = displacement - self.drift.sum()
+        scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
+        for one_softens in (False, True):
+            # A storey that softens goes on: another that takes its place would load and unload.
+            goes_on = self.softens and not one_softens and move * self.last_moves.sum() > 0
+            shares = self.last_moves / self.last_moves.sum() if goes_on else self.elastic_drift
+            self.trial[:] = self.drift + move * shares
+            self.launch.launch()
+            if one_softens:
+                self._let_one_soften()
+            base_shear = self._balance(scale)
+            if base_shear is None:
+                continue
+            softens = int(np.count_nonzero(self._softening()))
+            if stops_at_peak and softens and not self.softens:
+                return False
+            # At a peak to which storeys come together some are beyond it by rounding; the base shear has not fallen.
+            falls = bool((self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale)
+            if softens > 1 and falls and not one_softens:
+                continue
+            self.last_moves[:] = self.trial - self.drift
+            self._accept()
+            self.base_shear, self.softens = base_shear, softens > 0
+            self.largest_shear = max(self.largest_shear, abs(base_shear))
+            return True
+        return False
+
+    def _balance(self, scale: float) -> float | None:
+        """Move the trial drifts to an equilibrium; return its base shear, or None if there is none."""
+        for _ in range(ITERATIONS):
+            # Each storey's estimate of the base shear; in equilibrium they agree.
+            shear = self._resistance() / self.shears
+            base_shear, correction = self._correction(shear, (self.tangent - self.leaning) / self.shears)
+            if np.abs(self._resistance() - base_shear * self.shears).max() <= TOLERANCE * scale:
+                return base_shear
+            self._descend(base_shear, correction)
+        return None
+
+    def _softening(self) -> np.ndarray:
+        """Return which storeys have moved in this step and soften, shape [storey]."""
+        return (self.tangent - self.leaning < -LEAST_STIFFNESS * self.stiffness) & (self.trial != self.drift)
+
+    def _let_one_soften(self) -> None:
+        """Give the moves of all storeys that soften to the weakest of them.
+
+        A balance in which two storeys soften is none that lasts: the least difference makes one unload.
+        """
+        softening = self._softening()
+        if not softening.any():
+            return
+        weakest = int(np.where(softening, self._resistance() / self.shears, np.inf).argmin())
+        moves = np.where(softening, self.trial - self.drift, 0.0)
+        self.trial[softening] = self.drift[softening]
+        self.trial[weakest] += moves.sum()
+        self.launch.launch()
+
+    def _resistance(self) -> np.ndarray:
+        """Return the storeys' forces less the P-Delta forces [N]."""
+        return self.trial_force - self.leaning * self.trial
+
+    def _correction(self, shear: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
+        """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
+
+        An equilibrium is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. If the
+        tangents do not lead downhill, the tangent of the weakest storey and the initial stiffnesses of the others that
+        soften do, or all initial stiffnesses.
+        """
+        initial = self.stiffness / self.shears
+        least = LEAST_STIFFNESS * initial
+        slope = np.where(np.abs(slope) < least, least, slope)
+        # Where several storeys soften, all but one unload.
+        alone = np.where(slope < 0, initial, slope)
+        weakest = int(np.where(slope < 0, shear, np.inf).argmin())
+        alone[weakest] = slope[weakest]
+        for hardness in (slope, alone, initial):
+            flexibility = 1 / hardness
+            softening = np.count_nonzero(hardness < 0)
+            # One storey may soften while the others unload, if these are stiff enough.
+            if softening == 0 or (softening == 1 and flexibility.sum() < 0):
+                break
+        base_shear = float((shear * flexibility).sum() / flexibility.sum())
+        correction = (base_shear - shear) * flexibility
+        # The rounding error of the sum is given to the softest storey, whose force it changes least.
+        correction[np.abs(flexibility).argmax()] -= correction.sum()
+        return base_shear, correction
+
+    def _descend(self, base_shear: float, correction: np.ndarray) -> None:
+        """Move along the correction, and less far if the work would rise again."""
+        start, share = self.trial.copy(), 1.0
+        downhill = self._slope(base_shear, correction)
+        for _ in range(SHORTENINGS):
+            self.trial[:] = start + share * correction
+            self.launch.launch()
+            if self._slope(base_shear, correction) <= -0.5 * downhill:
+                return
+            share *= 0.5
+
+    def _slope(self, base_shear: float, correction: np.ndarray) -> float:
+        """Return the derivative of the work along a correction; inf or NaN of a trial that is much too long."""
+        with np.errstate(over="ignore", invalid="ignore"):  # such a trial is shortened
+            return float((self._resistance() / self.shears - base_shear) @ correction)
+
+    def _accept(self) -> None:
+        self.work += 0.5 * (self.trial_force + self.force) * (self.trial - self.drift)
+        self.drift[:], self.memory[:], self.force[:] = self.trial, self.trial_memory, self.trial_force
+        self.recoverable[:] = self.trial_recoverable
+
+
+def _storey_dataset(
+    building: ShearBuilding, drift: np.ndarray, force: np.ndarray, dissipated: np.ndarray, title: str, function: str
+) -> xr.Dataset:
+    dims, storey = ("step", "storey"), {"units": "1", "long_name": "storey, from the ground up"}
+    return xr.Dataset(
+        {
+            "storey_drift": (dims, drift, {"units": "m", "long_name": "storey drift"}),
+            "storey_force": (dims, force, {"units": "N", "long_name": "restoring force of the storey"}),
+            "dissipated_energy": (dims, dissipated, {"units": "J", "long_name": "work done less what is stored"}),
+        },
+        coords={
+            "step": ("step", np.arange(len(drift), dtype=np.int32), {"units": "1", "long_name": "step of the path"}),
+            "storey": ("storey", np.arange(1, drift.shape[1] + 1, dtype=np.int32), storey),
+        },
+        attrs=trace(title, function) | {"building": to_json(building)},
+    )

@@ -1,0 +1,183 @@
+"""Parts of a run as ordinary runs: one event, one archetype, some storeys."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.foundations.core.checks import check_dataset, one_of, whole_number
+from warpdyn.foundations.core.output_variables import (
+    DAMPING,
+    KIND_ATTRIBUTES,
+    KIND_OF_ARCHETYPES,
+    MEASURE,
+    PERIOD,
+    STOREY_KIND,
+    UNNAMED,
+    measure_attributes,
+)
+from warpdyn.foundations.core.units import unit_attributes
+
+OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
+OF_COLLAPSE = "storey_of_collapse"
+# Attributes of `im_level` that a run of an EventSequence has for each event, with what stands for one that is missing.
+OF_EVENTS: dict[str, str | float] = {
+    "long_name": "",
+    "units": "1",
+    "design": "",
+    MEASURE: UNNAMED[1],
+    PERIOD: np.nan,
+    DAMPING: np.nan,
+}
+
+
+def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
+    """Return one event of a run of an EventSequence as an ordinary run, with each history of the event once.
+
+    A history of an event belongs to all samples of later events that follow from it; here the first of these samples
+    represents it. In `run.sel(event=name)` it is in all of them, sample by sample beside the later events.
+
+    Args:
+        run: What `simulate` returned, or some of its samples.
+        name: The event.
+
+    Raises:
+        ValueError: If the run is not of an EventSequence, or has no such event.
+        TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> events = wd.EventSequence({"mainshock": stripes, "aftershock": wd.Cloud(motions[:2])})
+        >>> run = wd.simulate(wd.Scene(building, events, recorders=("drift",)))
+        >>> wd.select_event(run, "mainshock").sizes["sample"], run.sizes["sample"]
+        (48, 96)
+    """
+    check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence", argument="run")
+    if "event" not in run.dims or "im_level_design" not in run.coords:
+        raise ValueError("the dataset has no events: it is not what simulate() returned of an EventSequence")
+    names = run["event"].values.tolist()
+    one_of("name of an event of the run", name, names)
+    event = run.isel(event=names.index(name))
+    if event["samples_per_history"] > 1:
+        history = event["sample"].values // int(event["samples_per_history"])
+        event = event.isel(sample=np.unique(history, return_index=True)[1])
+    attributes: dict[str, Any] = {}
+    for key, missing in OF_EVENTS.items():
+        value = event[f"im_level_{key}"].values[()] if f"im_level_{key}" in event.coords else missing
+        if not (isinstance(missing, float) and np.isnan(value)):
+            attributes[key] = float(value) if isinstance(missing, float) else str(value)
+    attributes |= unit_attributes(attributes["units"])
+    event = event.drop_vars(
+        ["event", "samples_per_history", *(f"im_level_{key}" for key in OF_EVENTS)], errors="ignore"
+    )
+    event["im_level"].attrs = attributes
+    return event.assign_attrs(measure_attributes(attributes))
+
+
+def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
+    """Return the samples of one archetype, with its number of storeys, as an ordinary run.
+
+    Args:
+        run: What `simulate` returned of a portfolio, or some of its samples.
+        name: The archetype.
+
+    Raises:
+        ValueError: If there is no such archetype.
+        TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(region)
+        >>> wd.select_archetype(run, "C1L high 2").sizes["sample"]
+        8
+    """
+    check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio", argument="run")
+    names = archetypes_of(run).tolist()
+    one_of("name of an archetype of the run", name, names)
+    place = names.index(name)
+    part = run.isel(sample=np.flatnonzero(run["archetype_index"].values == place))
+    storeys = int(run["storeys_of_archetype"].values[place])
+    part = part.isel({dim: slice(storeys) for dim in ("storey", "floor") if dim in run.dims})
+    kinds = part[KIND_OF_ARCHETYPES].values[place] if KIND_OF_ARCHETYPES in part.coords else np.zeros(1)
+    part = part.drop_vars([name for name, variable in part.variables.items() if "archetype" in variable.dims])
+    return part.assign_coords({STOREY_KIND: ("storey", kinds, KIND_ATTRIBUTES)}) if kinds.any() else part
+
+
+def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
+    """Return a run with some of its storeys and floors, which are counted from 1 again.
+
+    `fragility`, `damage_shares` and the like count the building's storeys alone, also without this selection: it is for
+    other ones, such as the isolators (storey 1). Variables of the largest drift ratio of all storeys are removed; the
+    status, with collapse, and variables of the whole building stay. `storey_of_collapse` is -1 if a storey collapsed
+    that is left out.
+
+    Args:
+        run: What `simulate` or `select_archetype` returned; a portfolio only if all its buildings are on isolators.
+        first, last: Lowest and highest storey, counted from 1.
+
+    Raises:
+        ValueError: If the run has no such storeys.
+        TypeError: If `run` is no Dataset.
+
+    Example:
+        >>> upper = wd.select_storeys(run, first=2, last=2)
+        >>> upper.sizes["storey"]
+        1
+    """
+    check_dataset("select_storeys", run, advice="give what simulate() returned", argument="run")
+    storeys = run.sizes.get("storey", 0)
+    first, last = whole_number("first", first, 1), whole_number("last", last, 1)
+    if not first <= last <= storeys:
+        raise ValueError(f"first={first} to last={last} are not in the run, which has storeys 1 to {storeys}")
+    dims = [dim for dim in ("storey", "floor") if dim in run.dims]
+    part = run.isel({dim: slice(first - 1, last) for dim in dims})
+    for dim in dims:
+        numbers = np.arange(1, last - first + 2, dtype=np.int32)
+        part = part.assign_coords({dim: (dim, numbers, run[dim].attrs if dim in run.coords else {})})
+    if OF_COLLAPSE in run:
+        storey = run[OF_COLLAPSE]
+        is_kept = (storey >= first) & (storey <= last)
+        part[OF_COLLAPSE] = xr.where(is_kept, storey - (first - 1), -1).astype(storey.dtype).assign_attrs(storey.attrs)
+    return part.drop_vars(OF_THE_LARGEST, errors="ignore")
+
+
+def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
+    """Return a run without storeys of isolators or of a tuned mass damper, and the floors above them, if it has any.
+
+    Storeys keep their numbers. A run that has such storeys alone, because they were selected, keeps them.
+
+    Args:
+        run: What `simulate` returned of one structure, or of one archetype.
+    """
+    if STOREY_KIND not in run.coords or run[STOREY_KIND].dims != ("storey",):
+        return run
+    own = np.flatnonzero(run[STOREY_KIND].values == 0)
+    if own.size in (0, run.sizes["storey"]):
+        return run
+    return run.isel({dim: own for dim in ("storey", "floor") if dim in run.dims})
+
+
+def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
+    """Return a demand without storeys of isolators or of a tuned mass damper, also of a run of several archetypes.
+
+    Args:
+        run: The run.
+        demand: The demand; where an archetype of several has such a storey, it is NaN, as where it has none.
+    """
+    if STOREY_KIND in run.coords or KIND_OF_ARCHETYPES not in run.coords:
+        return without_added_storeys(run)[demand]
+    values = run[demand]
+    kinds = run[KIND_OF_ARCHETYPES].transpose("archetype", "storey").values
+    if "sample" not in values.dims or not {"storey", "floor"} & set(values.dims):
+        return values
+    dims = "sample", "storey" if "storey" in values.dims else "floor"
+    return values.where(xr.DataArray(kinds[run["archetype_index"].values] == 0, dims=dims))
+
+
+def archetypes_of(run: xr.Dataset) -> np.ndarray:
+    """Return the names of a run's archetypes."""
+    needed = ("archetype", "archetype_index", "building", "status")
+    missing = [name for name in needed if name not in run.variables]
+    if missing:
+        raise ValueError(f"the dataset has no {missing[0]!r}: it is not what simulate() returned of a portfolio")
+    return run["archetype"].values.astype(str)

@@ -1,0 +1,92 @@
+"""The structs that kernels take, filled from NumPy arrays."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.kernels.plan import structs
+from warpdyn.foundations.core.output_variables import DIVERGED
+
+
+def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -> Any:
+    """Return a struct of `structs` with these arrays on a device, ready for whatever is queued there."""
+    struct = getattr(structs(dtype), kind)
+    instance = struct()
+    for name, values in arrays.items():
+        setattr(instance, name, wp.array(as_field(struct, name, values), device=device))
+    wp.synchronize_device(device)
+    return instance
+
+
+def with_part(instance: Any, kind: str, names: Iterable[str], dtype: str, **parts: slice) -> Any:
+    """Return a struct with the same arrays, but for parts of some of them."""
+    whole = getattr(structs(dtype), kind)()
+    for name in names:
+        array = getattr(instance, name)
+        setattr(whole, name, array[parts[name]] if name in parts else array)
+    return whole
+
+
+def control(dtype: str, **values: float) -> Any:
+    """Return the scalars of a launch as the kernels take them."""
+    instance = structs(dtype).Control()
+    for name, value in values.items():
+        setattr(instance, name, value)
+    return instance
+
+
+def output_dtype(name: str, dtype: str) -> np.dtype:
+    """Return the NumPy type of an output."""
+    return np.dtype(wp.dtype_to_numpy(structs(dtype).Output.vars[name].type.dtype))
+
+
+def blank_value(struct: Any, name: str) -> float:
+    """Return what an output is before it is written: NaN, -1, and the status diverged: a sample never run shows."""
+    if name == "status":
+        return DIVERGED
+    return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")
+
+
+def as_fields(kind: str, arrays: dict[str, np.ndarray], dtype: str) -> dict[str, np.ndarray]:
+    """Return arrays as the fields of a struct of `structs` have them."""
+    struct = getattr(structs(dtype), kind)
+    return {name: as_field(struct, name, values) for name, values in arrays.items()}
+
+
+def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
+    """Return values as a struct's array has them: of its type, and the last index next to next in memory."""
+    dtype = wp.dtype_to_numpy(struct.vars[name].type.dtype)
+    check_held(name, values, dtype)
+    return np.ascontiguousarray(values, dtype=dtype)
+
+
+def check_held(name: str, values: np.ndarray, dtype: Any) -> None:
+    """Raise a ValueError if a value is beyond the largest number of a type; infinity stands for what has no limit."""
+    if np.dtype(dtype) != np.float32 or values.dtype == dtype:
+        return
+    largest = np.finfo(np.float32).max
+    if not values.size or (values.max() <= largest and values.min() >= -largest):
+        return
+    bad = ((values > largest) | (values < -largest)) & np.isfinite(values)
+    if bad.any():
+        raise ValueError(
+            f"{name.replace('_', ' ')} of {np.abs(values[bad]).max():.3g} is beyond the largest number of float32, "
+            f"{largest:.3g}: correct the structure's or the motion's values, or choose dtype='float64'"
+        )
+
+
+def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
+    """Return values as an array of a struct, where they are."""
+    return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
+
+
+def lane_rows(rows: int, count: int, lanes: int, value: float) -> np.ndarray:
+    """Return rows for so many doubles, which hold a value beyond them up to a whole number of a thread's lanes.
+
+    The number is odd: rows a power of 2 long would get into each other's way in a processor's cache.
+    """
+    array = np.empty((rows, (-(-count // lanes) | 1) * lanes))
+    array[:, count:] = value
+    return array

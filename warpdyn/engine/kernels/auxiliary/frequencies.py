@@ -1,0 +1,159 @@
+"""Undamped circular frequencies of shear chains, all of each chain's, to the last digits of the least of them.
+
+The stiffness over the masses is U U^T with the bidiagonal U of u_ii^2 = k_i / m_i and u_i,i+1^2 = k_i+1 / m_i, so that
+no stiffness is ever subtracted from another. The differential quotient-difference algorithm with shifts keeps that
+accuracy (Fernando and Parlett 1994, Accurate singular values and differential qd algorithms, Numerische Mathematik 67,
+191-229); its shifts are Laguerre's lower bounds of the least eigenvalue, which never pass it (von Matt 1997, The
+orthogonal qd-algorithm, SIAM Journal on Scientific Computing 18, 1163-1186).
+"""
+
+import functools
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.device.processor import align_rows, module_options
+from warpdyn.engine.kernels.arguments import lane_rows
+from warpdyn.engine.kernels.kernel_cache import loaded
+
+# Measured: a division waits for the one before it, so that more lanes than registers hold are quicker all the same.
+LANES_OF_CHAINS = 64
+MOST_ITERATIONS = 200  # three or so find an eigenvalue, a few more where several are alike
+# A kernel serves chains of up to 4, 16, 64, ... storeys: a city has chains of ten lengths, and each kernel takes half a
+# second to compile.
+FEWEST_STOREYS, STOREYS_GROW_BY = 4, 4
+
+
+def most_storeys(storeys: int) -> int:
+    """Return the longest chain of the kernel that serves chains of so many storeys."""
+    most = FEWEST_STOREYS
+    while most < storeys:
+        most *= STOREYS_GROW_BY
+    return most
+
+
+@functools.cache
+def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
+    """Return the kernel for chains of at most so many storeys, so many chains a thread."""
+    LANES = lanes
+    double = wp.float64
+    matrix = wp.types.matrix(shape=(most, LANES), dtype=double)
+    row = wp.types.vector(length=LANES, dtype=double)
+    # What may be left between two eigenvalues, of their size; where nothing is left of one, it still must divide; and a
+    # shift this close to its bound is safe from rounding.
+    left = wp.constant(double(np.finfo(float).eps ** 2 / 16))
+    least = wp.constant(double(1e-30))
+    rounding = wp.constant(double(8 * np.finfo(float).eps))
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
+    def find_frequencies(
+        storeys: int,
+        mass: wp.array2d(dtype=double),  # [storey, structure]; as many structures as threads have lanes
+        stiffness: wp.array2d(dtype=double),
+        frequency: wp.array2d(dtype=double),  # [mode, structure]
+    ):
+        align_rows()
+        first = wp.tid() * LANES
+        q = matrix()  # squares of U's diagonal, and of what stands above it
+        e = matrix()
+        shifted = row()  # taken from all eigenvalues so far
+        goes_on = row()
+        u = row()
+        w = row()
+        s1 = row()
+        s2 = row()
+        d = row()
+        shift = row()
+        floor = row()
+        one, two, zero = double(1.0), double(2.0), double(0.0)
+        short = one - rounding * double(storeys)
+        for i in range(storeys):
+            for j in range(LANES):
+                inverse = one / mass[i, first + j]
+                q[i, j] = stiffness[i, first + j] * inverse
+                if i < storeys - 1:
+                    e[i, j] = stiffness[i + 1, first + j] * inverse
+        last = storeys - 1
+        iteration = int(0)
+        while last > 0:
+            going = double(0.0)
+            for j in range(LANES):
+                size = shifted[j] + q[last, j]
+                rest = e[last - 1, j]
+                goes_on[j] = wp.where(rest * (rest + q[last, j]) > left * size * size, one, zero)
+                going += goes_on[j]
+            iteration += 1
+            if going == zero or iteration == MOST_ITERATIONS:
+                for j in range(LANES):
+                    q[last, j] = wp.where(goes_on[j] > zero, double(wp.nan), shifted[j] + q[last, j])
+                last -= 1
+                iteration = int(0)
+            else:
+                # Sums of the inverse eigenvalues and of their squares, as derivatives of the determinant's pivots.
+                for j in range(LANES):
+                    u[j] = one
+                    w[j] = zero
+                    d[j] = one / q[last, j]
+                    s1[j] = d[j]
+                    s2[j] = d[j] * d[j]
+                for back in range(last):
+                    i = last - 1 - back
+                    for j in range(LANES):
+                        ratio = e[i, j] * d[j]
+                        w[j] = ratio * (w[j] + two * u[j] * u[j] * d[j])
+                        u[j] = one + ratio * u[j]
+                        d[j] = one / q[i, j]
+                        term = u[j] * d[j]
+                        s1[j] += term
+                        s2[j] += term * term + w[j] * d[j]
+                n = double(last + 1)
+                for j in range(LANES):
+                    spread = wp.max((n - one) * (n * s2[j] - s1[j] * s1[j]), zero)
+                    shift[j] = short * n / (s1[j] + wp.sqrt(spread))
+                    floor[j] = least * (shifted[j] + shift[j])
+                    d[j] = wp.max(q[0, j] - shift[j], floor[j])
+                    # Each lane stops its own iteration, so that the result of a chain does not depend on the others.
+                    shifted[j] += goes_on[j] * shift[j]
+                for i in range(last):
+                    for j in range(LANES):
+                        new = d[j] + e[i, j]
+                        ratio = q[i + 1, j] / new
+                        d[j] = wp.max(d[j] * ratio - shift[j], floor[j])
+                        e[i, j] = wp.where(goes_on[j] > zero, e[i, j] * ratio, e[i, j])
+                        q[i, j] = wp.where(goes_on[j] > zero, new, q[i, j])
+                for j in range(LANES):
+                    q[last, j] = wp.where(goes_on[j] > zero, d[j], q[last, j])
+        for j in range(LANES):
+            q[0, j] += shifted[j]
+        # What was found first is the least, but for eigenvalues that had nothing to do with the others from the start.
+        for sorted in range(storeys - 1):
+            for i in range(storeys - 1 - sorted):
+                for j in range(LANES):
+                    lower = wp.min(q[i, j], q[i + 1, j])
+                    q[i, j] = wp.max(q[i, j], q[i + 1, j])
+                    q[i + 1, j] = lower
+        for i in range(storeys):
+            for j in range(LANES):
+                frequency[i, first + j] = wp.sqrt(q[storeys - 1 - i, j])
+
+    return find_frequencies
+
+
+def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Return the natural circular frequencies of many shear chains.
+
+    Args:
+        mass: Floor masses [kg], above 0, shape [structure, storey].
+        stiffness: Storey stiffness [N/m], above 0, shape [structure, storey].
+
+    Returns:
+        Circular frequencies [rad/s], ascending, shape [structure, mode], structures next to each other in memory.
+    """
+    structures, storeys = mass.shape
+    arrays = [lane_rows(storeys, structures, LANES_OF_CHAINS, 1.0) for _ in range(3)]
+    for array, values in zip(arrays, (mass, stiffness), strict=False):
+        array[:, :structures] = values.T
+    inputs = [wp.array(array, copy=False, device="cpu") for array in arrays]
+    kernel, threads = frequencies_kernel(most_storeys(storeys), LANES_OF_CHAINS), -(-structures // LANES_OF_CHAINS)
+    wp.launch(loaded(kernel), dim=threads, inputs=[storeys, *inputs], device="cpu")
+    return arrays[2][:, :structures].T

@@ -1,0 +1,143 @@
+"""Where an oscillator's displacement is largest between two samples of a record, to rounding.
+
+The interval is searched in pieces too short to hold more than two instants of rest: with one the velocity changes sign;
+with two the acceleration does, at an instant known in closed form. Each is found by Newton's method within a bracket,
+until the displacement has 1e-16 of its largest value to gain. No piece is searched that cannot pass that value.
+"""
+
+from math import factorial
+
+import warp as wp
+
+from warpdyn.engine.methods.oscillator_increments import HIGHEST_POWER
+
+double = wp.float64
+_coefficients = wp.types.vector(length=HIGHEST_POWER + 3, dtype=double)
+SERIES = wp.constant(_coefficients(*(1 / factorial(n) for n in range(HIGHEST_POWER + 3))))
+LAST = wp.constant(HIGHEST_POWER + 2)
+TERMS = wp.constant(HIGHEST_POWER + 1)
+
+# A piece is a step within LARGEST_NORM: far less than half a period, so that its acceleration has one zero at most, and
+# exp(zeta omega t) is at most exp(1/6) = 1.18; an eighth of that, rounded up, is the factor of the bound by curvature.
+BEND = wp.constant(double(0.15))
+NEGLIGIBLE = wp.constant(double(1e-16))  # share of the peak that a displacement may still gain
+MOST_TRIALS = wp.constant(60)  # halving a bracket this often leaves nothing of it
+
+
+@wp.func
+def opposite(x: double, y: double):
+    """Return whether two numbers have opposite signs."""
+    return (x > double(0.0) and y < double(0.0)) or (x < double(0.0) and y > double(0.0))
+
+
+@wp.func
+def angle_to_zero(x: double, rate: double, decay: double, damped: double):
+    """Return the angle, from 0 to pi, after which exp(-decay t) (x cos + (rate + decay x) / damped sin) is zero."""
+    towards = wp.where(x < double(0.0), double(1.0), double(-1.0))
+    return wp.atan2(wp.abs(x) * damped, towards * (rate + decay * x))
+
+
+@wp.func
+def moved(u: double, v: double, a: double, slope: double, t: double, stiffness: double, damping: double):
+    """Return displacement and velocity a time t later, within a piece, as oscillators.py does for the host."""
+    w = stiffness * t * t
+    d = damping * t
+    g1 = double(0.0)
+    g2 = double(0.0)
+    for n in range(TERMS):
+        total = SERIES[LAST - n] - w * g2 - d * g1
+        g2 = g1
+        g1 = total
+    g0 = double(1.0) - d * g1 - w * g2
+    later_u = u + (t * g0 * v - w * g1 * u - t * t * (g1 * a + g2 * slope * t))
+    later_v = v - (stiffness * t * g0 * u + (w * g1 + d * g0) * v + t * (g0 * a + g1 * slope * t))
+    return later_u, later_v
+
+
+@wp.func
+def at_rest(
+    u: double,
+    v: double,
+    a: double,
+    slope: double,
+    begin: double,
+    end: double,
+    v_begin: double,
+    v_end: double,
+    peak: double,
+    stiffness: double,
+    damping: double,
+):
+    """Return the displacement where the velocity, of opposite signs at the times begin and end, is zero."""
+    low = begin
+    high = end
+    t = begin + (end - begin) * v_begin / (v_begin - v_end)
+    here = double(0.0)
+    trial = int(0)
+    while trial < MOST_TRIALS:
+        here, speed = moved(u, v, a, slope, t, stiffness, damping)
+        ahead = double(1.0)
+        if opposite(speed, v_begin):
+            high = t
+            ahead = double(-1.0)
+        else:
+            low = t
+        change = speed / (a + slope * t + damping * speed + stiffness * here)
+        # Newton's step is trusted if it goes towards the zero and not past the bracket's other end.
+        if ahead * change >= double(0.0) and ahead * change < high - low:
+            if wp.abs(speed * change) <= NEGLIGIBLE * peak:
+                break
+            t += change
+        else:
+            if speed == double(0.0):
+                break
+            t = double(0.5) * (low + high)
+        trial += 1
+    return here
+
+
+@wp.func
+def searched(
+    peak: double,
+    start_u: double,
+    start_v: double,
+    start: double,
+    slope: double,
+    t: double,
+    pieces: int,
+    stiffness: double,
+    damping: double,
+    decay: double,
+    damped: double,
+):
+    """Return the largest displacement so far once an interval is searched, in pieces of length t."""
+    u = start_u
+    v = start_v
+    largest = peak
+    for k in range(pieces):
+        a = start + slope * (double(k) * t)
+        a_end = a + slope * t
+        u_end, v_end = moved(u, v, a, slope, t, stiffness, damping)
+        end = wp.max(wp.abs(u), wp.abs(u_end))
+        largest = wp.max(largest, end)
+        bend = BEND * t * t
+        if end + bend * wp.max(wp.abs(a), wp.abs(a_end)) > (double(1.0) - bend * stiffness) * largest:
+            middle = t
+            v_middle = v_end
+            if not opposite(v, v_end):
+                rate = -(a + damping * v + stiffness * u)
+                rate_end = -(a_end + damping * v_end + stiffness * u_end)
+                if opposite(rate, rate_end):
+                    jerk = -(slope + damping * rate + stiffness * v)
+                    middle = wp.min(t, angle_to_zero(rate, jerk, decay, damped) / damped)
+                    _u, v_turn = moved(u, v, a, slope, middle, stiffness, damping)
+                    v_middle = v_turn
+            if opposite(v, v_middle):
+                rest = at_rest(u, v, a, slope, double(0.0), middle, v, v_middle, largest, stiffness, damping)
+                largest = wp.max(largest, wp.abs(rest))
+            if opposite(v_middle, v_end):
+                rest = at_rest(u, v, a, slope, middle, t, v_middle, v_end, largest, stiffness, damping)
+                largest = wp.max(largest, wp.abs(rest))
+        u = u_end
+        v = v_end
+    return largest

@@ -1,0 +1,113 @@
+"""Random numbers of structures by their indices: uniform ones, and normal ones with the correlation asked for."""
+
+import functools
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.device.processor import align_rows, module_options
+from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
+from warpdyn.engine.kernels.build import CPU_LANES
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.foundations.core.random_numbers import Purpose, key_of
+
+
+@functools.cache
+def uniforms_kernel(lanes: int) -> wp.Kernel:
+    """Return the kernel that draws uniform numbers of so many structures a thread."""
+    LANES = lanes
+    row = wp.types.vector(length=LANES, dtype=wp.float64)
+    Numbers = wp.types.vector(length=LANES, dtype=wp.uint64)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
+    def draw_uniforms(
+        key: wp.uint64,
+        purpose: int,
+        number: wp.array(dtype=wp.uint64),  # index of each structure
+        values: wp.array2d(dtype=wp.float64),  # [variable, structure]
+    ):
+        align_rows()
+        first = wp.tid() * LANES
+        numbers = Numbers()
+        ones = row()
+        others = row()
+        for j in range(LANES):
+            numbers[j] = number[first + j]
+        variables = values.shape[0]
+        for pair in range((variables + 1) // 2):
+            for j in range(LANES):
+                drawn = uniform_pair(key, numbers[j], purpose, wp.uint32(pair))
+                ones[j] = drawn[0]
+                others[j] = drawn[1]
+            for j in range(LANES):
+                values[2 * pair, first + j] = ones[j]
+            if 2 * pair + 1 < variables:
+                for j in range(LANES):
+                    values[2 * pair + 1, first + j] = others[j]
+
+    return draw_uniforms
+
+
+@functools.cache
+def normals_kernel(lanes: int) -> wp.Kernel:
+    """Return the kernel that makes uniform numbers normal and correlates them, of so many structures a thread."""
+    LANES = lanes
+    row = wp.types.vector(length=LANES, dtype=wp.float64)
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
+    def make_normals(
+        factor: wp.array2d(dtype=wp.float64),  # of the correlation matrix, lower triangle
+        values: wp.array2d(dtype=wp.float64),  # [variable, structure]
+    ):
+        align_rows()
+        first = wp.tid() * LANES
+        normal = row()
+        total = row()
+        variables = values.shape[0]
+        for variable in range(variables):
+            for j in range(LANES):
+                normal[j] = values[variable, first + j]
+            for j in range(LANES):
+                normal[j] = normal_of(normal[j])
+            for j in range(LANES):
+                values[variable, first + j] = normal[j]
+        # Each variable takes of those before it, so that the last can be replaced first.
+        for back in range(variables):
+            variable = variables - 1 - back
+            for j in range(LANES):
+                total[j] = wp.float64(0.0)
+            for k in range(variable + 1):
+                share = factor[variable, k]
+                if share != wp.float64(0.0):
+                    for j in range(LANES):
+                        total[j] += share * values[k, first + j]
+            for j in range(LANES):
+                values[variable, first + j] = total[j]
+
+    return make_normals
+
+
+def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
+    """Draw the uniform numbers of some structures, those that `warpdyn.foundations.core.random_numbers` looks up.
+
+    Args:
+        values: Where they go, shape [variable, structure], from `lane_rows`.
+        seed: Seed of the run.
+        numbers: Indices of the structures in the run, shape [structure].
+    """
+    padded = np.zeros(values.shape[1], np.uint64)
+    padded[: numbers.size] = numbers
+    number, into = (wp.array(array, copy=False, device="cpu") for array in (padded, values))
+    arguments = [key_of(seed), int(Purpose.STRUCTURE), number, into]
+    wp.launch(loaded(uniforms_kernel(CPU_LANES)), dim=into.shape[1] // CPU_LANES, inputs=arguments, device="cpu")
+
+
+def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
+    """Turn uniform numbers into correlated standard normal ones, by the inverse of their distribution.
+
+    Args:
+        values: Independent numbers in (0, 1), replaced by normal ones, shape [variable, structure], from `lane_rows`.
+        factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
+    """
+    arrays = [wp.array(array, dtype=wp.float64, copy=False, device="cpu") for array in (factor, values)]
+    wp.launch(loaded(normals_kernel(CPU_LANES)), dim=values.shape[1] // CPU_LANES, inputs=arrays, device="cpu")

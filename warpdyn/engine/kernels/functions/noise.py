@@ -1,0 +1,121 @@
+"""Base motion that is random by itself: generated interval by interval and never stored.
+
+The process is that of `warpdyn.model.ground_motions.filtered_noise`.
+
+The function here takes and returns the rows of all of a thread's lanes: copying them costs little once an interval, and
+its loops over lanes hold nothing else, so that a processor runs them side by side.
+"""
+
+import functools
+from types import SimpleNamespace
+
+import warp as wp
+
+from warpdyn.engine.device.random_numbers import normal_pair
+from warpdyn.engine.kernels.loads import LOADS
+from warpdyn.engine.kernels.plan import DTYPES, Plan, row_types, structs
+from warpdyn.foundations.core.random_numbers import Purpose
+
+
+@functools.cache
+def noise_of(plan: Plan) -> SimpleNamespace:
+    """Return what a plan's kernel needs for its random motions.
+
+    Returns:
+        `Processes` and `Numbers`, the types that hold the lanes' processes, [state, lane], and the samples' indices;
+        and `over_interval`, the function that follows the motions over an interval.
+    """
+    dtype, types, LANES = DTYPES[plan.dtype], structs(plan.dtype), plan.lanes
+    STATES = max(1, LOADS[plan.load].noise_states)
+    PAIRS, IS_WHITE = (STATES + 1) // 2, STATES == 1
+    row, row64, indices = row_types(plan)
+    Processes = wp.types.matrix(shape=(STATES, LANES), dtype=wp.float64)
+    Numbers = wp.types.vector(length=LANES, dtype=wp.uint64)
+    # Where the parts of the process stand in `loads.noise`.
+    GROWTH, KICK, START = 0, STATES * STATES, 2 * STATES * STATES
+    OUTPUT, ENVELOPE = 3 * STATES * STATES, 3 * STATES * STATES + STATES
+
+    @wp.func
+    def at_node(loads: types.Load, key: wp.uint64, number: Numbers, node: int, before: Processes):
+        """Return the processes at a node, from those at the node before."""
+        after = Processes()
+        first = row64()
+        second = row64()
+        for i in range(STATES):
+            for k in range(STATES):
+                left = loads.noise[GROWTH + i * STATES + k]
+                for j in range(LANES):
+                    after[i, j] += left * before[k, j]
+        kick = KICK
+        if node == 0:
+            kick = START
+        # Rolled: side by side, the pairs would take a GPU's registers.
+        pairs = int(PAIRS)
+        for pair in range(pairs):
+            for j in range(LANES):
+                drawn = normal_pair(key, number[j], Purpose.GROUND_MOTION, wp.uint32(node * PAIRS + pair))
+                first[j] = drawn[0]
+                second[j] = drawn[1]
+            for i in range(STATES):
+                added = loads.noise[kick + i * STATES + 2 * pair]
+                for j in range(LANES):
+                    after[i, j] += added * first[j]
+                if not IS_WHITE:
+                    added = loads.noise[kick + i * STATES + 2 * pair + 1]
+                    for j in range(LANES):
+                        after[i, j] += added * second[j]
+        return after
+
+    @wp.func
+    def acceleration(loads: types.Load, node: int, processes: Processes):
+        """Return the motions at a node [m/s2]."""
+        total = row64()
+        for k in range(STATES):
+            share = loads.noise[OUTPUT + k] * loads.noise[ENVELOPE + node]
+            for j in range(LANES):
+                total[j] += share * processes[k, j]
+        return total
+
+    @wp.func
+    def over_interval(
+        loads: types.Load,
+        key: wp.uint64,
+        number: Numbers,
+        interval: int,
+        run: indices,
+        scale: row,
+        processes: Processes,
+    ):
+        """Return what `loads.sampled` does for every lane, and the processes at the interval's end.
+
+        Args:
+            loads: The load.
+            key: Key of the seed.
+            number: Each sample's index in the run.
+            interval: The interval.
+            run: Intervals of each sample's run.
+            scale: Factor on each motion.
+            processes: The processes at the interval's start, as the last interval returned them.
+        """
+        begin = row()
+        change = row()
+        here = processes
+        last = loads.intervals[0]
+        if interval == 0:
+            here = at_node(loads, key, number, 0, Processes())
+        if interval <= last:
+            seen = acceleration(loads, interval, here)
+            for j in range(LANES):
+                begin[j] = dtype(seen[j]) * scale[j]
+                # A run that ends with its motion sees the last value at its end; one that goes on sees none.
+                if interval == last and run[j] != last:
+                    begin[j] = dtype(0.0)
+        after = here
+        if interval < last:
+            after = at_node(loads, key, number, interval + 1, here)
+            seen = acceleration(loads, interval + 1, after)
+            for j in range(LANES):
+                change[j] = dtype(seen[j]) * scale[j] - begin[j]
+        return begin, change, after
+
+    return SimpleNamespace(Processes=Processes, Numbers=Numbers, over_interval=over_interval)

@@ -1,0 +1,160 @@
+"""Histories of forces on the floors."""
+
+from warpdyn.engine.kernels.loads import LOADS, sampled
+
+FIELDS = {
+    # All histories end to end [time x floor], where each starts, and the intervals between its samples.
+    "Load": {"values": "float[]", "first": "int32[]", "intervals": "int32[]"},
+}
+
+
+def wanted(plan):
+    load = LOADS[plan.load]
+    return load.is_history and not load.is_base
+
+
+def declare():
+    f0 = matrix()  # the force at the interval's start, and its change over it
+    df = matrix()
+    one_force = row()  # on one degree of freedom
+    one_change = row()
+    force_end = matrix()  # at the end of this step, once the state there is looked for
+    # A history that ends with a force other than zero drops to zero at its last sample. What is recorded at that
+    # instant has both: the last force (of full matrices and modes: the acceleration by it), and no force.
+    final_force = matrix()
+    final_index = indices()  # -1 where nothing follows the history
+    final_felt = row()  # the acceleration by the last force, of the modes seen so far
+
+
+def read_sample():
+    intervals_of_history = loads.intervals[motion[j]]
+    final_index[j] = int(-1)
+    if intervals_of_history < live_intervals[j]:
+        final_index[j] = intervals_of_history * substeps
+
+
+def read_storey():
+    at_final = (loads.first[motion[j]] + loads.intervals[motion[j]]) * STOREYS + g
+    final_force[i, j] = loads.values[at_final] * scale[j]
+
+
+def read_entry():
+    at_final = (loads.first[motion[j]] + loads.intervals[motion[j]]) * N + k
+    final_force[i, j] += structures.flexibility_of_mass[i, k] * loads.values[at_final] * scale[j] / of_mass
+
+
+def start():
+    if PROPAGATED:
+        for k in range(N):
+            for j in range(LANES):
+                one_force[j] = loads.values[(loads.first[motion[j]] + loads.intervals[motion[j]]) * N + k] * scale[j]
+            for i in range(N):  # mode i
+                for j in range(LANES):
+                    final_force[i, j] += structures.modal_load[k * N + i, pair[j]] * one_force[j]
+
+
+def begin_floor():
+    final_felt[j] = dtype(0.0)
+
+
+def add_mode_to_floor():
+    final_felt[j] += of_mode * final_force[m, j]
+
+
+def before_force_ends():
+    before_end = ai
+    is_final = index == final_index[j]
+    if ADAPTIVITY:
+        is_final = is_final and done[j] == dtype(0.0)
+    if is_final:
+        if PROPAGATED:
+            before_end += final_felt[j]
+        elif DENSE:
+            before_end += final_force[i, j]
+        else:
+            before_end += final_force[i, j] * inverse_mass[i, j]
+
+
+def settle_lane():
+    if STOREY_LAWS:
+        for i in range(N):
+            slot("number_storey")
+            if not HAS_PADS or g < STOREYS:
+                begin, change = sampled(loads, motion[j], interval, live_intervals[j], STOREYS, g, scale[j])
+                f0[i, j] = begin
+                df[i, j] = change
+
+
+def in_interval():
+    if IMPLICIT_CHAIN:
+        # Where a history ends other than in zero, the acceleration jumps with it.
+        for i in range(N):
+            for j in range(LANES):
+                a[i, j] += (f0[i, j] - force_end[i, j]) * inverse_mass[i, j]
+    if DENSE:
+        for i in range(N):
+            for j in range(LANES):
+                f0[i, j] = dtype(0.0)
+                df[i, j] = dtype(0.0)
+                for k in range(N):
+                    share = structures.flexibility_of_mass[i, k] / structures.mass_factor[structure[j]]
+                    begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, k, scale[j])
+                    f0[i, j] += share * begin
+                    df[i, j] += share * change
+    if PROPAGATED:
+        for i in range(N):  # mode i
+            for j in range(LANES):
+                f0[i, j] = dtype(0.0)
+                df[i, j] = dtype(0.0)
+        for k in range(N):
+            for j in range(LANES):
+                begin, change = sampled(loads, motion[j], interval, live_intervals[j], N, k, scale[j])
+                one_force[j] = begin
+                one_change[j] = change
+            for i in range(N):
+                for j in range(LANES):
+                    share = structures.modal_load[k * N + i, pair[j]]
+                    f0[i, j] += share * one_force[j]
+                    df[i, j] += share * one_change[j]
+
+
+def begin_step():
+    if PROPAGATED:
+        for k in range(N):
+            for j in range(LANES):
+                load_start[k, j] = f0[k, j] + dtype(substep) * inverse_substeps * df[k, j]
+                load_end[k, j] = f0[k, j] + dtype(substep + 1) * inverse_substeps * df[k, j]
+                rise[k, j] = inverse_substeps * df[k, j]
+
+
+def begin_search_of_storey():
+    force_end[i, j] = f0[i, j] + position_end * df[i, j]
+
+
+def add_load():
+    if IMPLICIT_CHAIN:
+        force = f0[i, j] + position * df[i, j]
+        net += force + load_reach * (force_end[i, j] - force)
+    else:
+        slot("position_of_stage")
+        force = f0[i, j] + at * df[i, j]
+        net += force
+
+
+def add_supply():
+    power_in[j] += force * vi
+    if TRAPEZOIDAL and not LAGS:
+        # A history that ends with a force other than zero had it until the end of the last step. (Velocities that are
+        # half a step behind have not felt it there.)
+        if stage == 0 and index == final_index[j]:
+            energy_in[j] += dtype(0.5) * h_last[j] * final_force[i, j] * vi
+
+
+def add_supply_of_entry():
+    slot("position_of_stage")
+    power_in[j] += momentum_of_entry * (f0[k, j] + at * df[k, j])
+
+
+def add_supply_at_state():
+    # A history may end one step with one value and start the next with another.
+    energy_in[j] += dtype(0.5) * (h_last[j] * force_end[i, j] + h[j] * force) * vi

@@ -1,0 +1,41 @@
+"""Random motions of the base, generated interval by interval and never stored."""
+
+from warpdyn.engine.kernels.loads import LOADS
+
+order = -1
+
+FIELDS = {
+    "Control": {"key": "uint64"},  # of the seed
+    "Samples": {"number": "uint64[]"},  # the sample's index in the run
+    # Growth, kick and start of the process, row by row, its output, and the envelope at nodes.
+    "Load": {"noise": "float64[]"},
+}
+
+
+def wanted(plan):
+    return LOADS[plan.load].noise_states > 0
+
+
+def values_held(plan):
+    return LOADS[plan.load].noise_states * (2 if plan.dtype == "float32" else 1)  # in float64
+
+
+def names(plan):
+    from warpdyn.engine.kernels.functions.noise import noise_of
+
+    noise = noise_of(plan)
+    return {"Processes": noise.Processes, "Numbers": noise.Numbers, "noise_over_interval": noise.over_interval}
+
+
+def start():
+    processes = Processes()
+    number = Numbers()
+    for j in range(LANES):
+        number[j] = samples.number[samples.order[sample[j]]]
+
+
+def begin_interval():
+    a0, da, processes = noise_over_interval(loads, control.key, number, interval, live_intervals, scale, processes)
+    if EXPLICIT_CHAIN:
+        for j in range(LANES):
+            da[j] = da[j] * inverse_substeps

@@ -1,0 +1,33 @@
+"""The variables that a run can record: each recorder, and the variables that it fills.
+
+Demands are evaluated at every step, not between steps; forces and accelerations are those of the equation of motion.
+"""
+
+from __future__ import annotations
+
+from warpdyn.engine.kernels.recorders.history import HISTORY as HISTORY
+from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
+from warpdyn.engine.kernels.registry import recorders
+from warpdyn.foundations.core.output_variables import Variable
+
+# Family -> recorder -> the kernel's outputs, named as the dataset names them.
+RECORDERS = recorders()
+# What `parts/collapse.py` fills; that module imports Warp, which a scene that is only made does not need.
+COLLAPSE = {
+    "time_of_collapse": Variable(
+        (), "s", "time at which a storey drift passed its capacity, or end of a run in which it falls", is_demand=False
+    ),
+    "storey_of_collapse": Variable(
+        (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
+    ),
+}
+# The recorder of the final state, from which the next event of a sequence starts; it is not in the dataset.
+STATE = "state"
+
+
+def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool) -> dict[str, Variable]:
+    """Return the variables that some recorders fill, by name, with those of collapses and of an adaptive method."""
+    variables = {
+        name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
+    }
+    return variables | (COLLAPSE if collapses else {}) | (ADAPTIVE if is_adaptive else {})

@@ -1,0 +1,299 @@
+"""Collapse: a storey whose drift passes its capacity ends the sample, whose demands are those up to there.
+
+The instant is that of the first storey to pass, each on the line between its drifts at the ends of the step (of an
+adaptive method: of the part of a step that was taken).
+
+The state stands still from then on, as that of a lane does whose run is over, and a thread ends with the last of its
+samples. The capacity is the building's drift ratio or the storey's own drift, whichever is passed first.
+
+A storey that moves by more than half its capacity in the step in which it passes it has not told that it collapses: the
+status is unstable_step, and the sample is run again at shorter steps. What grows by an instability of the method swings
+to the other side from step to step, so that it moves by more than its capacity where it passes it, however slowly it
+grows; and what grows to one side by a factor of more than 2 moves by more than half of it. A storey that collapses in
+fact does so at 10 m/s or more (0.1 m in a step of 5 ms).
+"""
+
+from typing import Any
+
+import warp as wp
+
+order = 10
+FIELDS = {
+    "Control": {"collapse_drift_ratio": "float"},
+    "Structure": {"inverse_drift_capacity": "float[,]"},
+    "Output": {"time_of_collapse": "float[]", "storey_of_collapse": "int32[]"},
+}
+
+
+@wp.func
+def share_beyond(before: Any, after: Any, inverse_capacity: Any):
+    """Return the share of a step in which a drift is beyond its capacity, on a line; 0 if it does not pass it."""
+    share = type(after)(0.0)
+    one = type(after)(1.0)
+    outward = wp.sign(after)
+    reached = outward * after * inverse_capacity
+    if reached > one:
+        share = wp.min((reached - one) / (reached - outward * before * inverse_capacity), one)
+    return share
+
+
+def wanted(plan):
+    return plan.collapses
+
+
+def names(plan):
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    # Capacities are of a storey's own drift or of its drift ratio, which reach the kernel as one.
+    half = wp.constant(DTYPES[plan.dtype](0.5))
+    return {"HAS_CAPACITY": plan.has_drift_capacity, "longest_move": half}
+
+
+def values_held(plan):
+    return (3 if plan.kind == "exact" else 2) * plan.dofs + 6
+
+
+def declare():
+    inverse_capacity = matrix()  # 0 where there is none
+    earlier_drift = matrix()  # at the start of the step
+    if PROPAGATED:
+        present_drift = matrix()
+    over = row()  # the largest drift over its capacity
+    peak_while_standing = matrix()
+    collapse_time = row()  # below 0 while the building stands
+    collapse_storey = row()
+    past_share = row()  # of the last step, the share that lies behind the collapse
+    move = row()  # of the storeys that passed their capacities: the largest move in that step, over the capacity
+    farthest_ratio = row()  # and the largest drift ratio
+    stands = row()  # 1, and 0 for a lane that has collapsed and whose last state before that was seen
+    last_interval = indices()  # in which anything is seen
+
+
+def start():
+    for j in range(LANES):
+        collapse_time[j] = dtype(-1.0)
+        stands[j] = dtype(1.0)
+        last_interval[j] = live_intervals[j]
+    for i in range(N):
+        for j in range(LANES):
+            slot("number_storey")
+            if not HAS_PADS or g < STOREYS:
+                inverse_capacity[i, j] = inverse_height[i, j] / control.collapse_drift_ratio
+                if HAS_CAPACITY:
+                    own = structures.inverse_drift_capacity[g, samples.structure[samples.order[sample[j]]]]
+                    inverse_capacity[i, j] = larger(inverse_capacity[i, j], own)
+    if not PROPAGATED:
+        for j in range(LANES):
+            slot("find_first_to_pass")
+            slot("compare_sections")
+            if past_share[j] > dtype(0.0):
+                collapse_time[j] = dtype(0.0)
+                last_interval[j] = int(0)
+                if EXPLICIT_CHAIN and HOLDS_STEP:
+                    intervals = int(0)
+            move[j] = dtype(0.0)  # it has moved there in no step
+            farthest_ratio[j] = dtype(0.0)
+
+
+def begin_interval():
+    if not (EXPLICIT_CHAIN and HOLDS_STEP):
+        standing = int(0)
+        for j in range(LANES):
+            if interval <= last_interval[j]:
+                standing = 1
+
+
+def stop_lane():
+    if not (EXPLICIT_CHAIN and HOLDS_STEP):  # where a sample alone in its thread leaves it
+        if collapse_time[j] >= dtype(0.0):
+            h[j] = dtype(0.0)
+
+
+def settle_lane():
+    if PROPAGATED:
+        if collapse_time[j] >= dtype(0.0):
+            live[j] = dtype(0.0)
+
+
+def see_drift():
+    if PROPAGATED:
+        present_drift[i, j] = drift
+        over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
+    else:
+        drift_seen = drift
+        if IMPLICIT_CHAIN:
+            drift_seen = drift_before
+        earlier_drift[i, j] = drift_seen
+        if DRIFT:
+            if EXPLICIT_CHAIN and HOLDS_STEP:
+                # It stands as long as it is in the loop, and is looked at once more after it.
+                peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen))
+            else:
+                peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
+
+
+def see_state():
+    if PROPAGATED:
+        for j in range(LANES):
+            if collapse_time[j] >= dtype(0.0):
+                stands[j] = dtype(0.0)
+            elif over[j] > dtype(1.0):
+                slot("find_first_to_pass")
+                collapse_time[j] = dtype(0.0)
+                if index > 0:
+                    collapse_time[j] = (dtype(index) - past_share[j]) * step[j]
+                    slot("see_drifts_at_collapse")
+                    stands[j] = dtype(0.0)
+                live[j] = dtype(0.0)
+                last_interval[j] = interval
+            over[j] = dtype(0.0)
+        for i in range(N):
+            for j in range(LANES):
+                earlier_drift[i, j] = present_drift[i, j]
+                if DRIFT:
+                    peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(present_drift[i, j]) * stands[j])
+
+
+def end_part():
+    if ADAPTIVITY:
+        slot("watch_drifts")
+
+
+def end_step():
+    if not PROPAGATED and not ADAPTIVITY:
+        slot("watch_drifts")
+
+
+def watch_drifts():
+    for j in range(LANES):
+        over[j] = dtype(0.0)
+        if not (EXPLICIT_CHAIN and HOLDS_STEP):
+            if collapse_time[j] >= dtype(0.0):
+                stands[j] = dtype(0.0)
+    for i in range(N):
+        for j in range(LANES):
+            slot("accepted_drift")
+            over[j] = larger(over[j], wp.abs(drift) * inverse_capacity[i, j])
+    if EXPLICIT_CHAIN and HOLDS_STEP:
+        for j in range(LANES):
+            if over[j] > dtype(1.0):
+                stands[j] = dtype(0.0)  # it leaves the loop, after which the rest is found
+    else:
+        slot("watch_lanes")
+
+
+def end_steps():
+    for j in range(LANES):
+        if stands[j] == dtype(0.0):
+            slot("find_first_to_pass")
+            slot("collapse_here")
+    if DRIFT:
+        for i in range(N):
+            for j in range(LANES):
+                peak_while_standing[i, j] = peak_drift[i, j]
+
+
+def see_last():
+    # Other parts see the end of the step in which it collapses; peaks end at the collapse.
+    if DRIFT:
+        for j in range(LANES):
+            if stands[j] == dtype(0.0):
+                for i in range(N):
+                    peak_drift[i, j] = peak_while_standing[i, j]
+
+
+def watch_lanes():
+    if SECTIONS:  # whose threads compare what they found
+        for j in range(LANES):
+            if over[j] * stands[j] > dtype(1.0):
+                slot("find_first_to_pass")
+            slot("compare_sections")
+            if past_share[j] * stands[j] > dtype(0.0):
+                slot("collapse_here")
+    else:
+        # In nearly all steps no lane collapses. To ask whether any does takes a few vector instructions on a processor,
+        # where to ask each takes a branch.
+        some_pass = int(0)
+        for j in range(LANES):
+            some_pass = some_pass | wp.where(over[j] * stands[j] > dtype(1.0), 1, 0)
+        if some_pass > 0:
+            for j in range(LANES):
+                if over[j] * stands[j] > dtype(1.0):
+                    slot("find_first_to_pass")
+                    slot("collapse_here")
+
+
+def collapse_here():
+    slot("see_drifts_at_collapse")
+    collapse_time[j] = dtype(index + 1) * step[j] - past_share[j] * h[j]
+    if ADAPTIVITY:
+        collapse_time[j] = (dtype(index) + done[j]) * step[j] - past_share[j] * h[j]
+        whole_step[j] = dtype(0.0)
+        part[j] = dtype(0.0)
+    stands[j] = dtype(0.0)
+    last_interval[j] = interval + 1  # whose first step sees this state
+    h[j] = dtype(0.0)
+
+
+def find_first_to_pass():
+    collapse_storey[j] = dtype(-1.0)
+    for i in range(N):
+        slot("number_storey")
+        if PROPAGATED:
+            drift = present_drift[i, j]
+        else:
+            slot("accepted_drift")
+        share = share_beyond(earlier_drift[i, j], drift, inverse_capacity[i, j])
+        if share > dtype(0.0):
+            change = wp.abs(drift - earlier_drift[i, j]) * inverse_capacity[i, j]
+            move[j] = wp.max(move[j], change)
+            farthest_ratio[j] = wp.max(farthest_ratio[j], wp.abs(drift) * inverse_height[i, j])
+        if share > past_share[j]:
+            past_share[j] = share
+            collapse_storey[j] = dtype(g + 1)
+
+
+def compare_sections():
+    if SECTIONS:
+        first_to_pass = across(past_share[j], THREADS)
+        if past_share[j] < first_to_pass:
+            collapse_storey[j] = dtype(-1.0)
+        past_share[j] = first_to_pass
+
+
+def see_drifts_at_collapse():
+    if DRIFT:
+        for i in range(N):
+            if PROPAGATED:
+                drift = present_drift[i, j]
+            else:
+                slot("accepted_drift")
+            at_collapse = wp.abs(drift - past_share[j] * (drift - earlier_drift[i, j]))
+            peak_drift[i, j] = wp.max(peak_drift[i, j], at_collapse)
+
+
+def after_finish():
+    if SECTIONS:
+        collapse_storey[j] = across(collapse_storey[j], THREADS)
+        move[j] = across(move[j], THREADS)
+        farthest_ratio[j] = across(farthest_ratio[j], THREADS)
+
+
+def judge_demand():
+    if collapse_time[j] >= dtype(0.0):
+        status = collapsed
+        if not PROPAGATED:  # what is linear and exact cannot blow up
+            if move[j] > longest_move:
+                status = unstable_step
+            if farthest_ratio[j] > blown_up:
+                status = diverged
+
+
+def write():
+    if collapse_time[j] >= dtype(0.0):
+        output.time_of_collapse[o] = collapse_time[j]
+    if status == collapsed:
+        output.storey_of_collapse[o] = int(collapse_storey[j])
+        if RESIDUAL:  # nothing comes to rest
+            for unsettled in range(STOREYS):
+                output.residual_drift_ratio[unsettled, o] = wp.sqrt(dtype(-1.0))

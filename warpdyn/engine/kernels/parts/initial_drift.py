@@ -1,0 +1,39 @@
+"""A start from displaced storeys that yield: what their laws remember of a slow pull from rest to the initial drift."""
+
+from warpdyn.engine.laws.springs import spring_row
+
+# Increments of the pull of a law whose memory has a rate; one takes any other law there.
+INCREMENTS = 1000
+
+
+def wanted(plan):
+    return plan.starts_displaced and spring_row(plan.law).memory > 0
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    increments = INCREMENTS if spring_row(plan.law).rate is not None else 1
+    return {"INCREMENTS": increments, "one_increment": wp.constant(DTYPES[plan.dtype](1.0 / increments))}
+
+
+def read_storey():
+    initial_drift = loads.initial_displacement[g]
+    if g > 0:
+        initial_drift -= loads.initial_displacement[g - 1]
+    slot("storey_coefficients")
+    memory = memory_vector()
+    for increment in range(INCREMENTS):
+        pulled_to = dtype(increment + 1) * one_increment * initial_drift
+        memory = advance(pulled_to, one_increment * initial_drift, memory, c)
+    for m in range(M):
+        z[i * M + m, j] = memory[m]
+        if TAKES_MEMORY:
+            zs[i * M + m, j] = memory[m]
+
+
+def remember():
+    for m in range(M):
+        memory[m] = z[i * M + m, j]

@@ -1,0 +1,48 @@
+"""Laws whose memory is mapped from step to step: it follows the drift once a step, and stages start from it."""
+
+from warpdyn.engine.kernels.parts import straight_branches
+from warpdyn.engine.laws.springs import spring_row
+
+
+def wanted(plan):
+    if plan.family != "chain" or plan.kind != "explicit":
+        return False
+    law = spring_row(plan.law)
+    has_memory = law.return_mapping is not None or law.force_at_accepted_state is not None
+    return has_memory and not straight_branches.wanted(plan)
+
+
+def restore():
+    if MAPS_IN_STAGE:
+        if stage == STAGES - 1:
+            reached = mapped_memory(drift, memory, c)
+            f = held_of(drift, reached, c)
+            for m in range(M):
+                z[i * M + m, j] = reached[m]
+        elif stage == 0:
+            f = held_of(drift, memory, c)
+        else:
+            f = force_of(drift, memory, c)
+    elif HOLDS_FORCE:
+        f = held_of(drift, memory, c)
+        if stage > 0:
+            f = force_of(drift, memory, c)
+    else:
+        f = force_of(drift, memory, c)
+
+
+def end_step():
+    if IS_MAPPING and not ADAPTIVITY and not MAPS_IN_STAGE:
+        for i in range(N):
+            for j in range(LANES):
+                slot("accepted_drift")
+                if HAS_PADS:
+                    if lowest + i >= STOREYS:
+                        drift = dtype(0.0)
+                slot("storey_coefficients")
+                slot("accepted_memory")
+                memory = mapped_memory(drift, memory, c)
+                for m in range(M):
+                    z[i * M + m, j] = memory[m]
+                    if TAKES_MEMORY:
+                        zs[i * M + m, j] = memory[m]

@@ -1,0 +1,119 @@
+"""Chains of many storeys, of which the threads of a GPU's warp share each sample: a thread carries a section.
+
+The floor below a section is another thread's, and so is the storey above. Sections end with storeys of no mass that
+stay undeformed where the number of storeys is no multiple of that of the sections.
+"""
+
+from warpdyn.engine.device.processor import across_warp
+
+order = -10
+
+
+def wanted(plan):
+    return plan.sections > 1
+
+
+def names(plan):
+    from warpdyn.engine.device.processor import NEIGHBOURS
+
+    below, above_of, across, together = NEIGHBOURS[plan.dtype]
+    functions = {"below": below, "above_of": above_of, "across": across, "together": together}
+    return {"THREADS": plan.sections, **functions}
+
+
+def place():
+    section = block % THREADS
+    block = block // THREADS
+    lowest = section * N
+
+
+def declare():
+    foot_u = row()  # displacement and velocity of the floor below the section, and the force from above it
+    foot_v = row()
+    roof = row()
+
+
+def number_storey():
+    g = lowest + i
+
+
+def fill_pad():
+    if HAS_PADS:
+        if g >= STOREYS:
+            for q in range(C):  # a law without coefficients may divide by zero
+                coefficients[i * C + q, j] = structures.coefficients[(STOREYS - 1) * C + q, s]
+
+
+def exchange_states():
+    intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
+    for j in range(LANES):
+        foot_u[j] = below(u[N - 1, j], section, THREADS)
+
+
+def begin_stage():
+    # The force of the storey above is worked out there before the walk, and again when it comes to it.
+    for j in range(LANES):
+        top_u = us[N - 1, j]
+        top_v = vs[N - 1, j]
+        drift = us[0, j]
+        rate = vs[0, j]
+        zi = z[0, j]
+        if TAKES_MEMORY:
+            zi = zs[0, j]
+        if stage == 0:
+            top_u = u[N - 1, j]
+            top_v = v[N - 1, j]
+            drift = u[0, j]
+            rate = v[0, j]
+            zi = z[0, j]
+        foot_u[j] = below(top_u, section, THREADS)
+        foot_v[j] = below(top_v, section, THREADS)
+        drift -= foot_u[j]
+        rate -= foot_v[j]
+        if HAS_PADS:
+            if lowest >= STOREYS:
+                drift = dtype(0.0)
+                rate = dtype(0.0)
+        c = coefficient_vector()
+        for q in range(C):
+            c[q] = coefficients[q, j]
+        memory = memory_vector(zi)
+        for m in range(1, M):
+            memory[m] = z[m, j]
+            if TAKES_MEMORY:
+                if stage > 0:
+                    memory[m] = zs[m, j]
+        if not STRAIGHT_BRANCHES:
+            f = force_of(drift, memory, c)
+        slot("restore_foot")
+        slot("add_to_force", i=0)
+        slot("add_to_foot")
+        roof[j] = above_of(f, section, THREADS)
+
+
+def begin_walk():
+    above[j] = roof[j]
+
+
+def leave_pad():
+    if HAS_PADS:
+        if lowest + i >= STOREYS:
+            drift = dtype(0.0)
+            rate = dtype(0.0)
+
+
+def end_step():
+    if IS_MAPPING or RESIDUAL or COLLAPSE:
+        for j in range(LANES):
+            foot_u[j] = below(u[N - 1, j], section, THREADS)
+
+
+def finish():
+    if HAS_FINISH_DRIFT:
+        foot_u[j] = below(u[N - 1, j], section, THREADS)
+    if P_DELTA:
+        foot_v[j] = below(v[N - 1, j], section, THREADS)
+
+
+def after_finish():
+    total = together(total, THREADS)

@@ -1,0 +1,87 @@
+"""The storeys of a chain, and the law that each follows: its drift, its coefficients, its memory."""
+
+order = -90
+
+FIELDS = {
+    "Structure": {
+        "mass": "float[,]",  # [storey, structure], as those below
+        "inverse_mass": "float[,]",
+        "inverse_height": "float[,]",
+        "coefficients": "float[,]",  # of the storey law, [storey x coefficient, structure]
+    },
+    "Load": {"initial_displacement": "float[]", "initial_velocity": "float[]"},
+}
+
+
+def wanted(plan):
+    return plan.family == "chain" and plan.kind != "exact"
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.kernels.plan import DTYPES
+    from warpdyn.engine.laws.springs import spring_row
+
+    dtype, lanes, law = DTYPES[plan.dtype], plan.lanes, spring_row(plan.law)
+    storeys, memory, coefficients = plan.storeys_of_thread, law.memory, law.coefficients
+    functions = {
+        "force_of": law.force,
+        "held_of": law.force_at_accepted_state or law.force,
+        "recoverable_of": law.elastic_energy,
+        "tangent_of": law.tangent,
+        "mapped_memory": law.return_mapping,
+        "rate_of": law.rate,
+        "advance": law.memory_after,
+    }
+    # A thread without others of its sample has all storeys: its storey i is that of the building.
+    number = {} if plan.sections > 1 else {"g": "i"}
+    return {
+        **number,
+        "C": coefficients,
+        "M": memory,
+        "IS_MAPPING": law.return_mapping is not None,
+        "IS_RATE": law.rate is not None,
+        "HAS_MEMORY": law.memory_after is not None,
+        "HOLDS_FORCE": law.force_at_accepted_state is not None,
+        "HAS_PADS": storeys * plan.sections > plan.dofs,
+        "table": wp.types.matrix(shape=(storeys * coefficients, lanes), dtype=dtype),
+        # Of all storeys, one after another; a law without memory has no use for the single row.
+        "memories": wp.types.matrix(shape=(max(1, storeys * memory), lanes), dtype=dtype),
+        "coefficient_vector": wp.types.vector(length=coefficients, dtype=dtype),
+        "memory_vector": wp.types.vector(length=max(1, memory), dtype=dtype),
+        **{name: function for name, function in functions.items() if function is not None},
+    }
+
+
+def accepted_drift():
+    """The drift of storey i in the accepted state; `foot_u` is the displacement of the floor below a section."""
+    drift = u[i, j]
+    if i > 0:
+        drift -= u[i - 1, j]
+    elif SECTIONS:
+        drift -= foot_u[j]
+
+
+def storey_coefficients():
+    c = coefficient_vector()
+    for q in range(C):
+        c[q] = coefficients[i * C + q, j]
+
+
+def accepted_memory():
+    memory = memory_vector(z[i * M, j])
+    for m in range(1, M):
+        memory[m] = z[i * M + m, j]
+
+
+def reached_drift():
+    """The same, kept for every lane; with `u=us` that of a stage's state."""
+    reached_drift[j] = u[i, j]
+    if i > 0:
+        reached_drift[j] -= u[i - 1, j]
+    elif SECTIONS:
+        reached_drift[j] -= foot_u[j]
+    if HAS_PADS:
+        if lowest + i >= STOREYS:
+            reached_drift[j] = dtype(0.0)

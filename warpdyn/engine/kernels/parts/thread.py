@@ -1,0 +1,85 @@
+"""The samples that a thread carries side by side: one on a GPU, the width of a vector register on a processor."""
+
+order = -100
+
+FIELDS = {
+    "Control": {"samples": "int32", "substeps": "int32"},  # steps in one interval of the motion
+    "Samples": {
+        "order": "int32[]",  # the samples in the order of their launch
+        "structure": "int32[]",
+        "motion": "int32[]",
+        "scale": "float[]",
+        "step": "float[]",  # integration step; an adaptive method's longest
+        "run_intervals": "int32[]",  # intervals of the motion and of the free vibration after it
+    },
+    "Output": {"status": "int8[]"},
+}
+
+
+def wanted(plan):
+    return True
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.device.processor import LARGER
+    from warpdyn.engine.kernels.plan import DTYPES, row_types, structs
+    from warpdyn.foundations.core.output_variables import (
+        COLLAPSED,
+        DIVERGED,
+        LARGEST_DRIFT_RATIO,
+        NOT_CONVERGED,
+        OK,
+        UNSTABLE_STEP,
+    )
+
+    dtype, lanes = DTYPES[plan.dtype], plan.lanes
+    row, row64, indices = row_types(plan)
+    codes = {"ok": OK, "collapsed": COLLAPSED, "diverged": DIVERGED, "unstable_step": UNSTABLE_STEP}
+    codes |= {"not_converged": NOT_CONVERGED}
+    return {
+        "dtype": dtype,
+        **vars(structs(plan.dtype)),
+        "LANES": lanes,
+        "STOREYS": plan.dofs,
+        "N": plan.storeys_of_thread,  # of a thread
+        "IS_CHAIN": plan.family == "chain",
+        "UNDIVIDED": plan.undivided,
+        "row": row,
+        "row64": row64,
+        "indices": indices,
+        "matrix": wp.types.matrix(shape=(plan.storeys_of_thread, lanes), dtype=dtype),
+        "larger": LARGER[plan.dtype],
+        "blown_up": wp.constant(dtype(LARGEST_DRIFT_RATIO)),
+        **{name: wp.int8(code) for name, code in codes.items()},
+    }
+
+
+def declare():
+    substeps = int(1) if UNDIVIDED else control.substeps
+    sample = indices()
+    motion = indices()
+    live_intervals = indices()  # of the motion and of what follows it
+    scale = row()
+    step = row()
+    intervals = int(0)
+
+
+def read_lane():
+    # Lanes past the last sample repeat it: they write the same values again.
+    sample[j] = wp.min(block * LANES + j, control.samples - 1)
+    o = samples.order[sample[j]]
+    s = samples.structure[o]
+    motion[j] = samples.motion[o]
+    live_intervals[j] = samples.run_intervals[o]
+    intervals = wp.max(intervals, live_intervals[j])
+    scale[j] = samples.scale[o]
+    step[j] = samples.step[o]
+
+
+def position_of_stage():
+    # A stage's time, from the start of the interval and over its length.
+    at = (dtype(substep) + node[stage]) * inverse_substeps
+    if ADAPTIVITY:
+        at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps

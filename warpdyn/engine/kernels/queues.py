@@ -1,0 +1,351 @@
+"""Where kernels run: a processor's threads or a GPU's streams, each behind the same few calls."""
+
+import threading
+import time
+from collections.abc import Callable, Collection, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from functools import partial
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, wrapped
+from warpdyn.engine.kernels.build import load_kernel
+from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
+from warpdyn.engine.kernels.plan import Plan, structs
+from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
+from warpdyn.foundations.core import checks
+from warpdyn.foundations.core.interruption import stop_if_asked
+from warpdyn.foundations.core.thread_pool import as_finished
+
+# A launch cannot be stopped: Ctrl-C waits so long for it [s]. A piece has at most so many times the steps of the last.
+SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
+# Steps of storeys of a row in the first piece, half a second of the slowest laws.
+FIRST_PIECE = 3e4
+WAIT_FOR_GPU = 2e-4  # seconds between looks at a GPU and for signals
+# Blocks under way on a GPU at a time: while one is waited for, the others keep it busy. Samples of one number of steps
+# in an interval are a launch of their own; the launches of a block run side by side on so many streams.
+BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
+
+
+def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
+    """Return the devices asked for: one or several names, "cuda" for every GPU, None for the first or else the CPU.
+
+    Raises:
+        ValueError: If there is no such device, one is named twice, or the CPU is named beside a GPU; the message lists
+            those there are.
+    """
+    initialise()
+    gpus = [f"cuda:{i}" for i in range(wp.get_cuda_device_count())]
+    if device is None:
+        return (gpus[0] if gpus else "cpu",)
+    given = [device] if isinstance(device, str) else device
+    if not isinstance(given, Sequence):
+        raise TypeError(f"device must be a name or several, got {device!r}")
+    names = tuple(gpus) if list(given) == ["cuda"] and gpus else tuple(given)
+    for name in names:
+        if name not in ("cpu", *gpus):
+            raise ValueError(f"no device {name!r} here; available: {', '.join(['cpu', *gpus])}")
+    if not names or len(set(names)) < len(names) or ("cpu" in names and len(names) > 1):
+        raise ValueError(f"device must be one device, or several GPUs named once each, got {device!r}")
+    return names
+
+
+def device_names(devices: Sequence[str]) -> str:
+    """Return the devices and their makers' names, as the dataset tells them."""
+    return ", ".join(f"{device} ({wp.get_device(device).name})" for device in devices)
+
+
+def free_memory(device: str) -> int:
+    """Return the memory that is free on a device [bytes]."""
+    if device != "cpu":
+        return wp.get_device(device).free_memory
+    return checks.free_memory()
+
+
+def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
+    """Return the time that is within any of some spans of time, which may overlap [s]."""
+    covered, reached = 0.0, -np.inf
+    for start, end in sorted(spans):
+        covered += max(0.0, end - max(start, reached))
+        reached = max(reached, end)
+    return covered
+
+
+class CpuQueue:
+    """The processor: arrays are used where they are, and a launch returns when it is done."""
+
+    device = "cpu"
+
+    def __init__(self, threads: int) -> None:
+        self.threads = threads
+        self.spans: list[tuple[float, float]] = []
+        self._pace: dict[Plan, float] = {}  # steps of rows of lanes that a thread takes in a piece's time
+
+    def begin(self) -> None:
+        """Begin with another run."""
+        self.spans.clear()
+
+    def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return a struct of `structs` with these arrays, each as the type its field has."""
+        struct = getattr(structs(dtype), kind)
+        instance = struct()
+        for name, values in arrays.items():
+            setattr(instance, name, wrapped(struct, name, as_field(struct, name, values)))
+        return instance
+
+    def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return outputs that say nothing yet, to be written into these arrays, sample first."""
+        struct = structs(dtype).Output
+        instance = struct()
+        for name, values in into.items():
+            values.fill(blank_value(struct, name))
+            setattr(instance, name, wrapped(struct, name, values.T))
+        return instance
+
+    def launch(
+        self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+    ) -> None:
+        """Launch kernels, in slices over the threads, and wait.
+
+        A slice is launched in pieces of some tenths of a second, between which Ctrl-C acts; a single row of lanes is
+        not divided.
+
+        Args:
+            launches: What to launch.
+            arguments: The kernels' arguments after the samples.
+            advance: Called with the number of samples done since its last call.
+        """
+        # Before the threads, which would each compile them.
+        kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
+        lanes = launches[0].plan.lanes
+
+        stopping = threading.Event()
+
+        def run(launch: Launch, first: int, last: int) -> int:
+            plan = launch.plan
+            costs = np.cumsum(launch.steps_of_rows(plan.lanes, first, last))
+            done = 0
+            while done < costs.size and not stopping.is_set():
+                # As many rows as take a piece's time, after what the last pieces took.
+                before = costs[done - 1] if done else 0.0
+                until = max(
+                    done + 1,
+                    int(np.searchsorted(costs, before + self._pace.get(plan, FIRST_PIECE / plan.dofs), "right")),
+                )
+                inputs = [first + done, launch.control, launch.samples, *arguments]
+                began = time.perf_counter()
+                wp.launch(kernels[plan], dim=until - done, inputs=inputs, device=self.device)
+                seconds = max(time.perf_counter() - began, SECONDS_OF_A_PIECE / MOST_GROWTH)
+                self._pace[plan] = (costs[until - 1] - before) * SECONDS_OF_A_PIECE / seconds
+                done = until
+            return min(last * plan.lanes, launch.order.size) - first * plan.lanes
+
+        started = time.perf_counter()
+        pool = ThreadPoolExecutor(self.threads)
+        try:
+            tasks = [pool.submit(run, *part) for part in slices(launches, lanes, self.threads)]
+            for done in as_finished(tasks):
+                advance(done.result())
+        finally:
+            stopping.set()
+            pool.shutdown(cancel_futures=True)
+            self.spans.append((started, time.perf_counter()))
+
+    def start_reading(
+        self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
+    ) -> None:
+        """Begin to bring outputs back: they are back."""
+
+    def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
+        """Wait for the outputs: they were written into these rows."""
+
+    def read(self, array: Any) -> np.ndarray:
+        """Return one of a struct's arrays."""
+        return array.numpy()
+
+
+class CudaQueue:
+    """A place on a GPU where one block of samples at a time is under way, on streams of its own.
+
+    Its memory is kept from one block to the next: to free memory, the device would wait for all that is queued on it.
+
+    Args:
+        device: The GPU.
+        origin: Event that was recorded on it before, from which time is counted.
+    """
+
+    def __init__(self, device: str, origin: wp.Event) -> None:
+        self.device, self.origin = device, origin
+        self.streams = [wp.Stream(device) for _ in range(STREAMS_OF_A_BLOCK)]
+        self.stream = self.streams[0]  # of all but some launches
+        self.spans: list[tuple[float, float]] = []
+        self._held: dict[tuple[str, str, Any], wp.array] = {}  # by place and type: samples run again have another
+        self._sent: dict[str, wp.Event] = {}  # after which a struct's arrays on the host may be written again
+        self._kept_alive: list[object] = []
+        self._timed: list[tuple[wp.Event, wp.Event]] = []
+        self._arriving: dict[str, np.ndarray] = {}
+        self._arrived: wp.Event | None = None
+        self.staying: dict[str, Any] = {}  # outputs that are left on the device, sample first
+        self._held_until: Callable[[], wp.Event] | None = None
+        self._advance: Callable[[], object] = lambda: None
+
+    def begin(self) -> None:
+        """Begin with another run: nothing of the last one, which may have been stopped, is waited for or told."""
+        self.spans.clear()
+        self.staying, self._held_until = {}, None
+
+    def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return a struct of `structs` with these arrays copied to the device, each as the type its field has.
+
+        They are sent from page-locked memory: a GPU fetches from other memory at a tenth of the speed, and the calling
+        thread waits for it.
+        """
+        struct = getattr(structs(dtype), kind)
+        instance = struct()
+        if kind in self._sent:
+            self._wait(self._sent[kind])
+        try:
+            for name, values in arrays.items():
+                field = struct.vars[name].type.dtype
+                check_held(name, values, wp.dtype_to_numpy(field))
+                here = self._array((f"{kind} to be sent", name), values.shape, field, pinned=True)
+                np.copyto(here.numpy(), values, casting="unsafe")
+                there = self._array((kind, name), values.shape, field)
+                wp.copy(there, here, stream=self.stream)
+                setattr(instance, name, there)
+        finally:  # also what was sent before an error is read until then
+            self._sent[kind] = self.stream.record_event()
+        return instance
+
+    def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
+        """Return outputs that say nothing yet, of the shapes of these arrays but sample last."""
+        struct = structs(dtype).Output
+        instance = struct()
+        with wp.ScopedStream(self.stream):
+            for name, values in into.items():
+                array = self._array(("Output", name), values.T.shape, struct.vars[name].type.dtype)
+                array.fill_(blank_value(struct, name))
+                setattr(instance, name, array)
+        return instance
+
+    def launch(
+        self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+    ) -> None:
+        """Queue launches of kernels side by side; what is queued afterwards waits for them."""
+        kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
+        ready = self.stream.record_event()
+        for stream in self.streams[1:]:
+            stream.wait_event(ready)
+        for stream, launch in zip(cycle(self.streams), launches):
+            start = stream.record_event(wp.Event(self.device, enable_timing=True))
+            inputs = [0, launch.control, launch.samples, *arguments]
+            # Whole thread blocks, since threads that share a sample exchange values by warps; the rest repeat the last.
+            plan = launch.plan
+            threads = -(-launch.order.size // plan.lanes) * plan.sections
+            dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
+            wp.launch(kernels[plan], dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)
+            self._timed.append((start, stream.record_event(wp.Event(self.device, enable_timing=True))))
+        for _, end in self._timed:
+            self.stream.wait_event(end)
+        self._kept_alive += [launches, arguments]
+        self._advance = partial(advance, sum(launch.order.size for launch in launches))
+
+    def start_reading(
+        self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
+    ) -> None:
+        """Queue the outputs' way back: samples come first before they leave the device.
+
+        Args:
+            output: The outputs.
+            shapes: Their shapes, sample first.
+            arriving: Names of the outputs that are copied back; the device then keeps all of them in `staying`. None
+                where all are copied back, and none is kept.
+        """
+        self._arriving, self.staying = {}, {}
+        held_until, self._held_until = self._held_until, None
+        if arriving is not None and held_until is not None:
+            self.stream.wait_event(held_until())
+        with wp.ScopedStream(self.stream):
+            for name, shape in shapes.items():
+                array = getattr(output, name)
+                if len(shape) > 1 or arriving is not None:
+                    turned = self._array(("turned", name), shape, array.dtype)
+                    wp.copy(turned, array.transpose((1, 0)) if len(shape) > 1 else array)
+                    array = turned
+                if arriving is not None:
+                    self.staying[name] = array
+                if arriving is None or name in arriving:
+                    here = self._array(("here", name), shape, array.dtype, pinned=True)
+                    wp.copy(here, array, stream=self.stream)
+                    self._arriving[name] = here.numpy()
+            self._arrived = self.stream.record_event()
+
+    def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
+        """Wait for the outputs that were asked for last and copy them into these rows; `each` is a map over them."""
+        self._wait(self._arrived)
+        list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
+        self._settle()
+        self._advance()
+
+    def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
+        """Copy rows over outputs that have stayed on the device, and wait."""
+        for name, array in staying.items():
+            array.assign(rows[name])
+        wp.synchronize_device(self.device)
+
+    def hold_until(self, released: Callable[[], wp.Event]) -> None:
+        """Leave the outputs that stay on the device in place until an event, which is known when it is asked for."""
+        self._held_until = released
+
+    def read(self, array: Any) -> np.ndarray:
+        """Wait for all that is queued and return one of a struct's arrays."""
+        self._wait(self.stream.record_event())
+        self._settle()
+        return array.numpy()
+
+    def _wait(self, event: wp.Event) -> None:
+        """Wait for an event; Ctrl-C acts meanwhile."""
+        while not event.is_complete:
+            stop_if_asked()
+            time.sleep(WAIT_FOR_GPU)
+
+    def _settle(self) -> None:
+        """Record the times of finished launches, and release the memory that they needed."""
+        self._kept_alive.clear()
+        while self._timed:
+            start, end = self._timed.pop()
+            self.spans.append(
+                tuple(1e-3 * wp.get_event_elapsed_time(self.origin, event, synchronize=False) for event in (start, end))
+            )
+
+    def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
+        """Return an array in the memory held for a place, which grows if it is too small."""
+        size = int(np.prod(shape))
+        held = self._held.get((*place, dtype))
+        if held is None or held.size < size:
+            with wp.ScopedStream(self.stream):
+                held = wp.empty(size, dtype=dtype, device="cpu" if pinned else self.device, pinned=pinned)
+            self._held[*place, dtype] = held
+        return held[:size].reshape(shape)
+
+
+Queue = CpuQueue | CudaQueue
+
+
+def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
+    """Return the places where blocks can be under way side by side, in the order in which they are to be used."""
+    if devices[0] == "cpu":
+        return [CpuQueue(threads) for _ in devices]
+    origins = {device: wp.get_stream(device).record_event(wp.Event(device, enable_timing=True)) for device in devices}
+    return [CudaQueue(device, origins[device]) for _ in range(BLOCKS_ON_A_GPU) for device in devices]
+
+
+def seconds_in_kernels(queues: Sequence[Queue]) -> float:
+    """Return the time that kernels ran, of the device where they ran longest [s]."""
+    spans: dict[str, list[tuple[float, float]]] = {}
+    for queue in queues:
+        spans.setdefault(queue.device, []).extend(queue.spans)
+    return max(seconds_covered(each) for each in spans.values())

@@ -1,0 +1,59 @@
+"""The largest displacement of every degree of freedom, and when it was reached."""
+
+from warpdyn.foundations.core.output_variables import Variable
+
+order = 0
+VARIABLES = {
+    "dense": {
+        "peak_displacement": Variable(("dof",), "m", "peak absolute displacement relative to the base"),
+        "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement", is_demand=False),
+    },
+}
+
+
+def wanted(plan):
+    return "displacement" in plan.recorders
+
+
+def values_held(plan):
+    return 2 * plan.dofs
+
+
+def declare():
+    peak_displacement = matrix()
+    time_of_peak = matrix()
+
+
+def start_row():
+    peak_displacement[i, j] = wp.abs(u[i, j])
+
+
+def see_drift():
+    size = wp.abs(drift)
+    if size > peak_displacement[i, j]:
+        peak_displacement[i, j] = size
+        time_of_peak[i, j] = dtype(index) * step[j]
+
+
+def end_attempt():
+    for i in range(N):
+        for j in range(LANES):
+            size = wp.abs(u[i, j])
+            if size > peak_displacement[i, j]:
+                peak_displacement[i, j] = size
+                time_of_peak[i, j] = dtype(index + 1) * step[j]
+                if ADAPTIVITY:
+                    time_of_peak[i, j] = (dtype(index) + done[j]) * step[j]
+
+
+def restart_recorders():
+    for i in range(N):
+        peak_displacement[i, j] = dtype(0.0)
+        if DENSE:  # where the state at a step's end is seen
+            peak_displacement[i, j] = wp.abs(u[i, j])
+        time_of_peak[i, j] = dtype(index) * step[j]
+
+
+def finish_storey():
+    output.peak_displacement[i, o] = peak_displacement[i, j]
+    output.time_of_peak_displacement[i, o] = time_of_peak[i, j]

@@ -1,0 +1,42 @@
+"""Whole histories: the state and the storeys' forces at every step, or at every so many."""
+
+from warpdyn.foundations.core.output_variables import Variable
+
+order = 60
+HISTORY = {  # named as the kernels' History has them
+    "displacement": Variable(("dof",), "m", "displacement relative to the base"),
+    "velocity": Variable(("dof",), "m s-1", "velocity relative to the base"),
+    "acceleration": Variable(("dof",), "m s-2", "absolute acceleration"),
+    "storey_force": Variable(("storey",), "N", "storey restoring force"),
+}
+FIELDS = {
+    "Control": {"every": "int32"},  # steps between the states that a history keeps
+    "History": {name: "float[,,]" for name in HISTORY},  # [history, time, dof]
+}
+
+
+def wanted(plan):
+    return "history" in plan.recorders
+
+
+def names(plan):
+    from warpdyn.engine.kernels.functions.recording import keep_force, keep_state
+
+    return {"keep_force": keep_force, "keep_state": keep_state}
+
+
+def declare():
+    every = control.every
+
+
+def see_forces():
+    if HAS_BEFORE_FORCE_ENDS and (not ADAPTIVITY or attempt == 0):
+        slot("before_force_ends")
+        floor = position[j] if PROPAGATED else u[i, j]
+        keep_state(history, samples.order[sample[j]], index, every, i, floor, vi, before_end)
+        if IS_CHAIN:
+            keep_force(history, samples.order[sample[j]], index, every, i, restoring)
+    elif not ADAPTIVITY or attempt == 0:
+        keep_state(history, samples.order[sample[j]], index, every, i, position[j] if PROPAGATED else u[i, j], vi, ai)
+        if IS_CHAIN:
+            keep_force(history, samples.order[sample[j]], index, every, i, restoring)

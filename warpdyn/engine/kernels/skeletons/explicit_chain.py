@@ -1,0 +1,226 @@
+"""The skeleton for shear chains under explicit methods: a whole history in registers.
+
+The walk runs from the top storey down, so that the force from above is at hand, and updates the state in place; loops
+over lanes stay innermost and rolled on a processor, where LLVM turns them into vector instructions.
+"""
+
+from __future__ import annotations
+
+from warpdyn.engine.device.processor import align_rows, see_neighbours
+from warpdyn.engine.kernels.plan import Plan, tableau
+from warpdyn.engine.laws.springs import spring_row
+
+
+def names(plan: Plan) -> dict[str, object]:
+    """Return the constants, types and functions that the skeleton's text names."""
+    method, law = tableau(plan), spring_row(plan.law)
+    is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
+    # A walk that is a loop has the storey on the ground after it, or every storey would be asked what is below it. A
+    # law of straight branches has so much text for each storey that it is not worth its compiling.
+    ends_on_ground = plan.lanes > 1 and 1 < plan.max_unroll < plan.dofs and law.leaves_line is None
+    return {
+        "STAGES": method.stages,
+        "weight": method.weight,
+        "node": method.node,
+        "ONCE": True,
+        "KEEPS_SLOPES": method.keeps_slopes,
+        # A law's memory stands in the stage's state where it has a rate, or where a step is tried before it is taken.
+        "TAKES_MEMORY": law.rate is not None or (is_mapping and is_adaptive),
+        # The last stage of a method that ends there sees a velocity that is not the motion's: its energies are sums by
+        # the trapezoidal rule over accepted states, which close as its displacements do. The same holds for velocities
+        # that are half a step behind the displacements.
+        "TRAPEZOIDAL": (method.ends_in_stage and not is_adaptive) or method.halfway,
+        "LAGS": method.halfway,
+        # A last stage that stands where the step ends follows the law there once and for all.
+        "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
+        # Nothing is above the top storey, which costs nothing to say where the loop over storeys is unrolled.
+        "BEGINS_AT_TOP": plan.sections == 1 and plan.dofs <= plan.max_unroll,
+        "ENDS_ON_GROUND": ends_on_ground,
+        "IN_LOOP": plan.storeys_of_thread - ends_on_ground,  # storeys that the walk has in its loop
+        # On a processor each storey hands the state below it on to the next one, which would load it again.
+        "HANDS_DOWN": plan.lanes > 1,
+        # A sample alone in its thread, of which no forces are seen, needs no look at the forces of its last state.
+        "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",
+    }
+
+
+def visit_storey():
+    """A stage's visit to storey i."""
+    slot("before_storey")
+    for j in range(LANES):
+        slot("state_of_stage")
+        rate = vi
+        if i > 0:
+            slot("state_below")
+        elif SECTIONS:
+            drift -= foot_u[j]
+            rate -= foot_v[j]
+        slot("leave_pad")
+        slot("storey_coefficients")
+        slot("memory_of_stage")
+        if not HAS_RESTORE:
+            f = force_of(drift, memory, c)
+        slot("restore")
+        restoring = f
+        slot("add_to_force")
+        if HAS_ADD_TO_DASHPOT:
+            if not STOREY:
+                dashpot = dtype(0.0)
+            slot("add_to_dashpot")
+            f += dashpot
+        # What acts on the floor: absolute acceleration times its mass, but for base motion.
+        # A sign costs nothing, but Warp writes -f as a subtraction from zero.
+        net = dtype(-1.0) * f if BEGINS_AT_TOP and i == N - 1 else above[j] - f
+        slot("add_to_net")
+        slot("add_load")
+        ai = net * inverse_mass[i, j]
+        slot("add_to_acceleration")
+        if stage == 0:
+            slot("see_drift")
+            slot("see_forces")
+        slot("add_base")
+        slot("add_powers")
+        above[j] = f
+        slot("end_storey")
+    slot("after_storey")
+
+
+def integrate_chain(
+    first: int, control: Control, samples: Samples, structures: Structure, loads: Load, output: Output, history: History
+):
+    align_rows()
+    block = first + wp.tid()
+    slot("place")
+    inverse_mass = matrix()
+    mass = matrix()
+    inverse_height = matrix()
+    coefficients = table()
+    u = matrix()  # accepted state: displacement, velocity, memory of the law
+    v = matrix()
+    z = memories()
+    us = matrix()  # this stage's state
+    vs = matrix()
+    zs = memories()
+    un = matrix()  # slopes summed up stage by stage, then the next accepted state
+    vn = matrix()
+    zn = memories()
+    h = row()  # the step, 0 for a lane that is done
+    above = row()  # the force from above
+    slot("declare")
+    for j in range(LANES):
+        slot("read_lane")
+        slot("read_sample")
+        for i in range(N):
+            slot("number_storey")
+            if not HAS_PADS or g < STOREYS:
+                inverse_mass[i, j] = structures.inverse_mass[g, s]
+                mass[i, j] = structures.mass[g, s]
+                inverse_height[i, j] = structures.inverse_height[g, s]
+                for q in range(C):
+                    coefficients[i * C + q, j] = structures.coefficients[g * C + q, s]
+                u[i, j] = loads.initial_displacement[g]
+                v[i, j] = loads.initial_velocity[g]
+                slot("read_storey")
+            slot("fill_pad")
+    slot("exchange_states")
+    for i in range(N):
+        for j in range(LANES):
+            slot("start_storey")
+    inverse_substeps = dtype(1.0) / dtype(substeps)
+    slot("start")
+    if HOLDS_STEP:
+        for j in range(LANES):
+            h[j] = step[j]
+    # One interval more than the longest run, but where the step is held: its first stage sees the last state.
+    if HOLDS_STEP:
+        interval_from = int(0)
+    if HOLDS_STEP and COLLAPSE:
+        index = int(0)  # of the step in which it collapses
+    while interval_from < intervals if HOLDS_STEP else ONCE:
+        if HOLDS_STEP:
+            interval_until = intervals
+            slot("begin_phase")
+        for interval in range(interval_from if HOLDS_STEP else 0, interval_until if HOLDS_STEP else intervals + 1):
+            slot("begin_interval")
+            if COLLAPSE and not (SECTIONS or HOLDS_STEP):
+                # Threads that share a sample exchange values with others to the end.
+                if standing == 0:
+                    break
+            for j in range(LANES):
+                # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+                if not HOLDS_STEP:
+                    h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
+                slot("stop_lane")
+                slot("settle_lane")
+            slot("in_interval")
+            for substep in range(substeps):
+                index = interval * substeps + substep
+                slot("begin_step")
+                while pending > 0 if ADAPTIVITY else ONCE:
+                    slot("begin_attempt")
+                    for stage in range(STAGES):
+                        slot("begin_stage")
+                        for j in range(LANES):
+                            if not SECTIONS and not BEGINS_AT_TOP:
+                                above[j] = dtype(0.0)
+                            slot("begin_walk")
+                        for down in range(IN_LOOP):
+                            i = N - 1 - down
+                            slot("visit_storey")
+                        if ENDS_ON_GROUND:
+                            slot("visit_storey", i=0, g=0)
+                        if stage == 0:
+                            slot("see_state")
+                        slot("end_stage")
+                    slot("end_stages")
+                    slot("end_attempt")
+                    slot("end_part")
+                slot("end_step")
+                if HOLDS_STEP and COLLAPSE:
+                    if stands[0] == dtype(0.0):
+                        break
+            if HOLDS_STEP and COLLAPSE:
+                if stands[0] == dtype(0.0):
+                    interval_until = intervals  # and nothing is left to be done
+                    break
+        if HOLDS_STEP:
+            interval_from = interval_until
+    if HOLDS_STEP:
+        slot("end_steps")
+        if HAS_SEE_DRIFT:
+            # Nothing follows the last state that would see it.
+            index = index + 1 if COLLAPSE and stands[0] == dtype(0.0) else intervals * substeps
+            for i in range(N):
+                for j in range(LANES):
+                    slot("accepted_drift")
+                    slot("see_drift")
+            slot("see_state")
+            slot("see_last")
+    for j in range(LANES):
+        o = samples.order[sample[j]]
+        total = dtype(0.0)
+        slot("finish")
+        for i in range(N):
+            slot("number_storey")
+            total += u[i, j] + v[i, j] + z[i * M, j]
+            for m in range(1, M):
+                total += z[i * M + m, j]
+            if not HAS_PADS or g < STOREYS:
+                slot("finish_storey")
+                if HAS_FINISH_DRIFT:
+                    slot("accepted_drift")
+                    slot("storey_coefficients")
+                    slot("accepted_memory")
+                    slot("finish_drift")
+        slot("after_finish")
+        if SECTIONS:
+            see_neighbours()
+        if not SECTIONS or section == 0:
+            status = ok
+            slot("judge_demand")
+            slot("judge_state")
+            if not wp.isfinite(total):  # infinities and NaN never leave a sum
+                status = diverged
+            slot("judge_step")
+            output.status[o] = status
+            slot("write")

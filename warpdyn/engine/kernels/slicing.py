@@ -1,0 +1,49 @@
+"""Launches of a kernel, and their division into slices that threads share."""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from warpdyn.engine.kernels.plan import Plan
+
+SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
+
+
+class Launch(NamedTuple):
+    """One launch of a kernel over some of the samples that were handed to the device.
+
+    Args:
+        plan: The kernel's plan.
+        control: The launch's scalars.
+        samples: Its samples, as the kernels' struct.
+        order: Which they are among those handed over, those of most intervals first, shape [sample].
+        intervals: Intervals of each sample that was handed over, shape [handed over].
+        substeps: Steps in each interval.
+    """
+
+    plan: Plan
+    control: object
+    samples: object
+    order: np.ndarray
+    intervals: np.ndarray
+    substeps: int
+
+    def steps_of_rows(self, lanes: int, first: int = 0, last: int | None = None) -> np.ndarray:
+        """Return the steps of each row of lanes from `first` to before `last`; a row is as long as its first sample."""
+        end = None if last is None else last * lanes
+        return self.intervals[self.order[first * lanes : end : lanes]] * np.float64(self.substeps)
+
+
+def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
+    """Divide launches into slices of rows of lanes that take about as long each; the longest samples' come first."""
+    steps = [launch.steps_of_rows(lanes) for launch in launches]
+    costs = [np.cumsum(each) for each in steps]
+    share = sum(cost[-1] for cost in costs) / (threads * SLICES_PER_THREAD)
+    parts = []
+    for launch, of_rows, cost in zip(launches, steps, costs, strict=True):
+        count = max(1, round(cost[-1] / share))
+        edges = np.searchsorted(cost, np.linspace(0, cost[-1], count + 1)[1:-1])
+        edges = np.unique([0, *(edges + 1), cost.size])
+        parts += [(-of_rows[a], launch, int(a), int(b)) for a, b in pairwise(edges)]
+    return [part[1:] for part in sorted(parts, key=lambda part: part[0])]

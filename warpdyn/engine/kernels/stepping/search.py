@@ -1,0 +1,127 @@
+"""The search for the state at an implicit step's end, where one solution of the system does not find it.
+
+Newton's iteration where storeys yield or dashpots are no line; with modal damping, whose matrix is full, what stands
+beside the chain's diagonals is seen to by iterating too.
+"""
+
+from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.methods.table import METHODS
+
+# The unbalanced force at which the search ends, relative to the largest force of the sample so far or, once it falls no
+# further, to stiffness times displacement, whose rounding limits it: in float32 and in tall buildings the latter.
+TOLERANCE = {"float32": 1e-6, "float64": 1e-12}
+ROUNDINGS = {"float32": 4e-6, "float64": 1e-14}
+
+
+def is_newton(plan):
+    has_tangent = METHODS[plan.method].beta > 0 and spring_row(plan.law).memory_after is not None
+    return has_tangent or plan.viscous_dampers == "power"
+
+
+def wanted(plan):
+    is_implicit = plan.family == "chain" and plan.kind == "implicit"
+    return is_implicit and (is_newton(plan) or plan.damping == "modal")
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    dtype = DTYPES[plan.dtype]
+    return {
+        "tolerance": wp.constant(dtype(TOLERANCE[plan.dtype])),
+        "roundings": wp.constant(dtype(ROUNDINGS[plan.dtype])),
+    }
+
+
+def declare():
+    initial_stiffness = matrix()
+    correction = matrix()
+    unbalanced = row()
+    unbalanced_last = row()
+    force_size = row()  # of the forces of this walk, of stiffness times displacement, and of the forces met so far
+    rounded = row()
+    largest_force = row()
+    slope = row()  # of the residual along the correction: at its start, at its end, and at the next one's start
+    slope_end = row()
+    slope_next = row()
+    mode = indices()  # of a lane's search: 0 done, 1 goes on, 2 goes half a correction back
+    failed = indices()
+
+
+def start_storey():
+    slot("storey_coefficients")
+    initial_stiffness[i, j] = tangent_of(dtype(0.0), dtype(0.0), memory_vector(), memory_vector(), c)
+
+
+def begin_search():
+    mode[j] = wp.where(h[j] > dtype(0.0), 1, 0)
+
+
+def begin_walk():
+    unbalanced_last[j] = unbalanced[j]
+    unbalanced[j] = dtype(0.0)
+    force_size[j] = dtype(0.0)
+    rounded[j] = dtype(0.0)
+    slope_end[j] = dtype(0.0)
+    slope_next[j] = dtype(0.0)
+
+
+def add_to_imbalance():
+    unbalanced[j] += wp.abs(residual)
+    force_size[j] += wp.abs(f) + mass[i, j] * wp.abs(inertia)
+    if SOLVES_DRIFT:
+        part = beta * (theta * h[j]) * (theta * h[j]) * rise[i, j]
+        rounded[j] += initial_stiffness[i, j] * (wp.abs(us[i, j]) + wp.abs(part))
+
+
+def follow_slope():
+    if NEWTON:
+        slope_end[j] += residual * correction[i, j]
+        slope_next[j] += eliminated[i, j] * eliminated[i, j] * inverse_pivot[i, j]
+
+
+def judge_walk():
+    for j in range(LANES):
+        if mode[j] > 0:
+            mode[j] = 1
+            if unbalanced[j] <= tolerance * wp.max(largest_force[j], force_size[j]):
+                mode[j] = 0
+                largest_force[j] = wp.max(largest_force[j], force_size[j])
+            elif walk == 1:
+                # A state that is not finite has nothing to look for.
+                if not wp.isfinite(unbalanced[j]):
+                    mode[j] = 0
+            elif (
+                unbalanced[j] <= roundings * (force_size[j] + rounded[j])
+                and unbalanced[j] > dtype(0.5) * unbalanced_last[j]
+            ):
+                mode[j] = 0
+            elif NEWTON:
+                # A step minimises a convex function, and `slope` is that along the correction: one that
+                # overshoots the bottom, as from one side of a yield point to the other and back,
+                # is halved (Matthies and Strang 1979, IJNME 14).
+                if not (slope_end[j] >= -dtype(0.5) * slope[j]):
+                    mode[j] = 2
+            slope[j] = wp.where(mode[j] == 2, dtype(0.5) * slope[j], slope_next[j])
+        waiting = wp.max(waiting, mode[j])
+
+
+def choose_change():
+    if mode[j] == 1:
+        change = found
+    if NEWTON:
+        if mode[j] == 2:
+            change = -dtype(0.5) * correction[i, j]
+        correction[i, j] = wp.where(mode[j] == 2, -change, change)
+
+
+def end_search():
+    if mode[j] > 0:
+        failed[j] = 1
+
+
+def judge_state():
+    if failed[j] > 0:
+        status = not_converged

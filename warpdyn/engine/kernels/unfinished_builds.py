@@ -1,0 +1,141 @@
+"""Room for what Warp compiles into the kernel cache, and the files that a killed process left there.
+
+Warp compiles into a folder beside the one of the module and renames it; its compiler writes precompiled headers in the
+same way. While a process compiles, it holds a locked note with the name of that folder: a note that nobody holds is of
+a process that was killed. Folders of programs other than warpdyn have no such note, and stay.
+"""
+
+import atexit
+import errno
+import os
+import shutil
+import tempfile
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from warpdyn.foundations.files.disk_errors import FULL, free_space
+from warpdyn.foundations.files.part_files import fcntl
+from warpdyn.foundations.files.removal import LOCK, remove_tree
+
+OF_A_PROCESS = "warpdyn_kernels_"  # beginning of names of temporary folders
+NOTE, HEADERS, UNFINISHED_HEADERS = ".compiling", "precompiled_headers_*", "*.pch.tmp"
+OPENED = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
+# Bytes that a compilation may take: precompiled headers of Warp 1.19 take 4.7 MB, and a kernel with its source 0.1 to
+# 1 MB on a processor. Binaries for a GPU are of the same order.
+ROOM = 2**25
+
+
+def check_room(cache: Path) -> None:
+    """Check that the disk of the kernel cache has room, before the compiler finds it full and ends the process.
+
+    Args:
+        cache: The folder of the cache.
+
+    Raises:
+        OSError: If it has not; the message names the folder, its free space and the remedy.
+    """
+    while not cache.is_dir() and cache.parent != cache:
+        cache = cache.parent
+    try:
+        if shutil.disk_usage(cache).free < ROOM:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        # Quotas and limits of the process count, too, so that the room is also asked for, where the system can do so.
+        if hasattr(os, "posix_fallocate"):
+            with tempfile.TemporaryFile(dir=cache) as file:
+                os.posix_fallocate(file.fileno(), 0, ROOM)
+    except OSError as error:
+        if error.errno not in FULL:
+            return  # a folder that cannot be written, or a system that cannot reserve room
+        raise OSError(
+            errno.ENOSPC,
+            f"cannot compile a kernel: the kernel cache {cache} has too little room ({error.strerror}; "
+            f"{free_space(cache)}, and a kernel takes up to {ROOM / 1e6:.0f} MB). Make room there, or choose another "
+            "folder before Python starts: export WARP_CACHE_PATH=/a/folder/with/room",
+        ) from error
+
+
+@contextmanager
+def noted(folder: Path) -> Iterator[None]:
+    """Hold a note while a module is compiled in this thread, after removing what killed processes left.
+
+    Args:
+        folder: The folder of the module in the kernel cache.
+    """
+    if fcntl is None:
+        yield
+        return
+    with suppress(OSError):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        _sweep(folder.parent)
+    # The name of Warp's folder for this process and thread.
+    note = folder.with_name(f"{folder.name}_p{os.getpid()}_t{threading.get_ident()}{NOTE}")
+    held = None
+    with suppress(OSError):  # without a note, nothing is removed after a kill
+        held = os.open(note, os.O_RDWR | os.O_CREAT | os.O_EXCL | OPENED, 0o644)
+        fcntl.flock(held, fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        if held is not None:
+            note.unlink(missing_ok=True)
+            os.close(held)
+
+
+def folder_of_this_process() -> Path:
+    """Return a new temporary folder, which is removed at the end of this process, or of a later one if it is killed."""
+    if fcntl is not None:
+        for left in Path(tempfile.gettempdir()).glob(f"{OF_A_PROCESS}*"):
+            with suppress(OSError):
+                _remove_if_unused(left)
+    folder = Path(tempfile.mkdtemp(prefix=OF_A_PROCESS))
+    lock = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT | os.O_EXCL | OPENED, 0o600)
+    if fcntl is not None:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # until the process ends
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
+def _remove_if_unused(folder: Path) -> None:
+    """Remove a folder of a process that has ended; raise an OSError if the process has not."""
+    if folder.is_symlink() or folder.stat().st_uid != os.geteuid():
+        return
+    lock = os.open(folder / LOCK, os.O_RDWR | OPENED)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        remove_tree(folder)
+    finally:
+        os.close(lock)
+
+
+def _sweep(cache: Path) -> None:
+    """Remove folders of killed processes, and unfinished headers if no process compiles."""
+    # Whoever writes headers has a note before: who has none now has none of these files.
+    unfinished = [path for folder in cache.glob(HEADERS) for path in folder.glob(UNFINISHED_HEADERS)]
+    held = [not _is_removed(note) for note in cache.glob(f"*{NOTE}")]
+    if not any(held):
+        for path in unfinished:
+            if path.is_file() and not path.is_symlink():
+                path.unlink(missing_ok=True)
+
+
+def _is_removed(note: Path) -> bool:
+    """Remove a note that nobody holds, with the folder that it names; return whether it was so."""
+    try:
+        file = os.open(note, os.O_RDWR | OPENED)
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        folder = note.with_name(note.name.removesuffix(NOTE))
+        if folder.is_dir() and not folder.is_symlink():
+            remove_tree(folder)
+        note.unlink(missing_ok=True)
+    except OSError:
+        return False
+    finally:
+        os.close(file)
+    return True

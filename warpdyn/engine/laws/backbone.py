@@ -1,0 +1,75 @@
+"""Backbones by their corners: each a ductility and a force over those of yield, the first corner."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from warpdyn.engine.laws.bounds import first_place, place_of
+from warpdyn.engine.laws.law import Values
+from warpdyn.engine.laws.parameter import Parameter
+
+# The last corner of a backbone that has fallen may lie so much higher than the one before it: GEM's capacity curves end
+# with a residual strength that rises by 1 %, as rounded in their tables.
+LARGEST_LAST_RISE = 1.0101
+
+
+def ductility(corner: int) -> Parameter:
+    """Return the parameter of the drift at a corner, counted from the one at yield."""
+    return Parameter("1", f"drift at corner {corner} over the yield drift", low=0.0)
+
+
+def force_ratio(corner: int) -> Parameter:
+    """Return the parameter of the force at a corner, counted from the one at yield."""
+    return Parameter("1", f"force at corner {corner} over the yield force", low=0)
+
+
+def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    """Return ductilities and force ratios of the backbone's corners, that of yield first."""
+    numbers = range(2, count + 1)
+    names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
+    one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
+    return [one, *(p[f"ductility_{i}"] * one for i in numbers)], [one, *(p[f"force_ratio_{i}"] * one for i in numbers)]
+
+
+def falls(p: Values, count: int) -> bool:
+    """Return whether a backbone of so many corners may fall from one of them to the next, in any storey.
+
+    Args:
+        p: Parameters, each [storey] or [value, storey], where each parameter may have another number of values.
+        count: Number of corners, that of yield included.
+    """
+    forces = [np.ones((1, 1)), *(np.atleast_2d(p[f"force_ratio_{i}"]) for i in range(2, count + 1))]
+    return any((after.min(axis=0) < before.max(axis=0)).any() for before, after in itertools.pairwise(forces))
+
+
+def backbone_problem(p: Values, count: int) -> str | None:
+    """Return what is wrong with a backbone of so many corners.
+
+    One must lie beyond another, no part be steeper than the first, and none rise after one that falls: reloading to a
+    peak on it would cut the trough, and unloading give more than was put in. The last may rise by 1 %.
+    """
+    drift, force = corners(p, count)
+    for i in range(1, count):
+        name, last = f"ductility_{i + 1}", "1, that of yield" if i == 1 else f"ductility_{i}, "
+        values = np.broadcast_to(p[name], drift[0].shape)
+        if np.any(bad := values <= drift[i - 1]):
+            bound = last if i == 1 else f"{last}{drift[i - 1][first_place(bad)]:g}"
+            return f"{name} is {values[first_place(bad)]:g} ({place_of(first_place(bad))}); it must be above {bound}"
+        rise, length = force[i] - force[i - 1], drift[i] - drift[i - 1]
+        if np.any(bad := rise > length * (1 + 1e-9)):  # rounding is forgiven
+            name, place = f"force_ratio_{i + 1}", first_place(bad)
+            return (
+                f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most "
+                f"{force[i - 1][place] + length[place]:g}: no part of a backbone may be stiffer than its first"
+            )
+    for i in range(2, count):
+        rise = LARGEST_LAST_RISE if i == count - 1 else 1.0
+        if np.any(bad := (force[i] > rise * force[i - 1]) & (np.min(np.diff(force[:i], axis=0), axis=0) < 0)):
+            name, place = f"force_ratio_{i + 1}", first_place(bad)
+            return (
+                f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most force_ratio_{i}, "
+                f"{force[i - 1][place]:g}: a backbone that has begun to fall may not rise again, but for 1 % at its end"
+            )
+    return None

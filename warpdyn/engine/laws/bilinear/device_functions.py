@@ -1,0 +1,67 @@
+"""Bilinear with kinematic hardening.
+
+A hardening spring stands beside an elastic-perfectly-plastic one. The memory is the plastic drift; return mapping
+clamps it into the elastic range around the drift.
+"""
+
+import enum
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.extrema import clamped
+from warpdyn.engine.laws.bilinear.parameters import Coefficient as C
+from warpdyn.engine.laws.law import Layout
+from warpdyn.engine.laws.spring import Spring
+
+
+class M(Layout):
+    """The memory."""
+
+    PLASTIC_DRIFT = enum.auto()
+
+
+@wp.func
+def bilinear_return_mapping(drift: Any, memory: Any, c: Any):
+    plastic = type(memory)()
+    plastic[M.PLASTIC_DRIFT] = clamped(memory[M.PLASTIC_DRIFT], drift - c[C.YIELD_DRIFT], drift + c[C.YIELD_DRIFT])
+    return plastic
+
+
+@wp.func
+def bilinear_force(drift: Any, memory: Any, c: Any):
+    # A sign costs nothing, but Warp writes -y as a subtraction from zero.
+    elastic = clamped(drift - memory[M.PLASTIC_DRIFT], type(drift)(-1.0) * c[C.YIELD_DRIFT], c[C.YIELD_DRIFT])
+    return c[C.HARDENING_STIFFNESS] * drift + c[C.YIELDING_STIFFNESS] * elastic
+
+
+@wp.func
+def bilinear_elastic_energy(drift: Any, memory: Any, c: Any):
+    elastic = drift - memory[M.PLASTIC_DRIFT]
+    return type(drift)(0.5) * (c[C.HARDENING_STIFFNESS] * drift * drift + c[C.YIELDING_STIFFNESS] * elastic * elastic)
+
+
+@wp.func
+def bilinear_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+    stiffness = c[C.HARDENING_STIFFNESS]
+    if wp.abs(drift - before[M.PLASTIC_DRIFT]) < c[C.YIELD_DRIFT]:
+        stiffness += c[C.YIELDING_STIFFNESS]
+    return stiffness
+
+
+@wp.func
+def bilinear_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+    return bilinear_return_mapping(drift, memory, c)
+
+
+SPRINGS = {
+    "bilinear": Spring(
+        bilinear_force,
+        bilinear_return_mapping,
+        bilinear_elastic_energy,
+        coefficients=len(C),
+        tangent=bilinear_tangent,
+        memory=len(M),
+        memory_after=bilinear_memory_after,
+    ),
+}

@@ -1,0 +1,119 @@
+"""Bouc-Wen: a hardening spring beside a hysteretic force that z scales.
+
+uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with uy the yield drift. The exponents 1 and 2 have functions of their
+own: powers are slow, and most use these. So has the exponent 1 where beta is gamma, the usual case, in which a storey
+unloads along a straight line: z is kept over its bound 1 / (2 beta) there, so that these parameters are in the other
+coefficients.
+"""
+
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.exponentials import power_of
+from warpdyn.engine.device.extrema import maximum
+from warpdyn.engine.laws.bouc_wen.parameters import BoucWen, Coefficient as C
+from warpdyn.engine.laws.rate_law import Memory as M, along_drift
+from warpdyn.engine.laws.spring import Spring
+
+
+@wp.func
+def bouc_wen_force(drift: Any, memory: Any, c: Any):
+    return c[C.HARDENING_STIFFNESS] * drift + c[C.HYSTERETIC_FORCE] * memory[M.Z]
+
+
+@wp.func
+def bouc_wen_elastic_energy(drift: Any, memory: Any, c: Any):
+    return type(drift)(0.5) * (
+        c[C.HARDENING_STIFFNESS] * drift * drift + c[C.HYSTERETIC_FORCE] / c[C.RATE] * memory[M.Z] * memory[M.Z]
+    )
+
+
+# Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest. Every stage is looked at if z
+# has a say: a step too long throws z beyond its bound, where the rate is higher.
+@wp.func
+def bouc_wen_1_elastic_unloading_relaxation_rate(velocity: Any, memory: Any, c: Any):
+    return wp.abs(velocity) * c[C.RATE]
+
+
+@wp.func
+def bouc_wen_1_relaxation_rate(velocity: Any, memory: Any, c: Any):
+    return wp.abs(velocity) * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE]))
+
+
+@wp.func
+def bouc_wen_2_relaxation_rate(velocity: Any, memory: Any, c: Any):
+    return wp.abs(velocity * memory[M.Z]) * (type(velocity)(2.0) * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE])))
+
+
+@wp.func
+def bouc_wen_relaxation_rate(velocity: Any, memory: Any, c: Any):
+    size = maximum(wp.abs(memory[M.Z]), type(velocity)(1e-6))
+    return (
+        wp.abs(velocity)
+        * power_of(size, c[C.EXPONENT])
+        / size
+        * c[C.EXPONENT]
+        * (c[C.BETA_RATE] + wp.abs(c[C.GAMMA_RATE]))
+    )
+
+
+@wp.func
+def bouc_wen_1_elastic_unloading_rate(velocity: Any, memory: Any, c: Any):
+    z = memory[M.Z]
+    slope = type(memory)()
+    slope[M.Z] = c[C.RATE] * (velocity - type(velocity)(0.5) * (velocity * wp.abs(z) + wp.abs(velocity) * z))
+    return slope
+
+
+@wp.func
+def bouc_wen_1_rate(velocity: Any, memory: Any, c: Any):
+    z = memory[M.Z]
+    slope = type(memory)()
+    slope[M.Z] = velocity * (c[C.RATE] - c[C.GAMMA_RATE] * wp.abs(z)) - c[C.BETA_RATE] * z * wp.abs(velocity)
+    return slope
+
+
+@wp.func
+def bouc_wen_2_rate(velocity: Any, memory: Any, c: Any):
+    z = memory[M.Z]
+    slope = type(memory)()
+    slope[M.Z] = velocity * (c[C.RATE] - c[C.GAMMA_RATE] * z * z) - c[C.BETA_RATE] * z * wp.abs(z * velocity)
+    return slope
+
+
+@wp.func
+def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
+    z = memory[M.Z]
+    slope = type(memory)()
+    power = power_of(wp.abs(z), c[C.EXPONENT])
+    slope[M.Z] = velocity * (c[C.RATE] - c[C.GAMMA_RATE] * power) - power * c[C.BETA_RATE] * wp.abs(velocity) * wp.sign(
+        z
+    )
+    return slope
+
+
+def _row(name: str, rate: wp.Function, relaxation_rate: wp.Function, *, relaxes_by_velocity: bool = False) -> Spring:
+    """Return the row of this name: the rows differ in how z changes."""
+    return Spring(
+        bouc_wen_force,
+        None,
+        bouc_wen_elastic_energy,
+        coefficients=len(BoucWen.rows[name]),
+        memory=len(M),
+        relaxes_by_velocity=relaxes_by_velocity,
+        **along_drift(rate, relaxation_rate),
+    )
+
+
+SPRINGS = {
+    "bouc_wen_1_elastic_unloading": _row(
+        "bouc_wen_1_elastic_unloading",
+        bouc_wen_1_elastic_unloading_rate,
+        bouc_wen_1_elastic_unloading_relaxation_rate,
+        relaxes_by_velocity=True,
+    ),
+    "bouc_wen_1": _row("bouc_wen_1", bouc_wen_1_rate, bouc_wen_1_relaxation_rate, relaxes_by_velocity=True),
+    "bouc_wen_2": _row("bouc_wen_2", bouc_wen_2_rate, bouc_wen_2_relaxation_rate),
+    "bouc_wen": _row("bouc_wen", bouc_wen_rate, bouc_wen_relaxation_rate),
+}

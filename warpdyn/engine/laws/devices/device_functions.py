@@ -1,0 +1,138 @@
+"""Device functions of friction dampers and stops.
+
+A friction damper is a brace in series with friction that holds up to a drift. Its memory is the slip; return mapping
+clamps it into the range around the drift in which friction holds.
+
+A stop stands at the end of a clearance, and gives back a share of the energy that pressed it in. With k its stiffness
+in unloading and l the share of energy that is lost, it pushes back with the force (1 - l) k p as it is pressed in by p.
+Let go, it does so with the stiffness k, and no more once it is still in by l p. It is whole again once it is free. Its
+memory is how far in it pushes no more.
+"""
+
+import enum
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.extrema import clamped, maximum
+from warpdyn.engine.laws.devices.parameters import FrictionCoefficient as Friction, StopCoefficient as Stop
+from warpdyn.engine.laws.law import Layout
+from warpdyn.engine.laws.spring import Spring
+
+
+class FrictionMemory(Layout):
+    """The memory of a friction damper."""
+
+    SLIP = enum.auto()  # of its joint
+
+
+class StopMemory(Layout):
+    """The memory of a stop."""
+
+    LOST = enum.auto()  # how far in it pushes no more
+
+
+@wp.func
+def friction_damper_return_mapping(drift: Any, memory: Any, c: Any):
+    slip = type(memory)()
+    slip[FrictionMemory.SLIP] = clamped(
+        memory[FrictionMemory.SLIP], drift - c[Friction.SLIP_DRIFT], drift + c[Friction.SLIP_DRIFT]
+    )
+    return slip
+
+
+@wp.func
+def friction_damper_force(drift: Any, memory: Any, c: Any):
+    held = drift - memory[FrictionMemory.SLIP]
+    return c[Friction.BRACE_STIFFNESS] * clamped(
+        held, type(drift)(-1.0) * c[Friction.SLIP_DRIFT], c[Friction.SLIP_DRIFT]
+    )
+
+
+@wp.func
+def friction_damper_elastic_energy(drift: Any, memory: Any, c: Any):
+    elastic = drift - memory[FrictionMemory.SLIP]
+    return type(drift)(0.5) * c[Friction.BRACE_STIFFNESS] * elastic * elastic
+
+
+@wp.func
+def friction_damper_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+    return wp.where(
+        wp.abs(drift - before[FrictionMemory.SLIP]) < c[Friction.SLIP_DRIFT],
+        c[Friction.BRACE_STIFFNESS],
+        type(drift)(0.0),
+    )
+
+
+@wp.func
+def friction_damper_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+    return friction_damper_return_mapping(drift, memory, c)
+
+
+@wp.func
+def gap_pressed(drift: Any, c: Any):
+    """How far the stop is pressed in."""
+    clearance = wp.where(drift < type(drift)(0.0), c[Stop.CLEARANCE_BEHIND], c[Stop.CLEARANCE_AHEAD])
+    return maximum(wp.abs(drift) - clearance, type(drift)(0.0))
+
+
+@wp.func
+def gap_return_mapping(drift: Any, memory: Any, c: Any):
+    pressed = gap_pressed(drift, c)
+    lost = type(memory)()
+    lost[StopMemory.LOST] = clamped(memory[StopMemory.LOST], c[Stop.ENERGY_LOST] * pressed, pressed)
+    return lost
+
+
+@wp.func
+def gap_force(drift: Any, memory: Any, c: Any):
+    pressed = gap_pressed(drift, c)
+    force = c[Stop.UNLOADING_STIFFNESS] * (
+        pressed - clamped(memory[StopMemory.LOST], c[Stop.ENERGY_LOST] * pressed, pressed)
+    )
+    return wp.where(drift < type(drift)(0.0), -force, force)
+
+
+@wp.func
+def gap_elastic_energy(drift: Any, memory: Any, c: Any):
+    elastic = gap_pressed(drift, c) - memory[StopMemory.LOST]
+    return type(drift)(0.5) * c[Stop.UNLOADING_STIFFNESS] * elastic * elastic
+
+
+@wp.func
+def gap_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+    zero = type(drift)(0.0)
+    pressed = gap_pressed(drift, c)
+    stiffness = wp.where(
+        before[StopMemory.LOST] < c[Stop.ENERGY_LOST] * pressed,
+        c[Stop.UNLOADING_STIFFNESS] * (type(drift)(1.0) - c[Stop.ENERGY_LOST]),
+        c[Stop.UNLOADING_STIFFNESS],
+    )
+    return wp.where(before[StopMemory.LOST] < pressed, stiffness, zero)
+
+
+@wp.func
+def gap_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+    return gap_return_mapping(drift, memory, c)
+
+
+DEVICE_SPRINGS = {
+    "friction_damper": Spring(
+        friction_damper_force,
+        friction_damper_return_mapping,
+        friction_damper_elastic_energy,
+        len(Friction),
+        friction_damper_tangent,
+        len(FrictionMemory),
+        memory_after=friction_damper_memory_after,
+    ),
+    "gap": Spring(
+        gap_force,
+        gap_return_mapping,
+        gap_elastic_energy,
+        len(Stop),
+        gap_tangent,
+        len(StopMemory),
+        memory_after=gap_memory_after,
+    ),
+}

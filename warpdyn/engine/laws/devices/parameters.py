@@ -1,0 +1,174 @@
+"""Devices that stand beside a storey's law, each with parameters of its own; 0 where a storey has none."""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.laws.bounds import first_place, place_of
+from warpdyn.engine.laws.law import Device, Layout, Values, parameter, shared
+from warpdyn.engine.laws.parameter import Parameter
+
+NO_STOP = 1e30  # m
+CLEARANCE = Parameter("m", "clearance before the stop", low=0.0)
+CONTACT_STIFFNESS = Parameter("N m-1", "stiffness of the stop as it is pressed in", low=0.0)
+RESTITUTION = Parameter(
+    "1", "coefficient of restitution of the stop", low=0.0, high=1.0, low_open=True, often_in_percent=True
+)
+
+
+class FrictionCoefficient(Layout):
+    """What a friction damper's device functions read."""
+
+    BRACE_STIFFNESS = enum.auto()
+    SLIP_DRIFT = enum.auto()  # at which the joint slips
+
+
+class StopCoefficient(Layout):
+    """What a stop's device functions read."""
+
+    UNLOADING_STIFFNESS = enum.auto()
+    CLEARANCE_AHEAD = enum.auto()
+    CLEARANCE_BEHIND = enum.auto()
+    ENERGY_LOST = enum.auto()  # share of what was put in
+
+
+class FrictionDamper(Device):
+    """A friction damper: a brace in series with a joint that slips at a force (OpenSees: an ElasticPP beside the law).
+
+    Example:
+        >>> wd.laws.FrictionDamper(slip_force=2e5, brace_stiffness=4e7)
+        FrictionDamper(slip_force=200000.0, brace_stiffness=40000000.0)
+    """
+
+    slip_force: ArrayLike = parameter("N", "force at which the friction damper slips", low=0.0)
+    brace_stiffness: ArrayLike = parameter("N m-1", "stiffness of the friction damper's brace", low=0.0, opensees="E")
+
+    opensees = ("ElasticPP",)
+    rows = {"friction_damper": FrictionCoefficient.names()}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        # A brace that no joint holds is not there.
+        brace = np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
+        drift = np.divide(p["slip_force"], brace, out=np.zeros_like(brace), where=brace > 0)
+        return {"brace_stiffness": brace, "slip_drift": drift}
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        slip, brace = np.broadcast_arrays(p["slip_force"], p["brace_stiffness"])
+        bad = (slip > 0) & (brace == 0)
+        if not bad.any():
+            return None
+        place = first_place(bad)
+        return (
+            f"brace_stiffness is 0 where slip_force is {slip[place]:g} N ({place_of(place)}); it must be above 0 there"
+        )
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        return np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
+
+
+class Gap(Device):
+    """A stop on either side of the storey's drift, which gives back a share of the energy that pressed it in.
+
+    Example:
+        >>> wd.laws.Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)
+        Gap(clearance=0.05, contact_stiffness=500000000.0, restitution=0.6)
+    """
+
+    clearance: ArrayLike = shared(CLEARANCE, opensees="gap")
+    contact_stiffness: ArrayLike = shared(CONTACT_STIFFNESS, opensees="E")
+    restitution: ArrayLike = shared(RESTITUTION, default=1.0)
+
+    rows = {"gap": StopCoefficient.names()}
+
+    @classmethod
+    def is_sensitive(cls, p: Values) -> bool:
+        """When a storey meets the stop decides how it leaves it."""
+        return True
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        given_back = p["restitution"] ** 2  # of the energy
+        ahead = np.broadcast_to(p["clearance"], given_back.shape)
+        return {
+            "unloading_stiffness": p["contact_stiffness"] / given_back,
+            "clearance_ahead": ahead,
+            "clearance_behind": ahead,
+            "energy_lost": 1 - given_back,
+        }
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        return p["contact_stiffness"] / p["restitution"] ** 2
+
+
+class OneSidedGap(Gap):
+    """A stop ahead of the storey's drift (OpenSees: an ElasticPPGap that never yields, where all energy is given back).
+
+    Example:
+        >>> wd.laws.OneSidedGap(clearance=0.05, contact_stiffness=5e8)
+        OneSidedGap(clearance=0.05, contact_stiffness=500000000.0)
+    """
+
+    opensees = ("ElasticPPGap",)
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        both = Gap.named_coefficients(p, row)
+        return both | {"clearance_behind": np.full_like(both["clearance_ahead"], NO_STOP)}
+
+
+class ViscousDamper(Device):
+    """A viscous damper whose force is a power of the velocity (OpenSees: Viscous); kernels have it among the dashpots.
+
+    Example:
+        >>> wd.laws.ViscousDamper(damper_coefficient=2e6, velocity_exponent=0.5)
+        ViscousDamper(damper_coefficient=2000000.0, velocity_exponent=0.5)
+    """
+
+    damper_coefficient: ArrayLike = parameter("N s m-1", "force of the viscous damper at 1 m/s", low=0.0, opensees="C")
+    velocity_exponent: ArrayLike = parameter(
+        "1",
+        "velocity exponent of the viscous damper",
+        low=0.0,
+        high=1.0,
+        low_open=True,
+        default=1.0,
+        opensees="alpha",
+    )
+    linear_velocity: ArrayLike = parameter(
+        "m s-1",
+        "velocity below which a viscous damper of an exponent below 1 is linear",
+        low=0.0,
+        low_open=True,
+        default=0.01,
+    )
+
+    opensees = ("Viscous",)
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        return np.zeros_like(p["stiffness"])
+
+
+def kind_of_dampers(devices: tuple[str, ...], p: Values) -> str:
+    """Return what a building's viscous dampers are: "none", "linear" or a "power" of the velocity."""
+    if ViscousDamper.name not in devices:
+        return "none"
+    return "linear" if np.all(p["velocity_exponent"] == 1) else "power"
+
+
+def damper_values(p: Values) -> tuple[np.ndarray, ...]:
+    """Return what kernels read of viscous dampers: coefficient, exponent less 1, linear velocity."""
+    return p["damper_coefficient"], p["velocity_exponent"] - 1, p["linear_velocity"]
+
+
+def steepest_damping(p: Values) -> np.ndarray:
+    """Return the largest slope of the viscous dampers' force [N s/m]: that around rest."""
+    coefficient, exponent_less_1, velocity = damper_values(p)
+    return coefficient * velocity**exponent_less_1

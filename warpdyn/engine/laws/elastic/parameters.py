@@ -1,0 +1,32 @@
+"""Linear storeys."""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+
+from warpdyn.engine.laws.law import Law, Layout, Values
+
+
+class Coefficient(Layout):
+    """What the device functions read."""
+
+    STIFFNESS = enum.auto()
+
+
+class Elastic(Law):
+    """A linear storey: F = k d.
+
+    Example:
+        >>> wd.laws.Elastic()
+        Elastic()
+    """
+
+    opensees = ("Elastic",)
+    rows = {"elastic": Coefficient.names()}
+    is_linear_until_yield = True
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        return {"stiffness": p["stiffness"]}

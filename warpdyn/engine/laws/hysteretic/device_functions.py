@@ -1,0 +1,260 @@
+"""Trilinear backbone with pinching, damage by ductility and energy, and softer unloading (OpenSees: Hysteretic).
+
+Everything is over the yield drift and the yield force, and mirrored so that the storey moves ahead: one set of rules
+serves both directions. A line that only one way leads along ends, behind the storey, at its last step.
+"""
+
+import enum
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.exponentials import power_of
+from warpdyn.engine.device.extrema import clamped, maximum, minimum
+from warpdyn.engine.laws.hysteretic.parameters import Coefficient as C, Hysteretic
+from warpdyn.engine.laws.law import Layout
+from warpdyn.engine.laws.row_functions import device_functions, kept_force
+from warpdyn.engine.laws.spring import Spring
+
+FARTHEST = wp.constant(wp.float64(1e16))  # m: damage that runs away stops there
+# A line ends just before a force of 0: the rules go by the force's sign, which rounding along a line must not set.
+LEAST_FORCE = wp.constant(wp.float64(1e-3))
+NO_END = wp.constant(wp.float64(1e30))
+
+
+class M(Layout):
+    """The memory, in yield drifts and yield forces."""
+
+    DRIFT = enum.auto()  # of the last step
+    FORCE = enum.auto()
+    FARTHEST_AHEAD = enum.auto()  # drift on the positive side; damage moves it out
+    FARTHEST_BEHIND = enum.auto()
+    WORK = enum.auto()
+    LOWER_END = enum.auto()  # drifts between which the storey stays on its line
+    UPPER_END = enum.auto()
+    DIRECTION = enum.auto()  # of the last step
+    RELEASED_BEHIND = enum.auto()  # drift at which the last unloading from the negative side came to no force
+    RELEASED_AHEAD = enum.auto()  # the same from the positive side
+    LINE_SLOPE = enum.auto()
+
+
+MEMORY = wp.constant(len(M))
+
+
+@wp.func
+def hysteretic_backbone(x: Any, c: Any):
+    """Force at a drift ahead, and the backbone's slope before it."""
+    zero, one = type(x)(0.0), type(x)(1.0)
+    second = x - one
+    third = second - c[C.SECOND_LENGTH]
+    force = (
+        minimum(x, one)
+        + c[C.SECOND_SLOPE] * clamped(second, zero, c[C.SECOND_LENGTH])
+        + c[C.THIRD_SLOPE] * clamped(third, zero, c[C.THIRD_LENGTH])
+    )
+    slope = wp.where(third <= c[C.THIRD_LENGTH], c[C.THIRD_SLOPE], zero)
+    slope = wp.where(third <= zero, c[C.SECOND_SLOPE], slope)
+    return force, wp.where(second <= zero, one, slope)
+
+
+@wp.func
+def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behind: Any):
+    """Where a step to a drift leads, as (force, slope, direction, farthest drift ahead, drift of no force behind).
+
+    After them the slope of the line from there on, and the drift at which it ends. The force and the drifts are
+    mirrored. `softer` is how far unloading is softer than at first, 1 or more.
+    """
+    zero, one = type(x)(0.0), type(x)(1.0)
+    way = wp.where(x < memory[M.DRIFT], -one, one)
+    is_up = way > zero
+    ahead = wp.where(is_up, memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
+    behind = wp.where(is_up, memory[M.FARTHEST_BEHIND], memory[M.FARTHEST_AHEAD])
+    released = wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD])
+    here, last, before = way * x, way * memory[M.DRIFT], way * memory[M.FORCE]
+    moved = here - last
+    releases = (way * memory[M.DIRECTION] < zero) and (before <= zero)
+    stored = type(x)(0.5) * before * before * softer_behind
+    damage = wp.where(
+        behind > one,
+        c[C.DAMAGE_BY_ENERGY] * (memory[M.WORK] - stored) + c[C.DAMAGE_BY_DUCTILITY] * (behind - one),
+        zero,
+    )
+    released = wp.where(releases, last - before * softer_behind, released)
+    target = clamped(
+        wp.where(releases, ahead * (one + damage), ahead), one, type(x)(FARTHEST) * c[C.INVERSE_YIELD_DRIFT]
+    )
+    strength, slope = hysteretic_backbone(target, c)
+    # Behind a backbone that has come to no force there is none before the drift at which it did.
+    gone = wp.where(behind <= one + c[C.SECOND_LENGTH], c[C.SECOND_IS_GONE], c[C.THIRD_IS_GONE])
+    start = maximum(wp.where(behind <= one, released, -gone), released)
+    pinched = c[C.PINCHING_FORCE] * strength
+    bend = start + (target - (strength - pinched) * softer_ahead - start) * c[C.PINCHING_DRIFT]
+    is_first = here < bend
+    length = wp.where(is_first, bend - start, target - bend)
+    rise = wp.where(is_first, pinched, strength - pinched) / wp.where(length > zero, length, one)
+    towards = wp.where(is_first, zero, pinched) + (here - wp.where(is_first, start, bend)) * rise
+    elastic = before + moved / softer_ahead
+    force = minimum(elastic, towards)
+    slope = wp.where(elastic < towards, one / softer_ahead, rise)
+    # From here on no steeper than unloading, to the line aimed along or to its end.
+    stiff = one / softer_ahead
+    slope_from_here = wp.where(elastic < towards, stiff, minimum(rise, stiff))
+    end = wp.where(is_first, minimum(bend, target), target)
+    meets = elastic < towards and stiff > rise
+    end = wp.where(meets, minimum(here + (towards - elastic) / wp.where(meets, stiff - rise, one), end), end)
+    is_gap = is_first and here <= start
+    end = wp.where(is_gap, minimum(end, start), end)
+    end = wp.where(releases, here, end)  # what was damaged unloads softer from the next step on, and is aimed at so
+    unloaded = before + moved / softer_behind
+    is_unloading = here < released
+    is_idle = wp.where(is_unloading, unloaded >= zero, is_gap)
+    force = wp.where(is_unloading, unloaded, force)
+    slope = wp.where(is_unloading, one / softer_behind, slope)
+    force = wp.where(is_idle, zero, force)
+    slope = wp.where(is_idle, zero, slope)
+    slope_from_here = wp.where(is_unloading or is_idle, slope, slope_from_here)
+    end = wp.where(is_unloading, released - type(x)(LEAST_FORCE) * softer_behind, end)
+    on_backbone = here >= ahead
+    full, steep = hysteretic_backbone(here, c)
+    on_third = here >= one + c[C.SECOND_LENGTH]
+    is_last = here >= one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH]
+    slope_after = wp.where(
+        on_third, wp.where(is_last, zero, c[C.THIRD_SLOPE]), wp.where(here < one, one, c[C.SECOND_SLOPE])
+    )
+    corner = wp.where(
+        on_third,
+        wp.where(is_last, type(x)(NO_END), one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH]),
+        one + c[C.SECOND_LENGTH],
+    )
+    corner = wp.where(here < one, one, corner)
+    slope_from_here = wp.where(on_backbone, slope_after, slope_from_here)
+    end = wp.where(on_backbone, corner, end)
+    force = wp.where(on_backbone, full, force)
+    slope = wp.where(on_backbone, steep, slope)
+    target = wp.where(on_backbone, here, target)
+    released = wp.where(on_backbone, wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD]), released)
+    return force, slope, way, target, released, slope_from_here, end
+
+
+def _hysteretic(unloads_softer: bool, name: str) -> Spring:
+    """Return the law with or without an exponent of unloading, which takes two powers a force."""
+    SOFTENS = unloads_softer
+
+    def softer(farthest: Any, c: Any):
+        one = type(farthest)(1.0)
+        if SOFTENS:
+            # No softer than towards the origin; where the backbone is below yield no power is.
+            reach = maximum(farthest, one)
+            strength, _slope = hysteretic_backbone(reach, c)
+            return minimum(power_of(reach, c[C.UNLOADING_EXPONENT]), reach / maximum(strength, one))
+        return one
+
+    softer = device_functions(name, softer)["softer"]
+
+    def step(drift: Any, memory: Any, c: Any):
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        above, below = softer(memory[M.FARTHEST_AHEAD], c), softer(memory[M.FARTHEST_BEHIND], c)
+        is_up = x >= memory[M.DRIFT]
+        return hysteretic_step(x, memory, c, wp.where(is_up, above, below), wp.where(is_up, below, above))
+
+    step = device_functions(name, step)["step"]
+
+    def force(drift: Any, memory: Any, c: Any):
+        now, _slope, way, _ahead, _released, _slope_from_here, _end = step(drift, memory, c)
+        return c[C.YIELD_FORCE] * wp.where(
+            drift * c[C.INVERSE_YIELD_DRIFT] == memory[M.DRIFT], memory[M.FORCE], way * now
+        )
+
+    def leaves_line(drift: Any, memory: Any, c: Any):
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        return x < memory[M.LOWER_END] or x > memory[M.UPPER_END]
+
+    leaves_line = device_functions(name, leaves_line)["leaves_line"]
+
+    def memory_on_line(drift: Any, memory: Any, c: Any):
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        after = type(memory)()
+        after[M.DRIFT] = x
+        after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
+        # Only on the backbone is it farther than before.
+        after[M.FARTHEST_AHEAD] = maximum(memory[M.FARTHEST_AHEAD], x)
+        after[M.FARTHEST_BEHIND] = maximum(memory[M.FARTHEST_BEHIND], -x)
+        after[M.WORK] = memory[M.WORK] + type(drift)(0.5) * (memory[M.FORCE] + after[M.FORCE]) * (x - memory[M.DRIFT])
+        after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
+        after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])
+        after[M.DIRECTION] = memory[M.DIRECTION]
+        after[M.RELEASED_BEHIND] = memory[M.RELEASED_BEHIND]
+        after[M.RELEASED_AHEAD] = memory[M.RELEASED_AHEAD]
+        after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
+        return after
+
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        # A line without length, as the first one is, has no slope: to stand there is elastic.
+        is_empty = memory[M.LOWER_END] == memory[M.UPPER_END]
+        slope = wp.where(is_empty, type(drift)(1.0), memory[M.LINE_SLOPE])
+        return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
+
+    def return_mapping(drift: Any, memory: Any, c: Any):
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        now, _slope, way, ahead, released, slope_from_here, end = step(drift, memory, c)
+        is_up = way > type(drift)(0.0)
+        after = type(memory)()
+        after[M.DRIFT] = x
+        after[M.FORCE] = way * now
+        after[M.FARTHEST_AHEAD] = wp.where(is_up, ahead, memory[M.FARTHEST_AHEAD])
+        after[M.FARTHEST_BEHIND] = wp.where(is_up, memory[M.FARTHEST_BEHIND], ahead)
+        after[M.WORK] = memory[M.WORK] + type(drift)(0.5) * (memory[M.FORCE] + after[M.FORCE]) * (x - memory[M.DRIFT])
+        after[M.DIRECTION] = way
+        after[M.RELEASED_BEHIND] = wp.where(is_up, released, memory[M.RELEASED_BEHIND])
+        after[M.RELEASED_AHEAD] = wp.where(is_up, memory[M.RELEASED_AHEAD], released)
+        # Both sides have been aimed at, and neither has yielded: the line leads both ways.
+        one = type(drift)(1.0)
+        is_elastic = after[M.FARTHEST_AHEAD] == one and after[M.FARTHEST_BEHIND] == one and wp.abs(x) < one
+        after[M.LOWER_END] = wp.where(is_elastic, -one, wp.where(is_up, x, -end))
+        after[M.UPPER_END] = wp.where(is_elastic, one, wp.where(is_up, end, x))
+        after[M.LINE_SLOPE] = wp.where(is_elastic, one, slope_from_here)
+        if not leaves_line(drift, memory, c):
+            after[M.LOWER_END] = wp.where(memory[M.LOWER_END] == memory[M.DRIFT], x, memory[M.LOWER_END])
+            after[M.UPPER_END] = wp.where(memory[M.UPPER_END] == memory[M.DRIFT], x, memory[M.UPPER_END])
+            after[M.LINE_SLOPE] = memory[M.LINE_SLOPE]
+        stands = x == memory[M.DRIFT]
+        for i in range(MEMORY):
+            after[i] = wp.where(stands, memory[i], after[i])
+        return after
+
+    def elastic_energy(drift: Any, memory: Any, c: Any):
+        farthest = wp.where(memory[M.FORCE] > type(drift)(0.0), memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
+        return (
+            type(drift)(0.5)
+            * c[C.YIELD_FORCE]
+            / c[C.INVERSE_YIELD_DRIFT]
+            * memory[M.FORCE]
+            * memory[M.FORCE]
+            * softer(farthest, c)
+        )
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        _now, slope, _way, _ahead, _released, _slope_from_here, _end = step(drift, before, c)
+        return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
+
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        return return_mapping(drift, memory, c)
+
+    functions = device_functions(
+        name, force, return_mapping, memory_on_line, tangent_on_line, elastic_energy, tangent, memory_after
+    )
+    return_mapping = functions["return_mapping"]
+    return Spring(
+        coefficients=len(Hysteretic.rows[name]),
+        memory=len(M),
+        values_on_line=int(M.DIRECTION),
+        leaves_line=leaves_line,
+        force_at_accepted_state=kept_force,
+        **functions,
+    )
+
+
+SPRINGS = {
+    "hysteretic": _hysteretic(False, "hysteretic"),
+    "hysteretic_softer_unloading": _hysteretic(True, "hysteretic_softer_unloading"),
+}

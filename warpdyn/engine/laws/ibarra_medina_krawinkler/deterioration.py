@@ -1,0 +1,154 @@
+"""What the laws of Ibarra, Medina and Krawinkler (2005) share: energy that is spent, and what it takes away.
+
+All is in units of the yield drift and of the yield force, which makes the initial stiffness 1. A backbone has the
+hardening line and the capping line, which falls. The energies that exhaust a storey are infinite where nothing
+deteriorates.
+"""
+
+import enum
+from collections.abc import Callable
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.exponentials import power_of
+from warpdyn.engine.device.extrema import maximum, minimum
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
+from warpdyn.engine.laws.law import Layout
+from warpdyn.engine.laws.row_functions import device_functions, kept_force
+from warpdyn.engine.laws.spring import Spring
+
+SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
+
+
+class Common(Layout):
+    """The memory that every kind begins with, in yield drifts and yield forces."""
+
+    DRIFT = enum.auto()  # of the last step
+    FORCE = enum.auto()
+    STIFFNESS_LOSS = enum.auto()  # of unloading
+    ENERGY = enum.auto()  # taken so far
+    ENERGY_BEFORE = enum.auto()  # taken before the last change of the force's sign
+
+
+def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
+    """Return the functions of what energy takes away; without powers, which are slow, the exponent is 1.
+
+    Returns:
+        `(spent, left, exponent) -> share` that is lost where so much was spent of what had been left.
+        `(force, stiffness, energy, energy_before, exponent, c) -> stiffness` with which a storey that turns back
+        unloads, and whether its energy is exhausted.
+    """
+
+    def deterioration(spent: Any, left: Any, exponent: Any):
+        share = minimum(spent / maximum(left, type(spent)(SMALLEST)), type(spent)(1.0))
+        if POWERS:
+            share = power_of(share, exponent)
+        return share
+
+    name = f"imk_powers_{POWERS}"
+    share_of = device_functions(name, deterioration)["deterioration"]
+
+    def after_turning(force: Any, stiffness: Any, energy: Any, energy_before: Any, exponent: Any, c: Any):
+        elastic = type(force)(0.5) * force * force / maximum(stiffness, type(force)(SMALLEST))
+        spent = maximum(energy - energy_before - elastic, type(force)(0.0))
+        left = c[C.UNLOADING_CAPACITY] - (energy - elastic)
+        deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
+        # An excursion gives back no more than was put in, which a stiffness that is about exhausted would.
+        given = maximum(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
+        least = minimum(force * force / given, stiffness)
+        return maximum(deteriorated, least), spent > left
+
+    return share_of, device_functions(name, after_turning)["after_turning"]
+
+
+@wp.func
+def on_lines(drift: Any, intercept: Any, slope: Any, capping: Any, falling: Any, residual: Any):
+    """Return the force of a backbone at a drift to its own side, and its slope."""
+    hardening = intercept + slope * drift
+    capped = capping - falling * drift
+    force = maximum(minimum(hardening, capped), residual)
+    tangent = wp.where(hardening < capped, slope, -falling)
+    return force, wp.where(force > residual, tangent, type(drift)(0.0))
+
+
+def spring_of(
+    name: str,
+    follow: Callable,
+    go_on: Callable,
+    leaves_line: Callable,
+    unloading: Callable,
+    memory: int,
+    values_on_line: int | None,
+    coefficients: int,
+) -> Spring:
+    """Return the storey law of functions that follow the path, not yet Warp's.
+
+    Args:
+        name: What the device functions' names begin with.
+        follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
+        go_on: The same of a storey that stays on its line.
+        leaves_line: `(drift, memory, c) -> bool`, true if the storey turns or passes a corner on its way there.
+        unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
+        memory: Number of its values.
+        values_on_line: Number of its first values that may change along a line; None for all.
+        coefficients: Number of theirs.
+    """
+
+    follow, unloading, leaves_line = device_functions(name, follow, unloading, leaves_line).values()
+    go_on = device_functions(f"{name}_going_on", go_on)["follow"]
+
+    def force(drift: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return c[C.YIELD_FORCE] * after[Common.FORCE]
+
+    def return_mapping(drift: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return after
+
+    def memory_on_line(drift: Any, memory: Any, c: Any):
+        after, _ = go_on(drift, memory, c)
+        return after
+
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        _, slope = go_on(drift, memory, c)
+        return slope * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE]
+
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        after, _ = follow(drift, memory, c)
+        return after
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        _, slope = follow(drift, before, c)
+        return slope * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE]
+
+    def elastic_energy(drift: Any, memory: Any, c: Any):
+        stiffness, holds = unloading(memory, c)
+        zero = type(drift)(0.0)
+        # A stiffness that is about exhausted would give back more than was put in, on a way that has no end: the way
+        # ends with the force, or at the ultimate drift of the other side.
+        force = wp.abs(memory[Common.FORCE])
+        side = wp.where(memory[Common.FORCE] < zero, -type(drift)(1.0), type(drift)(1.0))
+        way = minimum(
+            force / maximum(stiffness, type(drift)(SMALLEST)), c[C.ULTIMATE_DRIFT] + side * memory[Common.DRIFT]
+        )
+        energy = minimum(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
+        return wp.where(holds, maximum(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
+
+    own = device_functions(
+        name, force, return_mapping, memory_on_line, tangent_on_line, memory_after, tangent, elastic_energy
+    )
+    return Spring(
+        own["force"],
+        own["return_mapping"],
+        own["elastic_energy"],
+        coefficients=coefficients,
+        tangent=own["tangent"],
+        memory=memory,
+        memory_after=own["memory_after"],
+        force_at_accepted_state=kept_force,
+        memory_on_line=own["memory_on_line"],
+        tangent_on_line=own["tangent_on_line"],
+        values_on_line=values_on_line,
+        leaves_line=leaves_line,
+    )

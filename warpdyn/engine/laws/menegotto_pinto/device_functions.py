@@ -1,0 +1,224 @@
+"""Menegotto-Pinto steel: from every turn a curve that leaves the elastic line for the hardening one.
+
+The drift x is in yield drifts. A hardening spring stands beside a force h that is 1 where the storey yields. From a
+turn at (x_r, h_r) in the direction s it is h_r + s S g(r), with r = s (x - x_r) / S, g = r / (1 + r^R)^(1/R) and the
+way S = s_y - s h_r that is left to yield, at s_y, which is 1 without isotropic hardening. R = R0 (1 - c1 xi / (c2 +
+xi)) falls with the plastic excursion xi before the turn; c1 and c2 are the curvature's reduction and its ductility.
+"""
+
+import enum
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.exponentials import decay, exponential, logarithm_of_one_and, natural_logarithm
+from warpdyn.engine.device.extrema import maximum, minimum
+from warpdyn.engine.laws.law import Layout
+from warpdyn.engine.laws.menegotto_pinto.parameters import Coefficient as C, MenegottoPinto
+from warpdyn.engine.laws.row_functions import device_functions
+from warpdyn.engine.laws.spring import Spring
+
+# No less may be left from a turn to the hardening line: a turn that rounding puts upon the line divides by it.
+LEAST_SPAN = wp.constant(wp.float64(1e-9))
+LEAST_RATIO = wp.constant(wp.float64(1e-30))  # of which a logarithm is taken
+TERMS = wp.constant(16)  # of the series of stored energy, each less than 0.5^R of the one before
+
+
+class M(Layout):
+    """The memory up to the last turn; HARDENED only with isotropic hardening."""
+
+    DRIFT = enum.auto()  # x of the last step
+    TRANSITION = enum.auto()  # h of the last step
+    TURN_DRIFT = enum.auto()  # x_r
+    TURN_TRANSITION = enum.auto()  # h_r
+    LARGEST_ABOVE = enum.auto()  # by how much the largest x of a turn was above 1
+    LARGEST_BELOW = enum.auto()  # by how much the smallest was below -1
+    HARDENED = enum.auto()  # s_y - 1
+
+
+class Branch(Layout):
+    """The memory of the branch, which follows; all 0 before anything moved."""
+
+    EXPONENT = enum.auto()  # R
+    INVERSE_EXPONENT = enum.auto()
+    SPAN = enum.auto()  # S
+    INVERSE_SPAN = enum.auto()
+
+
+@wp.func
+def last_direction(memory: Any):
+    """Return the direction in which the storey moves; 1 where it has not moved yet."""
+    return wp.where(memory[M.DRIFT] < memory[M.TURN_DRIFT], -type(memory[M.DRIFT])(1.0), type(memory[M.DRIFT])(1.0))
+
+
+@wp.func
+def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
+    """Return 1 / R and S of a branch, which is a memory just after its turn."""
+    one = type(direction)(1.0)
+    farthest = one + wp.where(direction > type(direction)(0.0), branch[M.LARGEST_ABOVE], branch[M.LARGEST_BELOW])
+    left = maximum(yield_level - direction * branch[M.TURN_TRANSITION], type(direction)(LEAST_SPAN))
+    excursion = wp.abs(farthest - direction * branch[M.TURN_DRIFT] - left)
+    return (c[C.CURVATURE_REDUCTION_DUCTILITY] + excursion) / (
+        c[C.TRANSITION_CURVATURE] * (c[C.CURVATURE_REDUCTION_DUCTILITY] + (one - c[C.CURVATURE_REDUCTION]) * excursion)
+    ), left
+
+
+@wp.func
+def transition(ratio: Any, exponent: Any, inverse_exponent: Any):
+    """Return g and its slope at a ratio r: never r^R where r is above 1, which single precision does not hold."""
+    one = type(ratio)(1.0)
+    distance = wp.abs(natural_logarithm(maximum(ratio, type(ratio)(LEAST_RATIO))))
+    power = decay(distance * exponent)
+    root = decay(inverse_exponent * logarithm_of_one_and(power))
+    slope = root / (one + power) * wp.where(ratio < one, one, power / maximum(ratio, one))
+    return minimum(ratio, one) * root, slope
+
+
+@wp.func
+def area_under(height: Any, inverse_exponent: Any):
+    """Return the integral of r over g from 0 to a height of at most about a half, by the binomial series."""
+    one = type(height)(1.0)
+    exponent = one / inverse_exponent
+    power = exponential(exponent * natural_logarithm(maximum(height, type(height)(LEAST_RATIO))))
+    total = type(height)(0.5)
+    term = one
+    for k in range(TERMS):
+        order = type(height)(k + 1)
+        term *= power * (inverse_exponent + order - one) / order
+        total += term / (order * exponent + type(height)(2.0))
+    return height * height * total
+
+
+def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
+    """Return the row without or with isotropic hardening."""
+    VALUES = wp.constant(len(M) if IS_ISOTROPIC else int(M.HARDENED))  # that a turn sets
+    EXPONENT, INVERSE_EXPONENT, SPAN, INVERSE_SPAN = (wp.constant(VALUES + m) for m in Branch)
+
+    def turned(direction: Any, memory: Any, c: Any):
+        """Return the memory after a turn at the last step into this direction."""
+        one = type(direction)(1.0)
+        branch = memory
+        branch[M.TURN_DRIFT] = memory[M.DRIFT]
+        branch[M.TURN_TRANSITION] = memory[M.TRANSITION]
+        upward = direction > type(direction)(0.0)
+        branch[M.LARGEST_ABOVE] = wp.where(
+            upward, memory[M.LARGEST_ABOVE], maximum(memory[M.LARGEST_ABOVE], memory[M.DRIFT] - one)
+        )
+        branch[M.LARGEST_BELOW] = wp.where(
+            upward, maximum(memory[M.LARGEST_BELOW], -memory[M.DRIFT] - one), memory[M.LARGEST_BELOW]
+        )
+        if IS_ISOTROPIC:
+            width = (branch[M.LARGEST_ABOVE] + branch[M.LARGEST_BELOW] + one + one) * c[C.HALF_INVERSE_DUCTILITY]
+            branch[M.HARDENED] = c[C.ISOTROPIC_HARDENING] * exponential(type(direction)(0.8) * natural_logarithm(width))
+        return branch
+
+    def yield_level(memory: Any):
+        level = type(memory[M.DRIFT])(1.0)
+        if IS_ISOTROPIC:
+            level += memory[M.HARDENED]
+        return level
+
+    turned, yield_level = device_functions(name, turned, yield_level).values()
+
+    def turns(drift: Any, memory: Any, c: Any):
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        last = last_direction(memory)
+        return memory[M.DRIFT] != memory[M.TURN_DRIFT] and (x - memory[M.DRIFT]) * last < type(drift)(0.0)
+
+    turns = device_functions(name, turns)["turns"]
+
+    def leaves_line(drift: Any, memory: Any, c: Any):
+        return memory[EXPONENT] == type(drift)(0.0) or turns(drift, memory, c)
+
+    def along_branch(drift: Any, memory: Any, c: Any):
+        """Return the memory at a drift on the branch that the storey is on, and the slope of h over x."""
+        x = drift * c[C.INVERSE_YIELD_DRIFT]
+        last = last_direction(memory)
+        direction = wp.where(
+            x > memory[M.DRIFT], type(drift)(1.0), wp.where(x < memory[M.DRIFT], -type(drift)(1.0), last)
+        )
+        ratio = direction * (x - memory[M.TURN_DRIFT]) * memory[INVERSE_SPAN]
+        height, slope = transition(ratio, memory[EXPONENT], memory[INVERSE_EXPONENT])
+        after = memory
+        after[M.DRIFT] = x
+        after[M.TRANSITION] = memory[M.TURN_TRANSITION] + direction * memory[SPAN] * height
+        return after, slope
+
+    along_branch, leaves_line = device_functions(name, along_branch, leaves_line).values()
+
+    def follow(drift: Any, memory: Any, c: Any):
+        """Return the same, on a new branch where the storey turns."""
+        direction = wp.where(turns(drift, memory, c), -last_direction(memory), last_direction(memory))
+        after = turned(direction, memory, c)
+        for m in range(VALUES):
+            after[m] = wp.where(turns(drift, memory, c), after[m], memory[m])
+        inverse_exponent, left = curvature(direction, after, yield_level(after), c)
+        begins = leaves_line(drift, memory, c)
+        after[EXPONENT] = wp.where(begins, type(drift)(1.0) / inverse_exponent, memory[EXPONENT])
+        after[INVERSE_EXPONENT] = wp.where(begins, inverse_exponent, memory[INVERSE_EXPONENT])
+        after[SPAN] = wp.where(begins, left, memory[SPAN])
+        after[INVERSE_SPAN] = wp.where(begins, type(drift)(1.0) / left, memory[INVERSE_SPAN])
+        return along_branch(drift, after, c)
+
+    follow = device_functions(name, follow)["follow"]
+
+    def memory_on_line(drift: Any, memory: Any, c: Any):
+        after, _slope = along_branch(drift, memory, c)
+        return after
+
+    def tangent_on_line(drift: Any, memory: Any, c: Any):
+        _after, slope = along_branch(drift, memory, c)
+        return c[C.HARDENING_STIFFNESS] + c[C.TRANSITION_FORCE] * c[C.INVERSE_YIELD_DRIFT] * slope
+
+    def force(drift: Any, memory: Any, c: Any):
+        after, _slope = follow(drift, memory, c)
+        return c[C.HARDENING_STIFFNESS] * drift + c[C.TRANSITION_FORCE] * after[M.TRANSITION]
+
+    def force_at_accepted_state(drift: Any, memory: Any, c: Any):
+        return c[C.HARDENING_STIFFNESS] * drift + c[C.TRANSITION_FORCE] * memory[M.TRANSITION]
+
+    def return_mapping(drift: Any, memory: Any, c: Any):
+        after, _slope = follow(drift, memory, c)
+        return after
+
+    def elastic_energy(drift: Any, memory: Any, c: Any):
+        """Return what unloading to h = 0 gives back, on the branch that it is on or would turn to."""
+        direction = wp.where(memory[M.TRANSITION] > type(drift)(0.0), -type(drift)(1.0), type(drift)(1.0))
+        after = turned(direction, memory, c)
+        for m in range(VALUES):
+            after[m] = wp.where(direction * last_direction(memory) < type(drift)(0.0), after[m], memory[m])
+        inverse_exponent, left = curvature(direction, after, yield_level(after), c)
+        ratio = direction * (after[M.DRIFT] - after[M.TURN_DRIFT]) / left
+        height, _slope = transition(ratio, type(drift)(1.0) / inverse_exponent, inverse_exponent)
+        end = maximum(wp.abs(after[M.TURN_TRANSITION]) / left, height)
+        area = area_under(end, inverse_exponent) - area_under(height, inverse_exponent) - (end - height) * ratio
+        return (
+            type(drift)(0.5) * c[C.HARDENING_STIFFNESS] * drift * drift
+            + c[C.TRANSITION_FORCE] / c[C.INVERSE_YIELD_DRIFT] * left * left * area
+        )
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        _after, slope = follow(drift, before, c)
+        return c[C.HARDENING_STIFFNESS] + c[C.TRANSITION_FORCE] * c[C.INVERSE_YIELD_DRIFT] * slope
+
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        return return_mapping(drift, memory, c)
+
+    functions = device_functions(
+        name, force, force_at_accepted_state, return_mapping, memory_on_line, tangent_on_line, elastic_energy, tangent,
+        memory_after,
+    )  # fmt: skip
+    return_mapping = functions["return_mapping"]
+    return Spring(
+        coefficients=len(MenegottoPinto.rows[name]),
+        memory=VALUES + len(Branch),
+        values_on_line=int(M.TURN_DRIFT),
+        leaves_line=leaves_line,
+        **functions,
+    )
+
+
+SPRINGS = {
+    "menegotto_pinto": _menegotto_pinto("menegotto_pinto", False),
+    "menegotto_pinto_isotropic": _menegotto_pinto("menegotto_pinto_isotropic", True),
+}

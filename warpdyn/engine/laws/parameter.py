@@ -1,0 +1,119 @@
+"""Parameters of structures: their units and bounds, and near misses of their names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import checked_text, real_number, true_or_false
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """What is known of one parameter of a structure.
+
+    Args:
+        units: UDUNITS string.
+        long_name: What the dataset calls it.
+        low: Lower bound [`units`].
+        high: Upper bound [`units`].
+        low_open: Whether the lower bound itself is refused.
+        high_open: Whether the upper bound itself is refused.
+        default: Value where the scene names none [`units`]; None where it must.
+        often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
+        opensees: What OpenSees calls it, or what OpenSees is given for it.
+
+    Raises:
+        ValueError, TypeError: If a bound is not a number, a name is not text, or a choice is not True or False.
+
+    Example:
+        >>> stiffness = wd.laws.Parameter("N m-1", "storey stiffness", low=0.0, low_open=True)
+        >>> stiffness.allowed
+        'finite and above 0'
+    """
+
+    units: str
+    long_name: str
+    low: float = -np.inf
+    high: float = np.inf
+    low_open: bool = False
+    high_open: bool = False
+    default: float | None = None
+    often_in_percent: bool = False
+    opensees: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("units", "long_name", "opensees"):
+            checked_text(f"Parameter.{name}", getattr(self, name))
+        for name in ("low_open", "high_open", "often_in_percent"):
+            true_or_false(f"Parameter.{name}", getattr(self, name))
+        for name in ("low", "high", "default"):
+            value = getattr(self, name)
+            is_open = value is None if name == "default" else isinstance(value, float) and abs(value) == np.inf
+            if not is_open:
+                real_number(f"Parameter.{name}", value)
+
+    def violations(self, values: np.ndarray) -> np.ndarray:
+        """Return where values are not finite or out of bounds, as a mask of their shape."""
+        below = values <= self.low if self.low_open else values < self.low
+        above = values >= self.high if self.high_open else values > self.high
+        return ~np.isfinite(values) | below | above
+
+    def first_violation(
+        self,
+        name: str,
+        values: np.ndarray,
+        axes: tuple[str, ...],
+        structures: np.ndarray | None = None,
+        taken: np.ndarray | None = None,
+    ) -> str | None:
+        """Return a sentence on the first value out of bounds, with its place along `axes`, or None.
+
+        Where `structures` is given, it holds the indices of the structures along the first axis; `taken` says at which
+        storeys, the last axis, values count.
+        """
+        counted = values if taken is None else values[..., taken]
+        if not self.violations(np.array([counted.min(), counted.max()])).any():  # bounds are of an interval
+            return None
+        bad = self.violations(values) & (True if taken is None else taken)
+        place = np.argwhere(bad)[0]
+        index = place if structures is None else [structures[place[0]], *place[1:]]
+        where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
+        value = values[tuple(place)]
+        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # no draw is meant so
+        meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""
+        return f"{name} is {value:g}{' at ' if where else ''}{where}; it must be {self.allowed}{meant}"
+
+    @property
+    def allowed(self) -> str:
+        """The bounds in words."""
+        bounds = []
+        if np.isfinite(self.low):
+            bounds.append(f"{'above' if self.low_open else 'at least'} {self.low:g}")
+        if np.isfinite(self.high):
+            bounds.append(f"{'below' if self.high_open else 'at most'} {self.high:g}")
+        return " and ".join(["finite", *bounds])
+
+    @property
+    def description(self) -> str:
+        """The parameter in a line of a docstring."""
+        bounds = "" if self.allowed == "finite" else f", {self.allowed.removeprefix('finite and ')}"
+        default = "" if self.default is None else f"; {self.default:g} by default"
+        opensees = f" (OpenSees: {self.opensees})" if self.opensees else ""
+        return f"{self.long_name} [{self.units}]{bounds}{default}{opensees}."
+
+
+def names_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
+    """Return the parameters' names, ours and OpenSees', each with ours."""
+    theirs: dict[str, str] = {}
+    beside: dict[str, str] = {}
+    for name, known in parameters.items():
+        # What a ratio is over is the first yield point's, which has a name of ours where the law yields.
+        own, _, under = known.opensees.partition(" over ")
+        theirs |= {word: name for word in re.findall(r"\w+", own) if word not in ("and", "times")}
+        if "yield_force" in parameters:
+            beside |= dict.fromkeys(re.findall(r"\w+", under), "yield_force")
+    return beside | theirs | {name: name for name in parameters}

@@ -1,0 +1,129 @@
+"""Peak-oriented storeys: Clough's law and Takeda's, on a trilinear backbone of cracking and yield.
+
+`takeda` (Takeda, Sozen and Nielsen 1970) unloads the softer the farther the peak drift d of its side is:
+
+- up to yield towards the cracking point of the other side;
+- beyond it by (yield drift / d)^`unloading_exponent` of that slope at yield, but no softer than towards the origin.
+
+Where the storey yields as it cracks, as by default, that is what is called modified Takeda, or Clough with degrading
+unloading stiffness (Otani 1981). OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta the unloading
+exponent, but for the origin, and in the one step in which the force changes its sign: there Hysteretic's force depends
+on the length of the step.
+
+With cracking it differs. Hysteretic unloads from the cracking point on by (e1 / d)^beta of the initial stiffness, and
+aims at the cracking point of a side that has not cracked. Takeda's storey, once it has yielded, is loaded on such a
+side by the slope of unloading up to the cracking force, and aims at the yield point from there. Inner loops aim at
+the peak of their side, as Hysteretic's do, not at that of the cycle before.
+"""
+
+from __future__ import annotations
+
+import enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.laws.bounds import first_bad
+from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, parameter, shared
+
+
+class Coefficient(Layout):
+    """What the device functions read, in yield drifts and yield forces; the last two are Takeda's."""
+
+    INVERSE_YIELD_DRIFT = enum.auto()
+    YIELD_FORCE = enum.auto()
+    INITIAL_SLOPE = enum.auto()
+    SECOND_HEIGHT = enum.auto()  # of the backbone's second line at no drift
+    SECOND_SLOPE = enum.auto()
+    THIRD_HEIGHT = enum.auto()
+    THIRD_SLOPE = enum.auto()
+    CRACKING_DRIFT = enum.auto()
+    UNLOADING_EXPONENT = enum.auto()
+    UNCRACKED = enum.auto()  # how far beyond cracking an uncracked peak can be: 0, or less where cracking is yield
+
+
+class PeakOriented(Law):
+    """A peak-oriented storey with cracking (Clough and Johnston 1966; Mahin and Bertero 1976).
+
+    OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta = 0; its points are those of cracking (s1, e1), of
+    yield (s2, e2) and any further one (s3, e3). After partial unloading it reloads as Mahin and Bertero have it.
+
+    Example:
+        >>> wd.laws.PeakOriented(yield_force=1e6, cracking_ratio=0.4, cracked_stiffness_ratio=0.5, hardening_ratio=0.02)
+        PeakOriented(yield_force=1000000.0, cracking_ratio=0.4, cracked_stiffness_ratio=0.5, hardening_ratio=0.02)
+    """
+
+    yield_force: ArrayLike = shared(YIELD_FORCE, opensees="s2")
+    cracking_ratio: ArrayLike = parameter(
+        "1",
+        "ratio of cracking to yield force",
+        low=0.0,
+        high=1.0,
+        low_open=True,
+        default=1.0,
+        opensees="s1 over s2",
+    )
+    cracked_stiffness_ratio: ArrayLike = parameter(
+        "1",
+        "ratio of the stiffness from cracking to yield to the initial storey stiffness",
+        low=0.0,
+        high=1.0,
+        low_open=True,
+        default=1.0,
+    )
+    hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
+
+    rows = {"peak_oriented": Coefficient.names(Coefficient.UNLOADING_EXPONENT)}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        cracking, cracked = p["cracking_ratio"], p["cracked_stiffness_ratio"]
+        yield_drift = p["yield_force"] / p["stiffness"] * (cracking + (1 - cracking) / cracked)
+        initial = p["stiffness"] * yield_drift / p["yield_force"]
+        second, third = cracked * initial, p["hardening_ratio"] * initial
+        return {
+            "inverse_yield_drift": 1 / yield_drift,
+            "yield_force": p["yield_force"],
+            "initial_slope": initial,
+            "second_height": 1 - second,
+            "second_slope": second,
+            "third_height": 1 - third,
+            "third_slope": third,
+            "cracking_drift": cracking / initial,
+        }
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        hardening, cracked = p["hardening_ratio"], p["cracked_stiffness_ratio"]
+        return first_bad(
+            hardening > cracked, "hardening_ratio", hardening, "at most", cracked, "the cracked_stiffness_ratio there"
+        )
+
+
+class Takeda(PeakOriented):
+    """A peak-oriented storey that unloads the softer the farther its peak is (Takeda, Sozen and Nielsen 1970).
+
+    `warpdyn.engine.laws.peak_oriented.parameters` has its rules of unloading, and how OpenSees' Hysteretic differs.
+
+    Example:
+        >>> wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02, unloading_exponent=0.5)
+        Takeda(yield_force=1000000.0, hardening_ratio=0.02, unloading_exponent=0.5)
+    """
+
+    unloading_exponent: ArrayLike = parameter(
+        "1",
+        "power of the peak ductility by which the unloading stiffness falls",
+        low=0.0,
+        high=0.5,
+        default=0.4,
+        opensees="beta",
+    )
+
+    rows = {"takeda": Coefficient.names()}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        return PeakOriented.named_coefficients(p, row) | {
+            "unloading_exponent": p["unloading_exponent"],
+            "uncracked": np.where(p["cracking_ratio"] < 1, 0.0, -1.0),
+        }

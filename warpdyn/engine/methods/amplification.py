@@ -1,0 +1,152 @@
+"""The step length at which a method begins to amplify an oscillator: u'' + 2 zeta w u' + w^2 u = 0."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from math import factorial
+
+import numpy as np
+
+from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method
+
+# Steps at which amplification matrices are evaluated, as w h times `limit_scale`. An explicit method of s stages
+# amplifies everything beyond 2 s^2; a method that does not amplify at the last of these steps is taken as unlimited.
+SCANNED_STEPS = np.geomspace(0.05, 1000, 500)
+ROUNDING = 1e-13  # what of a condition on an amplification matrix may be rounding; about 2e-15 is
+BISECTIONS = 50
+DAMPING_RATIOS_AT_A_TIME = 64
+
+
+def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
+    """Return the largest w h up to which a method's step does not amplify, times `limit_scale`.
+
+    Args:
+        method: Row of METHODS.
+        damping_ratio: Damping ratio [-], 0 or above, shape [ratio].
+
+    Returns:
+        Limits [-], shape [ratio]; 0 where every step amplifies, infinite where none does.
+    """
+    if method.kind == "exact" or method.is_adaptive:
+        return np.full(damping_ratio.size, np.inf)
+    if method.kind == "explicit" and not method.is_nystroem:
+        return polynomial_limits(method.stability_polynomial, np.minimum(damping_ratio, 1.0))
+    parts = np.array_split(damping_ratio, 1 + damping_ratio.size // DAMPING_RATIOS_AT_A_TIME)
+    return np.concatenate([_scanned_limits(method, part) for part in parts])
+
+
+def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
+    """Return the factor that makes limits of w h vary little: the faster root over w, which limits explicit methods."""
+    if method.kind == "implicit":
+        return np.ones_like(damping_ratio)
+    over = np.maximum(damping_ratio, 1.0)
+    return over + np.sqrt(over**2 - 1)
+
+
+def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np.ndarray) -> np.ndarray:
+    """Return the largest w h up to which |R(z)| is at most 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)).
+
+    Args:
+        stability_polynomial: Coefficients r_k of R(z) = sum r_k z^k, of which the first two are 1, shape [power].
+        damping_ratio: Damping ratio [-], from 0 to 1, shape [ratio].
+
+    Returns:
+        Limits [-], shape [ratio].
+    """
+    coefficients = _without_rounding(stability_polynomial)
+    stages = len(coefficients) - 1
+    order = next((k - 1 for k, c in enumerate(coefficients) if c != 1 / factorial(k)), stages)
+    chebyshev = np.polynomial.chebyshev.chebvander(-damping_ratio, 2 * stages)  # cos(m angle), exact at zeta = 0
+    # Coefficients of (|R|^2 - 1) / x in x = w h. Up to the method's order they are those of exp(-2 zeta x), which
+    # avoids the cancellation that would hide them at low damping.
+    growth = np.zeros((damping_ratio.size, 2 * stages))
+    for power in range(1, 2 * stages + 1):
+        if power <= order:
+            growth[:, power - 1] = (-2 * damping_ratio) ** power / factorial(power)
+        else:
+            for j in range(max(0, power - stages), min(stages, power) + 1):
+                growth[:, power - 1] += coefficients[j] * coefficients[power - j] * chebyshev[:, abs(2 * j - power)]
+    degree = 2 * stages - 1
+    companion = np.zeros((damping_ratio.size, degree, degree))
+    companion[:, np.arange(1, degree), np.arange(degree - 1)] = 1
+    companion[:, :, -1] = -growth[:, :-1] / growth[:, -1:]
+    roots = np.linalg.eigvals(companion)
+    # Rounding may split a double root into a complex pair; an additional candidate does no harm, as the signs decide.
+    real = (np.abs(roots.imag) <= 1e-5 * np.abs(roots)) & (roots.real > 0)
+    ends = np.sort(np.where(real, roots.real, np.inf), axis=1)
+    edge = np.zeros((damping_ratio.size, 1))
+    ends = np.concatenate([edge, ends, edge + np.inf], axis=1)
+    with np.errstate(invalid="ignore"):
+        middle = np.where(np.isfinite(ends[:, 1:]), (ends[:, :-1] + ends[:, 1:]) / 2, 2 * ends[:, :-1] + 1)
+        value = np.zeros_like(middle)
+        for column in growth.T[::-1]:
+            value = value * middle + column[:, None]
+    # Beyond the last root |R| grows, so that an interval is always found.
+    first = (~(value <= 0)).argmax(axis=1)
+    return ends[np.arange(damping_ratio.size), first]
+
+
+def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the coefficients, those of the exponential series without rounding, and without zeros at the end."""
+    values = np.trim_zeros(np.array(stability_polynomial), "b")
+    exact = [1 / factorial(k) for k in range(values.size)]
+    return tuple(np.where(np.isclose(values, exact, rtol=1e-12, atol=0), exact, values).tolist())
+
+
+def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.ndarray) -> np.ndarray:
+    scale = limit_scale(method, damping_ratio)
+    conditions = _conditions(method, SCANNED_STEPS[:, None] / scale, damping_ratio)
+    grows = np.any(conditions < -ROUNDING, axis=0)
+    first, ends = grows.argmax(axis=0), np.array(grows.any(axis=0))
+    low, high = SCANNED_STEPS[np.maximum(first - 1, 0)], SCANNED_STEPS[first]
+    for column, start, bottom in _dips(method, conditions, damping_ratio):
+        if not ends[column] or bottom < high[column]:
+            ends[column], first[column], low[column], high[column] = True, start + 1, SCANNED_STEPS[start], bottom
+    # The conditions broken at the end are brought to 0; others may stand there all along but for rounding.
+    broken = _conditions(method, high / scale, damping_ratio) < -ROUNDING
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        beyond = (broken & (_conditions(method, middle / scale, damping_ratio) < 0)).any(axis=0)
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    return np.where(ends, np.where(first == 0, 0.0, low), np.inf)
+
+
+def _dips(
+    method: ExplicitMethod | ImplicitMethod, conditions: np.ndarray, damping_ratio: np.ndarray
+) -> list[tuple[int, int, float]]:
+    """Return where a condition is violated only between scanned steps: column, step before it, and an unstable step.
+
+    The unstable step is the minimum of the parabola through three steps of which the middle one is the lowest.
+    """
+    before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
+    low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))
+    before, here, after = before[low], here[low], after[low]
+    shift = (before - after) / (before - 2 * here + after) / 2
+    _, start, column = low
+    bottom = SCANNED_STEPS[start + 1] * (SCANNED_STEPS[1] / SCANNED_STEPS[0]) ** shift
+    ratio = damping_ratio[column]
+    grows = (_conditions(method, bottom / limit_scale(method, ratio), ratio) < -ROUNDING).any(axis=0)
+    return [(column[i], start[i], bottom[i]) for i in np.flatnonzero(grows)]
+
+
+def _conditions(
+    method: ExplicitMethod | ImplicitMethod, frequency_step: np.ndarray, damping_ratio: np.ndarray
+) -> np.ndarray:
+    """Return conditions that are at least 0 while all eigenvalues are within the unit circle (Jury 1962).
+
+    The first is 0 where an eigenvalue is 1, the second where one is -1, the third where the product of two is 1. Unlike
+    the spectral radius they cross 0 at an angle where a double eigenvalue splits.
+    """
+    matrix = method.amplification(frequency_step, damping_ratio)
+    size = matrix.shape[-1]
+    entry = np.moveaxis(matrix, (-2, -1), (0, 1))
+    trace = sum(entry[i, i] for i in range(size))
+    minors = sum(entry[i, i] * entry[j, j] - entry[i, j] * entry[j, i] for i, j in combinations(range(size), 2))
+    determinant = np.linalg.det(matrix) if size == 3 else np.zeros_like(trace)
+    return np.stack(
+        [
+            1 - trace + minors - determinant,
+            1 + trace + minors + determinant,
+            1 - determinant**2 - np.abs(determinant * trace - minors),
+        ]
+    )

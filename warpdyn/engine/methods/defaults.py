@@ -1,0 +1,132 @@
+"""The method that `simulate` uses if the caller names neither method nor step, from measured errors and costs.
+
+The errors are measured for each storey law and kind of damping (data/default_methods.csv), the costs for each storey
+law and device (data/default_method_costs.csv). Both tables are written by studies/default_methods.py.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+
+from warpdyn.engine.methods.table import fitting_methods
+from warpdyn.foundations.files.packaged import packaged_rows
+
+ERRORS, COSTS = "default_methods.csv", "default_method_costs.csv"
+FALLBACK = "rk4"
+# A method replaces RK4 if its errors are at most MOST_ERROR times those of RK4 and its cost is at most MOST_COST of
+# RK4's. Costs scatter by some per cent, so that a smaller gain is none.
+MOST_ERROR, MOST_COST = 1.2, 0.9
+# Damping ratio of the measured buildings. With less damping of the higher modes, methods of second order lose more
+# accuracy than RK4: with 2 % instead of 5 % of Rayleigh damping the ratios of the errors are 1.3 to 2 times as large.
+MEASURED_DAMPING_RATIO = 0.05
+DEVICES = {"cpu": "a CPU", "cuda": "a GPU"}
+
+
+@dataclass(frozen=True)
+class DefaultMethod:
+    """The default method of a structure.
+
+    Args:
+        method: Row of METHODS.
+        steps: Steps that it takes in each of RK4's default steps.
+        reason: Why it is the default, in one sentence.
+    """
+
+    method: str
+    steps: int
+    reason: str
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A row of the table of errors: a method and RK4 at its default step, for one storey law and one kind of damping.
+
+    Args:
+        law: Storey law.
+        damping: Kind of damping.
+        method: Row of METHODS.
+        steps: Steps that the method takes in each of RK4's.
+        median_error: Median error of the peak drifts divided by RK4's, largest of the measured buildings.
+        error_95: The same ratio of the 95 % quantiles of the error.
+    """
+
+    law: str
+    damping: str
+    method: str
+    steps: int
+    median_error: float
+    error_95: float
+
+    @property
+    def largest_error(self) -> float:
+        """The larger of the two ratios."""
+        return max(self.median_error, self.error_95)
+
+
+@cache
+def measured_methods() -> tuple[Measured, ...]:
+    """Return the rows of the table of errors."""
+    return tuple(
+        Measured(
+            row["law"],
+            row["damping"],
+            row["method"],
+            int(row["steps"]),
+            float(row["median_error"]),
+            float(row["error_95"]),
+        )
+        for row in packaged_rows(ERRORS)
+    )
+
+
+@cache
+def measured_costs() -> dict[tuple[str, str, int], dict[str, float]]:
+    """Return times divided by those of RK4, by device, for each law, method and number of steps."""
+    return {
+        (row["law"], row["method"], int(row["steps"])): {
+            device: float(row[device]) for device in DEVICES if row[device]
+        }
+        for row in packaged_rows(COSTS)
+    }
+
+
+def default_method(law: str, dampings: tuple[str, ...] = ("none",), *, is_gpu: bool = False) -> DefaultMethod:
+    """Return the method that integrates structures of a law where the caller names neither method nor step.
+
+    It is RK4, unless the tables have a cheaper method whose errors are at most `MOST_ERROR` times those of RK4. In a
+    building of several laws or kinds of damping, the largest of the measured errors counts, and the least of the
+    measured costs, because laws of many rules, which save most, take nearly all of the time.
+
+    Args:
+        law: Law of the structure, such as "bilinear|pinching4+gap".
+        dampings: Kinds of damping of the structure, as in the table of errors.
+        is_gpu: Whether it is run on a GPU.
+    """
+    device = "cuda" if is_gpu else "cpu"
+    names = list(dict.fromkeys(re.split(r"[|+]", law)))
+    # A building with less damping than the measured ones counts as undamped.
+    words = " and ".join("none or little" if damping == "none" else damping for damping in dampings)
+    where, what = DEVICES[device], f"storeys of {', '.join(names)}, damping {words}"
+    rows = [row for row in measured_methods() if row.law in names and row.damping in dampings]
+    best = None
+    least = MOST_COST
+    for method, steps in dict.fromkeys((row.method, row.steps) for row in rows):
+        own = [row for row in rows if (row.method, row.steps) == (method, steps)]
+        found = [measured_costs().get((name, method, steps), {}) for name in names]
+        costs = [each[device] for each in found if device in each]
+        is_measured = len(own) == len(names) * len(dampings) and len(costs) == len(names)
+        if not is_measured or max(row.largest_error for row in own) > MOST_ERROR or min(costs) > least:
+            continue
+        if all(method in fitting_methods(law, damping) for damping in dampings):
+            least = min(costs)
+            reason = (
+                f"{steps} steps of {method} for each default step of {FALLBACK} take {least:.2g} times as long on "
+                f"{where} for {what}, and the errors of peak drifts are at most {MOST_ERROR:g} times as large"
+            )
+            best = DefaultMethod(method, steps, reason)
+    if best is not None:
+        return best
+    reason = f"no cheaper method is measured to be as accurate on {where} for {what}"
+    return DefaultMethod(FALLBACK, 1, reason)

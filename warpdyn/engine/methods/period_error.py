@@ -1,0 +1,55 @@
+"""Errors of period and amplitude of a method's vibration, and the step that bounds what they add up to."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from warpdyn.engine.methods.kinds import Method
+from warpdyn.engine.methods.table import METHODS
+
+# Steps w h at which errors are tabulated: beyond the last one nothing is resolved.
+TABULATED = np.geomspace(1e-3, 1.5, 400)
+
+
+def error_of_a_cycle(method: Method, frequency_step: np.ndarray) -> np.ndarray:
+    """Return the error of an undamped cycle, relative to the amplitude: 2 pi |T_h / T - 1| and the growth or decay.
+
+    Both follow from the eigenvalue of the amplification matrix that stands for exp(i w h) (Bathe and Wilson 1973).
+
+    Args:
+        method: Row of METHODS.
+        frequency_step: w h, shape [...].
+    """
+    x = np.asarray(frequency_step, dtype=np.float64)
+    if method.kind == "exact" or method.is_adaptive:
+        return np.zeros_like(x)
+    eigenvalues = np.linalg.eigvals(method.amplification(x, np.zeros_like(x)))
+    exact = np.exp(1j * x)[..., None]
+    nearest = np.take_along_axis(eigenvalues, np.abs(eigenvalues - exact).argmin(axis=-1)[..., None], axis=-1)
+    return np.abs(np.log(nearest / exact)[..., 0]) * 2 * np.pi / x
+
+
+@cache
+def _table(name: str) -> np.ndarray:
+    """Return the largest error of a cycle up to each tabulated step."""
+    return np.maximum.accumulate(error_of_a_cycle(METHODS[name], TABULATED))
+
+
+def accurate_step(method: Method, period: np.ndarray, cycles: np.ndarray, error: float) -> np.ndarray:
+    """Return the longest steps [s] that keep the error of some cycles.
+
+    Args:
+        method: Row of METHODS.
+        period: Periods [s], shape [...].
+        cycles: Number of cycles that a vibration lasts, of the same shape.
+        error: Their error, relative to the amplitude.
+
+    Returns:
+        Steps of the same shape; infinite for exact and adaptive methods.
+    """
+    if method.kind == "exact" or method.is_adaptive:
+        return np.full(np.shape(period), np.inf)
+    place = np.searchsorted(_table(method.name), error / np.maximum(cycles, 1.0), side="right") - 1
+    return TABULATED[np.maximum(place, 0)] * period / (2 * np.pi)

@@ -1,0 +1,242 @@
+"""Longest steps at which integration methods are stable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.methods.amplification import limit_scale, oscillator_limits, polynomial_limits
+from warpdyn.engine.methods.kinds import ExplicitMethod, Method
+from warpdyn.engine.methods.table import METHODS
+
+# The tabulated limit falls by at most this much (relative) from one damping ratio to the next, except at jumps.
+TABLE_TOLERANCE = 2e-3
+# Damping ratios below this are taken as 0: eigenvalues carry rounding of about 1e-12.
+LEAST_DAMPING_RATIO = 1e-9
+LEAST_CELL = 1e-12  # width below which cells are not refined; only a jump of the limit would require less
+TABLE_MARGIN = 1e-5  # how far a smooth minimum between two tabulated damping ratios can lie below both
+# Beyond a damping ratio of a million a limit stands still or goes with the ratio's inverse, as `limit_scale` has it.
+LAST_PLACE = 2 - 1e-6
+CELLS = 1000  # of the table, before they are refined
+Table = Callable[[Method], tuple[np.ndarray, np.ndarray]]
+
+
+def stability_limit(method: Method, damping_ratio: float) -> float:
+    """Return the largest w h up to which a method's step does not amplify u'' + 2 zeta w u' + w^2 u = 0.
+
+    For a Runge-Kutta method it is the first root of |R(z)|^2 = 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)) beyond
+    which |R| > 1; with zeta > 1 both roots are real and the faster one governs (Hairer and Wanner, Solving ODEs II,
+    IV.2). For any other it is the first w h at which the amplification matrix has an eigenvalue beyond the unit circle.
+
+    Args:
+        method: Row of METHODS.
+        damping_ratio: Damping ratio zeta [-], 0 or above.
+
+    Returns:
+        The limit of w h [-]; 0 where every step amplifies, infinite where none does. An adaptive method has no limit,
+        because a step that amplifies fails its error estimate and is repeated.
+
+    Raises:
+        ValueError: If the damping ratio is not finite and 0 or above.
+    """
+    zeta = _at_least_zero("damping_ratio", damping_ratio)
+    return float(oscillator_limits(method, zeta[None])[0] / limit_scale(method, zeta))
+
+
+def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
+    """Return the longest stable step of many oscillators, up to 0.21 % below the exact limit and never above it.
+
+    The limit is tabulated once over the damping ratio for each method; an oscillator takes the lower neighbour.
+
+    Args:
+        method: Row of METHODS.
+        frequency: Circular frequency [rad/s], shape [...].
+        damping_ratio: Damping ratio [-], 0 or above (below 1e-9 taken as none), shape [...].
+
+    Returns:
+        Step [s], of the arguments' common shape; 0 where every step amplifies, infinite where none does.
+
+    Raises:
+        ValueError: If a frequency is not above 0, or a damping ratio is below 0.
+    """
+    frequency = _above_zero("frequency", frequency)
+    return _looked_up(_table, method, frequency, _at_least_zero("damping_ratio", damping_ratio))
+
+
+def relaxation_limit(method: Method) -> float:
+    """Return the longest step times rate at which a method does not amplify z' = -rate z, a storey law's memory.
+
+    Args:
+        method: Row of METHODS. An implicit method carries the memory along the drift by classical Runge-Kutta.
+
+    Returns:
+        The limit [-]; infinite where the method controls its error, or carries no memory.
+    """
+    if method.kind == "exact" or method.is_adaptive:
+        return np.inf
+    explicit = method if isinstance(method, ExplicitMethod) else METHODS["rk4"]
+    assert isinstance(explicit, ExplicitMethod)
+    return float(polynomial_limits(explicit.stability_polynomial, np.ones(1))[0])
+
+
+def stable_step_of_eigenvalues(
+    method: Method, eigenvalues: np.ndarray, highest_frequency: np.ndarray, damping_rate: np.ndarray
+) -> np.ndarray:
+    """Return the longest step at which a method does not amplify a linear system with any damping matrix.
+
+    A Runge-Kutta method amplifies a motion of the system by its eigenvalue alone: its limit is that of `stable_step`.
+    Any other method gets the least limit, within 0.5 %, of all oscillators of at most the highest frequency and damping
+    rate:
+
+    - The step of an implicit method, and of an explicit one with a single stage, is linear in M, C and K. Where it
+      multiplies a shape x by s, it does so to the oscillator of mass x* M x, damper x* C x and spring x* K x, which is
+      one of these: that no motion grows is proved for symmetric matrices, M positive, C and K not negative. For
+      Newmark's methods with gamma = 1/2 the limit is exact, since damping drops out where s = -1.
+    - With more stages (velocity_verlet, nystroem4) products of C and K enter. It is then not proved that the
+      oscillators bound the system, unless its damping is classical; no system tried has contradicted it.
+
+    Args:
+        method: Row of METHODS.
+        eigenvalues: Eigenvalues of the state matrix [1/s], shape [structure, eigenvalue]; a 0 sets no limit.
+        highest_frequency: Highest circular frequency without damping [rad/s], shape [structure].
+        damping_rate: Result of `highest_damping_rate` [1/s], shape [structure].
+
+    Returns:
+        Step [s], shape [structure].
+
+    Raises:
+        ValueError: If an eigenvalue is not finite, its motion grows by itself (real part above 0), a frequency is not
+            above 0, or a damping rate is below 0.
+    """
+    eigenvalues = np.asarray(eigenvalues)
+    if eigenvalues.ndim != 2 or eigenvalues.shape[1] == 0 or not np.isfinite(eigenvalues).all():
+        raise ValueError(f"eigenvalues must be finite and of shape [structure, eigenvalue], got {eigenvalues.shape}")
+    size = np.abs(eigenvalues)
+    growing = eigenvalues.real > 1e-9 * size.max(axis=1, keepdims=True)  # rounding leaves about 1e-13
+    if growing.any():
+        raise ValueError(
+            f"eigenvalues{_first(growing)} is {eigenvalues[growing][0]:.6g} 1/s: a motion that grows by itself has no "
+            f"stable step (is the damping or stiffness negative?)"
+        )
+    if method.kind == "implicit" or (method.kind == "explicit" and method.is_nystroem):
+        frequency = _above_zero("highest_frequency", highest_frequency)
+        rate = _at_least_zero("damping_rate", damping_rate)
+        return _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
+    moving = size > 0
+    size = np.where(moving, size, 1.0)
+    ratio = np.clip(-eigenvalues.real / size, 0.0, 1.0)
+    return np.where(moving, _looked_up(_table, method, size, ratio), np.inf).min(axis=1)
+
+
+def stable_step_of_yielding(
+    method: Method, highest_frequency: np.ndarray, damping_rate: np.ndarray, elastic_step: np.ndarray
+) -> np.ndarray:
+    """Return the longest stable step of a structure whose storeys soften while its dampers do not.
+
+    While a storey yields, its damping ratio rises without bound: the faster root moves from that of the elastic motion
+    to the damping rate itself. A motion of shape x under any tangent stiffness is the oscillator of mass x* M x, damper
+    x* C x and spring x* K x; the limit is the least of all oscillators of at most this frequency and damping rate.
+    Methods that amplify every undamped motion (heun, midpoint) would have no stable step: they are given the elastic
+    limit, or that of the damping rate alone where it is less, which is not proved in between.
+
+    Args:
+        method: Row of METHODS.
+        highest_frequency: Highest circular frequency at the stiffest tangent [rad/s], shape [structure].
+        damping_rate: Largest eigenvalue of M^-1 C [1/s], shape [structure].
+        elastic_step: Longest step at which the elastic structure is stable [s], shape [structure].
+
+    Returns:
+        Step [s], shape [structure].
+    """
+    frequency = _above_zero("highest_frequency", highest_frequency)
+    rate = _at_least_zero("damping_rate", damping_rate)
+    step = _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
+    if (step > 0).all():
+        return np.minimum(step, elastic_step)
+    with np.errstate(divide="ignore"):
+        return np.minimum(elastic_step, relaxation_limit(method) / rate)
+
+
+@cache
+def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
+    """Return places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
+    place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, CELLS + 1)[1:]])
+    limit = oscillator_limits(method, _ratio(place))
+    while np.isfinite(limit).all():  # a method has limits at all damping ratios, or at none
+        coarse = np.abs(np.diff(limit)) > TABLE_TOLERANCE * np.maximum(limit[:-1], limit[1:])
+        coarse &= (place[:-1] > 0) & (np.diff(place) > LEAST_CELL)
+        if not coarse.any():
+            break
+        where = np.flatnonzero(coarse) + 1
+        between = (place[where - 1] + place[where]) / 2
+        limit = np.insert(limit, where, oscillator_limits(method, _ratio(between)))
+        place = np.insert(place, where, between)
+    return place, limit
+
+
+@cache
+def _table(method: Method) -> tuple[np.ndarray, np.ndarray]:
+    """Return places of damping ratios, and the least limit in each cell between them, times `limit_scale`."""
+    place, limit = _nodes(method)
+    return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
+
+
+@cache
+def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same for the least limit of all oscillators of at most this frequency and damping rate."""
+    place, limit = _nodes(method)
+    ratio = np.maximum(_ratio(place), LEAST_DAMPING_RATIO)
+    scale = limit_scale(method, ratio)
+    limit = limit / scale
+    # Of this frequency and less damping; of this damping rate, that is 2 zeta w, and a lower frequency.
+    slower = np.minimum.accumulate((ratio * limit)[::-1])[::-1]
+    limit = scale * np.minimum(np.minimum.accumulate(limit), slower / ratio)
+    return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
+
+
+def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.ndarray) -> np.ndarray:
+    """Return the steps [s] of oscillators from a table."""
+    place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
+    coarse = np.minimum(CELLS / LAST_PLACE * place, CELLS - 1).astype(np.int32)
+    limit = np.array(_in_undivided_cells(table, method)[coarse])
+    divided = np.isnan(limit)
+    if divided.any():
+        grid, cell_limit = table(method)
+        cell = np.searchsorted(grid, place[divided], side="right") - 1
+        limit[divided] = cell_limit[np.clip(cell, 0, cell_limit.size - 1)]
+    return limit / (limit_scale(method, zeta) * frequency)
+
+
+@cache
+def _in_undivided_cells(table: Table, method: Method) -> np.ndarray:
+    """Return a table's values in cells of equal width, found without a search; NaN in refined cells."""
+    grid, cell_limit = table(method)
+    edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))
+    return np.where(np.diff(edges) > 1, np.nan, cell_limit[edges[:-1]])
+
+
+def _ratio(place: np.ndarray) -> np.ndarray:
+    """Return the damping ratio at a place of the tables: the place up to 1; from 1 to 2 its inverse falls to 0."""
+    return np.where(place > 1, 1 / (2 - np.maximum(place, 1)), place)
+
+
+def _first(bad: np.ndarray) -> list[int]:
+    return [int(i) for i in np.argwhere(bad)[0]]
+
+
+def _at_least_zero(name: str, value: ArrayLike) -> np.ndarray:
+    array = np.asarray(value, dtype=np.float64)
+    bad = ~(np.isfinite(array) & (array >= 0))
+    if bad.any():
+        raise ValueError(f"{name}{_first(bad) or ''} is {array[bad].flat[0]}; it must be finite and 0 or above")
+    return array
+
+
+def _above_zero(name: str, value: np.ndarray) -> np.ndarray:
+    value = _at_least_zero(name, value)
+    if (value == 0).any():
+        raise ValueError(f"{name}{_first(value == 0) or ''} is 0; it must be above 0")
+    return value

@@ -1,0 +1,212 @@
+"""The time integration methods, one row each in METHODS."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from warpdyn.engine.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method
+from warpdyn.foundations.core.checks import one_of
+
+
+def _dissipative(name: str, force_lag: float, mass_lag: float) -> ImplicitMethod:
+    """Return the second-order method with the most damping of high frequencies for these lags (Chung and Hulbert)."""
+    difference = force_lag - mass_lag
+    return ImplicitMethod(name, 2, (1 + difference) ** 2 / 4, 0.5 + difference, mass_lag, force_lag)
+
+
+# Dormand and Prince 1980; the seventh stage is at the step's end and is used for the error estimate alone.
+_DORMAND_PRINCE_A = (
+    (0, 0, 0, 0, 0, 0, 0),
+    (1 / 5, 0, 0, 0, 0, 0, 0),
+    (3 / 40, 9 / 40, 0, 0, 0, 0, 0),
+    (44 / 45, -56 / 15, 32 / 9, 0, 0, 0, 0),
+    (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729, 0, 0, 0),
+    (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656, 0, 0),
+    (35 / 384, 0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0),
+)
+_DORMAND_PRINCE_C = (0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1, 1)
+_DORMAND_PRINCE_ERROR = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40)
+_RK4_A = ((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0))
+_RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
+
+RATE_LAWS = ("bouc_wen", "baber_noori")  # whose memory follows the velocity
+
+
+def _hht_alpha(name: str, alpha: float) -> ImplicitMethod:
+    return _dissipative(name, force_lag=-alpha, mass_lag=0)
+
+
+def _generalised_alpha(name: str, radius: float) -> ImplicitMethod:
+    return _dissipative(name, force_lag=radius / (radius + 1), mass_lag=(2 * radius - 1) / (radius + 1))
+
+
+def _wilson_theta(name: str, theta: float) -> ImplicitMethod:
+    return ImplicitMethod(name, 2, beta=1 / 6, extension=theta)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A parameter that a method's name may give, as "hht_alpha(alpha=-0.3)".
+
+    Args:
+        parameter: Name of the parameter.
+        usual: Its value where the name does not give it.
+        low: Least value.
+        high: Largest value.
+        method: From the method's name and the value to the method.
+    """
+
+    parameter: str
+    usual: float
+    low: float
+    high: float
+    method: Callable[[str, float], ImplicitMethod]
+
+
+# Beyond these bounds a method amplifies some oscillation at any step (Hilber, Hughes and Taylor 1977; Chung and Hulbert
+# 1993; Wilson 1973, of whose method the least theta is 1.366).
+CHOICES = {
+    "hht_alpha": Choice("alpha", -0.1, -1 / 3, 0.0, _hht_alpha),
+    "generalised_alpha": Choice("spectral_radius", 0.8, 0.0, 1.0, _generalised_alpha),
+    "wilson_theta": Choice("theta", 1.4, 1.37, 2.0, _wilson_theta),
+}
+
+
+class Methods(dict[str, Method]):
+    """The methods by name, and those whose name gives a parameter: `METHODS["hht_alpha(alpha=-0.3)"]`."""
+
+    def __contains__(self, name: object) -> bool:
+        return super().__contains__(name) or (isinstance(name, str) and _with_parameter(name) is not None)
+
+    def __missing__(self, name: str) -> Method:
+        found = _with_parameter(name)
+        if found is None:
+            raise KeyError(name)
+        return found
+
+
+@cache
+def _with_parameter(name: str) -> Method | None:
+    """Return the method whose name gives a parameter; None if the name has another form."""
+    form = re.fullmatch(r"(\w+)\((\w+)=([^()=]+)\)", name)
+    if form is None or form[1] not in CHOICES:
+        _refuse_other_forms(name)
+        return None
+    choice = CHOICES[form[1]]
+    if form[2] != choice.parameter:
+        raise ValueError(
+            f"method {form[1]!r} has the parameter {choice.parameter}, not {form[2]!r}: {_example(form[1])}"
+        )
+    try:
+        value = float(form[3])
+    except ValueError:
+        value = math.nan
+    if not choice.low - 1e-12 <= value <= choice.high + 1e-12:
+        raise ValueError(
+            f"{choice.parameter} of method {form[1]!r} must be a number from {choice.low:.4g} to {choice.high:.4g}, "
+            f"got {form[3]}: {_example(form[1])}"
+        )
+    return choice.method(name, value)
+
+
+def _refuse_other_forms(name: str) -> None:
+    """Raise a ValueError that shows the form if a name is that of a method with a parameter in another form."""
+    word = name.partition("(")[0].strip()
+    if "(" in name and word in CHOICES:
+        raise ValueError(
+            f"the parameter of method {word!r} is given as {_example(word)}, without blanks, and {name!r} is not"
+        )
+    if "(" in name and dict.__contains__(METHODS, word):
+        raise ValueError(f"unknown method {name!r}: {word!r} has no parameter, give method={word!r}")
+
+
+def _example(name: str) -> str:
+    return f'method="{name}({CHOICES[name].parameter}={CHOICES[name].usual:g})"'
+
+
+_ROWS: tuple[Method, ...] = (
+    ExplicitMethod("heun", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1)),
+    ExplicitMethod("midpoint", 2, ((0, 0), (0.5, 0)), (0, 1), (0, 0.5)),
+    ExplicitMethod("kutta3", 3, ((0, 0, 0), (0.5, 0, 0), (-1, 2, 0)), (1 / 6, 2 / 3, 1 / 6), (0, 0.5, 1)),
+    ExplicitMethod("ssprk3", 3, ((0, 0, 0), (1, 0, 0), (0.25, 0.25, 0)), (1 / 6, 1 / 6, 2 / 3), (0, 1, 0.5)),
+    ExplicitMethod("rk4", 4, _RK4_A, _RK4_B, _RK4_C),  # Kutta 1901
+    ExplicitMethod(
+        "three_eighths",
+        4,
+        ((0, 0, 0, 0), (1 / 3, 0, 0, 0), (-1 / 3, 1, 0, 0), (1, -1, 1, 0)),
+        (1 / 8, 3 / 8, 3 / 8, 1 / 8),
+        (0, 1 / 3, 2 / 3, 1),
+    ),
+    ExplicitMethod(
+        "dormand_prince5",
+        5,
+        tuple(row[:6] for row in _DORMAND_PRINCE_A[:6]),
+        _DORMAND_PRINCE_A[6][:6],
+        _DORMAND_PRINCE_C[:6],
+    ),
+    ExplicitMethod(
+        "dormand_prince54",
+        5,
+        _DORMAND_PRINCE_A,
+        _DORMAND_PRINCE_A[6],
+        _DORMAND_PRINCE_C,
+        error=_DORMAND_PRINCE_ERROR,
+    ),
+    # Nystroem 1925, for forces that depend on the velocity too; with Newmark's beta = 0 as its simplest relatives.
+    ExplicitMethod(
+        "nystroem4",
+        4,
+        _RK4_A,
+        _RK4_B,
+        _RK4_C,
+        ((0, 0, 0, 0), (1 / 8, 0, 0, 0), (1 / 8, 0, 0, 0), (0, 0, 1 / 2, 0)),
+        (1 / 6, 1 / 6, 1 / 6, 0),
+    ),
+    ExplicitMethod("velocity_verlet", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1), ((0, 0), (0.5, 0)), (0.5, 0)),
+    # The velocity in the damping force is the last step's difference of displacements: order 1 where there is any.
+    ExplicitMethod("central_difference_lagged", 1, ((0,),), (1,), (0,), ((0,),), (1,), starts_halfway=True),
+    ImplicitMethod("central_difference", 2, beta=0),
+    ImplicitMethod("newmark_average", 2, beta=1 / 4),
+    ImplicitMethod("newmark_linear", 2, beta=1 / 6),
+    *(choice.method(name, choice.usual) for name, choice in CHOICES.items()),
+    ExactMethod("exact"),
+)
+METHODS = Methods((method.name, method) for method in _ROWS)
+
+
+def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
+    """Return the methods that can integrate structures of a storey law and a damping.
+
+    The exact method needs a linear law. Lagged central difference does not fit a law whose memory follows the velocity:
+    its force would lag behind the drift, which supplies energy until yielding bounds the motion. Damping in proportion
+    to the tangent stiffness jumps where a storey yields, so that an implicit step may have no equilibrium.
+    """
+    unfit = set() if law == "elastic" else {"exact"}
+    if set(RATE_LAWS) & set(re.split(r"[|+]", law)):
+        unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
+    if damping == "rayleigh_tangent":
+        unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
+    return tuple(name for name in METHODS if name not in unfit)
+
+
+def check_fits(method: Any, law: str, damping: str = "none") -> None:
+    """Raise an error unless a method exists and fits a law and a damping; the message lists those that do."""
+    one_of("method", method, METHODS)
+    fitting, row = fitting_methods(law, damping), method.partition("(")[0]
+    if row in fitting:
+        return
+    if row in fitting_methods(law):
+        raise ValueError(
+            f"method {method!r} does not fit damping {damping!r} (a step may have no balance where a storey yields); "
+            f"these fit: {', '.join(fitting)}"
+        )
+    linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
+    reason = linear if METHODS[method].kind == "exact" else "its velocities lag behind"
+    raise ValueError(
+        f"method {method!r} does not fit storeys of law {law!r} ({reason}); these fit: {', '.join(fitting)}"
+    )

@@ -1,0 +1,1 @@
+"""What every other layer builds on: checks, messages, progress, and files."""

@@ -1,0 +1,205 @@
+"""Checks of input: each error names what is wrong, where, and what is allowed."""
+
+from __future__ import annotations
+
+import reprlib
+from collections.abc import Collection
+from numbers import Integral, Real
+from types import UnionType
+from typing import Any, cast
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike, DTypeLike
+
+from warpdyn.foundations.core.near_misses import did_you_mean
+
+MOST_REPLICATES = 10**6  # of a bootstrap, and draws of a posterior: quantiles are then known to 0.1 % of a deviation
+LARGEST_NUMBER = float(np.finfo(np.float64).max)
+LONGEST_ROW = 2**27  # 1 GB
+LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
+
+
+def check_kind(function: str, what: str, value: object, kind: type, advice: str = "", *, argument: str = "") -> None:
+    """Raise a TypeError unless an argument of a function is of the class that the function takes.
+
+    Args:
+        function: The public function.
+        what: The class in words, such as "a ShearBuilding".
+        value: The argument.
+        kind: The class.
+        advice: What to give instead.
+        argument: The name of the argument.
+    """
+    if not isinstance(value, kind):
+        hint = f"; {advice}" if advice else ""
+        given = f"the class {value.__name__} itself" if isinstance(value, type) else type(value).__name__
+        named = f" as {argument}" if argument not in ("", "dataset") else ""
+        raise TypeError(f"{function}() takes {what}, got {given}{hint}{named}")
+
+
+def check_dataset(function: str, dataset: Any, *names: str, advice: str, argument: str = "dataset") -> None:
+    """Raise an error with advice unless an argument is a dataset that has these variables or attributes."""
+    check_kind(function, "a Dataset", dataset, xr.Dataset, advice, argument=argument)
+    missing = [name for name in names if name not in dataset and name not in dataset.attrs]
+    if missing:
+        named = "" if argument == "dataset" else f" as {argument}"
+        raise ValueError(f"the dataset has no {', '.join(missing)}: {advice}{named}")
+
+
+def one_of(what: str, name: object, allowed: Collection[str]) -> None:
+    """Raise a ValueError that lists the allowed names, unless `name` is one of them."""
+    if not isinstance(name, str) or name not in allowed:
+        hint = did_you_mean(name, list(allowed))
+        raise ValueError(
+            f"unknown {what} {shortened(name)}{hint}; allowed: {', '.join(repr(each) for each in allowed)}"
+        )
+
+
+def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
+    """Return a finite number as a float, or raise a ValueError that states its bound."""
+    bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
+    number: Any = value  # it may be a whole number that no float holds
+    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(number) <= LARGEST_NUMBER
+    if not good or (above is not None and not value > above) or (least is not None and not value >= least):
+        raise ValueError(f"{what} must be a finite number{bound}, got {shortened(value)}")
+    return float(value)
+
+
+def whole_number(what: str, value: Any, least: int, most: int = LARGEST_WHOLE_NUMBER) -> int:
+    """Return a whole number as an int, or raise a ValueError that states its bounds."""
+    good = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
+    if not good or not least <= int(value) <= most:
+        limit = ("2^63 - 1" if most == LARGEST_WHOLE_NUMBER else f"{most}") if good and value > least else None
+        raise ValueError(
+            f"{what} must be a whole number of at least {least}{f' and at most {limit}' if limit else ''}, "
+            f"got {shortened(value)}"
+        )
+    return int(value)
+
+
+def true_or_false(what: str, value: Any) -> bool:
+    """Return a truth value, or raise a TypeError for whatever Python would take for one."""
+    if not isinstance(value, bool | np.bool_):
+        raise TypeError(f"{what} must be True or False, got {shortened(value)}")
+    return bool(value)
+
+
+def checked_text(what: str, value: Any) -> str:
+    """Return text, or raise a TypeError."""
+    if not isinstance(value, str):
+        raise TypeError(f"{what} must be text, got {shortened(value)}")
+    return str(value)
+
+
+def is_row_of_text(values: object) -> bool:
+    """Return whether a value is a list, a tuple or an array of text."""
+    is_row = isinstance(values, list | tuple) or (isinstance(values, np.ndarray) and values.ndim == 1)
+    return is_row and all(isinstance(each, str) for each in cast("Any", values))
+
+
+def shortened(value: object) -> str:
+    """Return what a message shows of a value: its first elements, or its first and last digits."""
+    return reprlib.repr(value)
+
+
+def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
+    """Return a new float64 array.
+
+    Raises:
+        ValueError: If there are truth values, text, dates, complex numbers, masked values, ragged rows, or more values
+            in a list or range than an array of them would fit in memory.
+    """
+    if isinstance(values, range) and len(values) > LONGEST_ROW:
+        raise ValueError(f"{what} must have at most {LONGEST_ROW} values, got {values!r}")
+    refuse_masked(what, values)
+    try:
+        array = np.array(np.nan if _has(values, bool | np.bool_) else values)
+    except (TypeError, ValueError):
+        array = np.array(None)
+    if array.dtype.kind not in "iuf" or _has(values, bool | np.bool_):
+        raise ValueError(f"{what} must be numbers, in rows of equal length, got {shortened(values)}")
+    return array.astype(np.float64)
+
+
+def _has(values: object, kind: type | UnionType) -> bool:
+    """Return whether a list or tuple, or a row in it, has an element of a class, which NumPy would turn to a number."""
+    if not isinstance(values, list | tuple):
+        return isinstance(values, kind)
+    return any(isinstance(each, kind) or (isinstance(each, list | tuple) and _has(each, kind)) for each in values)
+
+
+def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
+    """Return a new float64 array as `real_numbers` does; raise a ValueError also if a value is not finite."""
+    array = real_numbers(what, values)
+    bad = ~np.isfinite(array)
+    if bad.any():
+        place = tuple(np.argwhere(bad)[0])
+        where = f"[{', '.join(map(str, place))}]" if place else ""
+        raise ValueError(f"{what}{where} is {array[place]}; every value must be finite")
+    return array
+
+
+def refuse_masked(what: str, values: object) -> None:
+    """Raise a ValueError if a masked array, or a row of a list, has masked values.
+
+    `np.asarray` returns the numbers behind a mask as if they were measured. A masked array without masked values is an
+    array like any other.
+
+    Args:
+        what: Name of the argument.
+        values: What the user gave.
+    """
+    if isinstance(values, list | tuple):
+        for i, row in enumerate(values):
+            if isinstance(row, np.ma.MaskedArray | list | tuple):
+                refuse_masked(f"{what}[{i}]", row)
+    elif np.ma.is_masked(values):
+        mask = np.ma.getmaskarray(np.ma.asarray(values))
+        place = "".join(f"[{i}]" for i in np.argwhere(mask)[0])
+        raise ValueError(
+            f"{what}{place} is masked, so its value is unknown ({int(mask.sum())} of {mask.size} values are masked): "
+            "fill the gaps, such as values.filled(0.0), or remove them"
+        )
+
+
+def unmasked(what: str, values: ArrayLike, dtype: DTypeLike | None = None) -> np.ndarray:
+    """Return values as a plain array, as `np.asarray` does; raise a ValueError if some are masked."""
+    refuse_masked(what, values)
+    return np.asarray(values, dtype=dtype)
+
+
+class TooLargeError(ValueError, MemoryError):
+    """An argument asks for more memory than this machine has free."""
+
+
+def free_memory() -> int:
+    """Return the free memory of this machine [bytes], with what the system would give back of its file cache."""
+    try:
+        with open("/proc/meminfo") as lines:
+            return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
+    except (OSError, StopIteration):  # other systems: a modest guess
+        return 2**30
+
+
+def check_memory(what: str, needed: float, remedy: str, *, limit: int | None = None) -> None:
+    """Raise a TooLargeError if arrays that an argument asks for do not fit in the free memory.
+
+    Args:
+        what: What needs the memory, with the argument and its value.
+        needed: Bytes of these arrays.
+        remedy: What to do instead.
+        limit: Bytes that the user allows; None for the free memory.
+    """
+    if limit is not None and needed > limit:
+        raise TooLargeError(f"{what} needs {in_words(needed)} of memory, and memory={limit} allows less: {remedy}")
+    if needed > (free := free_memory()):
+        raise TooLargeError(f"{what} needs {in_words(needed)} of memory, and {in_words(free)} are free: {remedy}")
+
+
+def in_words(size: float) -> str:
+    """Return a number of bytes with a unit."""
+    for unit, value in (("GB", 1e9), ("MB", 1e6)):
+        if size >= value:
+            return f"{size / value:.3g} {unit}"
+    return f"{size:.0f} bytes"

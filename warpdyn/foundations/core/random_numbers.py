@@ -1,0 +1,126 @@
+"""Random numbers that are functions of the seed, the sample, the purpose and a counter, so that order does not matter.
+
+Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns a counter of
+four words into four random words, under a key of two. The key is the seed; the counter holds, from its first word on, a
+counter, the purpose and the sample's index in two words. A sample's numbers so depend on the seed and its own index
+alone, however samples are divided. `warpdyn.engine.device.random_numbers` has the same functions for kernels.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from enum import IntEnum
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import ndtri
+
+from warpdyn.foundations.core.thread_pool import cores, in_parts
+
+# Salmon et al. 2011, the multipliers of a round and what is added to the key between rounds.
+ROUNDS, MULTIPLIERS, KEY_INCREMENTS = 10, (0xD2511F53, 0xCD9E8D57), (0x9E3779B9, 0xBB67AE85)
+WORD = 2**32
+
+
+class Purpose(IntEnum):
+    """What a number is for: the numbers of different purposes are independent.
+
+    Numbers that are drawn in order, once a run, come from a generator of NumPy that is seeded by seed and purpose.
+    """
+
+    STRUCTURE = 0  # parameters of a drawn structure; the index is that of the structure
+    CHOICE_OF_MOTION = 1
+    GROUND_MOTION = 2
+    POINTS = 3  # points of Sobol and Latin hypercube samples, once a run
+    CHECKED_SAMPLES = 4  # once a run
+    PILOT_SAMPLES = 5  # once a plan
+    LADDERS = 6  # first steps of the ladders of capacities; the index is that of the pair
+    GRID_POINTS = 7  # that buildings draw, once a design
+    RECORDS_OF_EARTHQUAKES = 8  # once a grid
+    BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all of them
+    WITHIN_EARTHQUAKES = 10
+
+
+def key_of(seed: int) -> int:
+    """Return the 64-bit key of a seed: the seed itself if it is below 2^64, else its hash."""
+    if seed < 0:
+        raise ValueError(f"seed must be at least 0, got {seed}")
+    if seed < 2**64:
+        return int(seed)
+    seed = int(seed)
+    return int.from_bytes(hashlib.sha256(seed.to_bytes((seed.bit_length() + 7) // 8, "little")).digest()[:8], "little")
+
+
+def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.ndarray:
+    """Return numbers from 0 to below 1 of NumPy's generator, made side by side with the bits of one after another.
+
+    Args:
+        seed: The seed.
+        purpose: What the numbers are for.
+        rows: How many rows.
+        columns: How many numbers of each, in order.
+
+    Returns:
+        The numbers as float32, shape [row, column].
+    """
+    found = np.empty((rows, columns), np.float32)
+    words = np.random.SeedSequence([seed, purpose])
+
+    def fill(part: slice) -> None:
+        # The generator makes two numbers of each 64 bits, so that a part of an even number of rows ends with both.
+        stream = np.random.PCG64(words).advance(part.start * columns // 2)
+        np.random.Generator(stream).random(dtype=np.float32, out=found[part])
+
+    in_parts(fill, rows, cores())
+    return found
+
+
+def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
+    """Return the blocks of Philox4x32-10.
+
+    Args:
+        counter: Words of the counters, the lowest first, shape [4, ...].
+        key: Words of the key, the lowest first, shape [2].
+
+    Returns:
+        Words as uint32, shape [4, ...].
+    """
+    words = [np.asarray(word, dtype=np.uint64) for word in np.asarray(counter)]
+    keys = [int(word) for word in np.asarray(key)]
+    low, shift = np.uint64(WORD - 1), np.uint64(32)
+    for _ in range(ROUNDS):
+        products = [words[0] * np.uint64(MULTIPLIERS[0]), words[2] * np.uint64(MULTIPLIERS[1])]
+        words = [
+            (products[1] >> shift) ^ words[1] ^ np.uint64(keys[0]),
+            products[1] & low,
+            (products[0] >> shift) ^ words[3] ^ np.uint64(keys[1]),
+            products[0] & low,
+        ]
+        keys = [(word + more) % WORD for word, more in zip(keys, KEY_INCREMENTS, strict=True)]
+    return np.array(words, dtype=np.uint32)
+
+
+def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
+    """Return two uniform numbers for each counter: odd multiples of 2^-53, and so neither 0 nor 1.
+
+    Args:
+        seed: Seed of the run.
+        sample: Each sample's index in the run, shape [...].
+        purpose: What the numbers are for.
+        counter: Which numbers, 0 to 2^32 - 1, shape [...].
+
+    Returns:
+        Numbers in (0, 1): a pair for each element of the arguments' common shape, shape [..., 2].
+    """
+    counter, key = np.asarray(counter, dtype=np.uint64), key_of(seed)
+    sample, word = np.asarray(sample, dtype=np.uint64), np.uint64(WORD)
+    parts = np.uint64(purpose), sample % word, sample // word
+    counters = np.stack(np.broadcast_arrays(counter, *parts))
+    words = philox_blocks(counters, (key % WORD, key // WORD)).astype(np.uint64)
+    bits = (words[0::2] << np.uint64(20)) | (words[1::2] >> np.uint64(12))
+    return np.moveaxis((bits.astype(np.float64) + 0.5) * 2.0**-52, 0, -1)
+
+
+def normals(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
+    """Return two standard normal numbers for each counter, the normal quantiles of `uniforms`."""
+    return ndtri(uniforms(seed, sample, purpose, counter))

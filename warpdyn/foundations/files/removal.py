@@ -1,0 +1,66 @@
+"""What warpdyn made in its hidden folders and Zarr stores, told from anything else; only the former is removed."""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from pathlib import Path
+
+from warpdyn.foundations.files.targets import kind_of
+
+LOCK, REPLACED = "lock", "replaced"
+# Files and folders in a hidden folder: the lock, unfinished files ("part.nc" until version 0.1), the account of a run
+# with its blocks, reports and finished groups, and a store that is being replaced.
+FILES = re.compile(r"lock|part\.nc|.+\.part|run\.json|([0-9a-f]+-)?\d+-\d+(\.\d+)?\.npz|\d+\.nc|\d+\.(nc|zarr)\.json")
+FOLDERS = re.compile(r"kept|replaced|\w+\.zarr|\.\d+\.(nc|zarr)\.unfinished")
+# Files of a Zarr store of format 2: metadata, chunks, and chunks that a killed process left unfinished. Systems add
+# files of their own: macOS one for each folder that was looked at, NFS one for each file removed while it was open.
+OF_STORES = re.compile(r"\.z(attrs|array|group|metadata)|\d+(\.\d+)*|.*\.[0-9a-f]{32}\.partial|\.DS_Store|\.nfs\w+")
+
+
+def foreign_in(folder: Path, *, is_store: bool) -> str | None:
+    """Return what is in a folder that warpdyn did not make, with what it is; None if there is nothing.
+
+    Args:
+        folder: A hidden folder of warpdyn, or a Zarr store.
+        is_store: Whether it is a Zarr store.
+    """
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            path = Path(entry.path)
+            if entry.is_dir(follow_symlinks=False):
+                if not is_store and not FOLDERS.fullmatch(entry.name):
+                    return f"the folder {path}"
+                found = foreign_in(path, is_store=is_store or entry.name == REPLACED or path.suffix == ".zarr")
+                if found is not None:
+                    return found
+            elif not entry.is_file(follow_symlinks=False):
+                return f"{path}, which is {kind_of(entry.stat(follow_symlinks=False).st_mode)}"
+            elif not (OF_STORES if is_store else FILES).fullmatch(entry.name):
+                return f"the file {path}"
+    return None
+
+
+def remove_tree(folder: Path) -> None:
+    """Remove a folder with all regular files and folders in it, never what a link leads to; its lock goes last.
+
+    A link, a device or another thing that is no file stays, and so do the folders that it is in. Files are removed by
+    their names: another name (hard link) of the same file keeps the content.
+
+    Raises:
+        OSError: If something stays.
+    """
+    lock = None
+    with os.scandir(folder) as entries:
+        for entry in list(entries):
+            if entry.is_dir(follow_symlinks=False):
+                remove_tree(Path(entry.path))
+            elif entry.name == LOCK:
+                lock = Path(entry.path)
+            elif entry.is_file(follow_symlinks=False):
+                with suppress(FileNotFoundError):
+                    os.unlink(entry.path)
+    if lock is not None and not lock.is_symlink():
+        lock.unlink(missing_ok=True)
+    folder.rmdir()

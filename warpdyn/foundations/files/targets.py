@@ -1,0 +1,201 @@
+"""Paths that are to be written: what may be replaced there, and the permissions that the new file takes over.
+
+Only regular files (or, for Zarr stores, folders) are replaced; devices, pipes and sockets never are. Permissions are
+the mode, the owner, the group and the access control list.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.foundations.files.disk_errors import named_error
+
+ACL = "system.posix_acl_access"  # the extended attribute in which Linux keeps the access control list of a file
+WRITABLE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
+KINDS = (
+    (stat.S_ISDIR, "a folder"),
+    (stat.S_ISLNK, "a symbolic link"),
+    (stat.S_ISFIFO, "a named pipe"),
+    (stat.S_ISSOCK, "a socket"),
+    (stat.S_ISCHR, "a device"),
+    (stat.S_ISBLK, "a device"),
+)
+
+
+def kind_of(mode: int) -> str:
+    """Return what a path is, in words, from the `st_mode` of `os.lstat`."""
+    return next((name for is_kind, name in KINDS if is_kind(mode)), "a file")
+
+
+@dataclass(frozen=True)
+class Permissions:
+    """The permissions of a file or a folder that is to be replaced.
+
+    Args:
+        mode: Permission bits of owner, group and others.
+        owner: Number of the owner.
+        group: Number of the group.
+        acl: Access control list as Linux stores it; None if there is none.
+    """
+
+    mode: int
+    owner: int
+    group: int
+    acl: bytes | None
+
+    @classmethod
+    def of(cls, path: Path) -> Permissions | None:
+        """Return the permissions of a file or a folder; None if it does not exist."""
+        try:
+            found = os.lstat(path)
+        except (FileNotFoundError, NotADirectoryError):
+            return None
+        acl = None
+        if hasattr(os, "getxattr"):
+            with suppress(OSError):  # there is none, or the file system has no such lists
+                acl = os.getxattr(path, ACL, follow_symlinks=False)
+        return cls(stat.S_IMODE(found.st_mode) & 0o777, found.st_uid, found.st_gid, acl)
+
+    @property
+    def of_folder(self) -> int:
+        """The mode of a folder whose files are to be as private as this file."""
+        return self.mode | (self.mode & 0o444) >> 2 | 0o700
+
+    def take_over(self, file: int) -> None:
+        """Give a new file the owner, before anything is written to it.
+
+        Args:
+            file: Descriptor of the new file.
+
+        Raises:
+            PermissionError: If the owner is another user. The new file would belong to this user then, and the file of
+                the other user would be gone.
+        """
+        if not hasattr(os, "fchown") or os.fstat(file).st_uid == self.owner:
+            return
+        try:
+            os.fchown(file, self.owner, -1)
+        except OSError:
+            raise PermissionError(
+                errno.EPERM, "the file that is there belongs to another user; remove it first, or choose another name"
+            ) from None
+
+    def apply(self, path: Path) -> None:
+        """Give the finished file or folder these permissions, as far as the file system has them."""
+        if not hasattr(os, "chown"):
+            with suppress(OSError):
+                path.chmod(self.mode)
+            return
+        mode = self.mode
+        found = os.lstat(path)
+        if found.st_uid != self.owner:
+            with suppress(OSError):
+                os.chown(path, self.owner, -1, follow_symlinks=False)
+        if found.st_gid != self.group:
+            try:
+                os.chown(path, -1, self.group, follow_symlinks=False)
+            except OSError:  # another group may not get what was meant for the first one
+                mode &= ~0o070 | (mode & 0o007) << 3
+        with suppress(OSError):
+            path.chmod(mode)
+        if hasattr(os, "setxattr"):
+            with suppress(OSError):
+                if self.acl is not None:
+                    os.setxattr(path, ACL, self.acl)
+                else:
+                    os.removexattr(path, ACL)  # which the folder may have given to the new file
+
+
+def check_replaceable(path: Path, *, is_store: bool = False) -> None:
+    """Check what is at a path; nothing is fine, and so is a file (for a store: a folder) that may be written.
+
+    Args:
+        path: The path, whose symbolic links are resolved.
+        is_store: Whether a Zarr store is to be written, which is a folder.
+
+    Raises:
+        OSError: If it is something else, or read-only. Its `strerror` does not name the path.
+    """
+    try:
+        found = os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return
+    mode = found.st_mode
+    if not (stat.S_ISDIR(mode) if is_store else stat.S_ISREG(mode)):
+        kind = kind_of(mode)
+        if stat.S_ISDIR(mode):
+            raise IsADirectoryError(errno.EISDIR, "it is a directory; name a file in it")
+        wanted = "folder, as Zarr stores are," if is_store else "file"
+        raise FileExistsError(
+            errno.EEXIST, f"what is there is no {wanted} but {kind}, which is never replaced; choose another name"
+        )
+    # The superuser may write read-only files, too, but whoever made the file read-only wants to keep it.
+    if not mode & WRITABLE or not os.access(path, os.W_OK):
+        kind = "folder" if is_store else "file"
+        raise PermissionError(
+            errno.EACCES, f"the {kind} that is there is read-only; allow writing (chmod u+w), or choose another name"
+        )
+
+
+def take_over_store(older: Path, store: Path) -> None:
+    """Give a new Zarr store, with all that is in it, the permissions of the one that it replaces, if there is one."""
+    of_folders, of_files = Permissions.of(older), Permissions.of(older / ".zattrs")
+    if (of_folders, of_files) == (None, None) or (of_folders, of_files) == (
+        Permissions.of(store),
+        Permissions.of(store / ".zattrs"),
+    ):
+        return
+    for folder, _, names in os.walk(store):
+        if of_folders is not None:
+            of_folders.apply(Path(folder))
+        for name in names:
+            if of_files is not None:
+                of_files.apply(Path(folder, name))
+
+
+def resolved(path: Path) -> Path:
+    """Return the path that symbolic links lead to: a link that a user names stays, and its target is written.
+
+    Raises:
+        OSError: If the links lead to each other.
+    """
+    try:
+        found = path.resolve()
+        is_loop = found.is_symlink()
+    except (OSError, RuntimeError) as error:  # the latter until Python 3.12
+        if isinstance(error, OSError) and error.errno != errno.ELOOP:
+            raise named_error(error, path) from error
+        is_loop = True
+    if is_loop:
+        raise OSError(errno.ELOOP, f"cannot write {path}: its symbolic links lead to each other; choose another name")
+    return found
+
+
+def check_folder(folder: Path) -> None:
+    """Check that files may be made in a folder.
+
+    Raises:
+        OSError: If there is no such folder, or it may not be written; without the path of the file.
+    """
+    if not folder.is_dir():
+        raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}{_near(folder)}; make it first")
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, f"{os.strerror(errno.EACCES)} in {folder}; choose another folder")
+
+
+def _near(folder: Path) -> str:
+    """Return a question about a folder whose name is like that of a folder that is missing."""
+    missing = folder
+    while not missing.parent.is_dir() and missing.parent != missing:
+        missing = missing.parent
+    try:
+        beside = [each.name for each in missing.parent.iterdir() if each.is_dir()]
+    except OSError:
+        return ""
+    return did_you_mean(missing.name, beside)

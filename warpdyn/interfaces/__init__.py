@@ -1,0 +1,5 @@
+"""Figures, reports and files of other tools."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach(__name__, submodules=["plots"])

@@ -1,0 +1,242 @@
+"""Fragility models in OpenQuake's NRML 0.5."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+from scipy.stats import norm
+
+from warpdyn.answers.fragility.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
+from warpdyn.answers.risk.curves import extrapolated
+from warpdyn.answers.risk.integrals.intensity_limits import MINIMUM, NO_DAMAGE, IntensityLimits
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number
+from warpdyn.interfaces.exchange import nrml
+from warpdyn.interfaces.exchange.exceedance import (
+    CHECKED_POINTS,
+    LEAST_CHECKED,
+    check_exceedance,
+    damage_states,
+    fitted,
+)
+from warpdyn.interfaces.exchange.measures import measure_of, to_openquake
+from warpdyn.interfaces.exchange.text_files import checked_path
+
+FUNCTION = "write_nrml_fragility"
+# Probabilities at the default least and greatest intensity. What is left out below decides next to nothing of an annual
+# rate, even on a steep hazard curve; beyond the greatest the engine holds a curve at its value there.
+LEAST_PROBABILITY, GREATEST_PROBABILITY = 1e-6, 0.999
+
+
+def write_nrml_fragility(
+    curves: Mapping[str, xr.Dataset],
+    path: str | os.PathLike,
+    *,
+    format: str = "continuous",
+    intensities: ArrayLike | None = None,
+    measure: str | None = None,
+    minimum_intensity: float | None = None,
+    maximum_intensity: float | None = None,
+    no_damage_limit: float | None = None,
+    loss_type: str = "structural",
+    description: str | None = None,
+) -> Path:
+    """Write fragility curves as a fragility model of OpenQuake (NRML 0.5).
+
+    Continuous functions are lognormal; of a capacity with median m and dispersion b they have the arithmetic mean
+    m exp(b^2 / 2) and the standard deviation mean sqrt(exp(b^2) - 1). Discrete ones have probabilities at intensities,
+    between which the engine interpolates linearly, from 0 below the first one; beyond the last it holds them.
+
+    The engine accepts curves that cross, fall or pass 1; they are refused here. Two lognormal curves of different
+    dispersions cross somewhere: they are refused where they do by more than a probability of 0.001 between the least
+    and greatest intensity. Discrete ones that cross by less are written as equal there.
+
+    Args:
+        curves: What `fragility` returned, by taxonomy, all with the same damage states from the lightest on:
+            `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], and for stripe
+            fractions `exceedance_fraction(damage_state, stripe)`.
+        path: The file, whose name ends in ".xml"; an older one is replaced.
+        format: "continuous", or "discrete".
+        intensities: Intensities of discrete functions [units of the curves], increasing, at which the fitted curves are
+            written; None writes the fractions of the samples that exceeded a state at each stripe.
+        measure: OpenQuake's name of the intensity measure, such as "SA(0.3)", "PGA" or "AvgSA"; None takes it from the
+            curves, where SA and AvgSA must have a damping ratio of 5 %. It is written in OpenQuake's unit (g, cm/s).
+        minimum_intensity: Least intensity (minIML) of continuous functions [units of the curves]. None: the curves'
+            attribute of this name, which `read_nrml_fragility` sets; without it, where the lightest state is exceeded
+            with a probability of 1e-6.
+        maximum_intensity: Greatest one (maxIML) [units of the curves], beyond which the engine keeps the probability.
+            None: the curves' attribute, or where every state is exceeded with a probability of at least 0.999.
+        no_damage_limit: Intensity up to which there is no damage [units of the curves]. None: the curves' attribute;
+            without it, no limit of discrete functions and of those whose minimum is an attribute, and
+            `minimum_intensity` of all others.
+        loss_type: "structural", "nonstructural", "contents" or another of the engine's.
+        description: What the model is; None says how warpdyn fitted the curves.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If a state has no fit, curves of a continuous model are not lognormal, states cross or differ
+            between taxonomies, probabilities fall or are outside 0 to 1, intensities do not increase, or the measure,
+            its unit or a name is none that the engine reads as meant; the error names taxonomy, state and intensity.
+        TypeError: If `curves` maps no taxonomies to datasets.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
+        >>> list(wd.read_nrml_fragility(path))
+        ['CR/LFM/HEX:2']
+    """
+    path = checked_path(FUNCTION, path, ".xml")
+    nrml.check_by_taxonomy(FUNCTION, curves, "curves")
+    one_of("format", format, ("continuous", "discrete"))
+    one_of("loss_type", loss_type, nrml.LOSS_TYPES)
+    first, *rest = curves
+    states = damage_states(f"taxonomy {first!r}", curves[first])
+    nrml.check_state_names(FUNCTION, states)
+    for taxonomy in rest:
+        own = damage_states(f"taxonomy {taxonomy!r}", curves[taxonomy])
+        if own != states:
+            raise ValueError(
+                f"{FUNCTION}: taxonomy {taxonomy!r} has the damage states {', '.join(own)}, and {first!r} has "
+                f"{', '.join(states)}; a model has the same for all"
+            )
+    if format == "continuous" and intensities is not None:
+        raise ValueError(f"{FUNCTION}: intensities are of format='discrete'; continuous functions have none")
+    if format == "discrete" and not (minimum_intensity is None and maximum_intensity is None):
+        raise ValueError(f"{FUNCTION}: discrete functions have intensities, not a least and a greatest one")
+
+    default = f"warpdyn: {curves[first].attrs.get('fragility_method', 'fragility curves')}"
+    beyond = {taxonomy: extrapolated(dataset, tuple(states)) for taxonomy, dataset in curves.items()}
+    told = [f"{taxonomy}: {', '.join(found)}" for taxonomy, found in beyond.items() if found]
+    default += f". Extrapolated medians: {'; '.join(told)}" if told else ""
+    text = nrml.checked_description(FUNCTION, description, default)
+    root, model = nrml.model("fragilityModel", loss_type, text)
+    ElementTree.SubElement(model, "limitStates").text = " ".join(states)
+    for taxonomy, dataset in curves.items():
+        what = f"taxonomy {taxonomy!r}"
+        function = ElementTree.SubElement(model, "fragilityFunction", id=taxonomy, format=format)
+        imt = measure_of(what, dataset, measure)
+        if format == "continuous":
+            bounds = minimum_intensity, maximum_intensity, no_damage_limit
+            _add_continuous(function, what, dataset, imt, bounds)
+        else:
+            _add_discrete(function, what, dataset, imt, intensities, no_damage_limit)
+    return nrml.write_xml(path, root)
+
+
+def _add_continuous(
+    function: ElementTree.Element, what: str, curves: xr.Dataset, imt: str, bounds: tuple[float | None, ...]
+) -> None:
+    """Add intensities and the mean and standard deviation of each state to a function."""
+    median, dispersion = fitted(what, curves)
+    shape = _shape(what, curves)
+    if shape is not LOGNORMAL:
+        raise ValueError(
+            f"{what}: the curves are {shape.name}, and the engine's continuous functions are lognormal; write them at "
+            "intensities= as format='discrete'"
+        )
+    units = curves["fragility_median"].attrs.get("units")
+    factor = to_openquake(what, units, imt)
+    low, high = norm.ppf(LEAST_PROBABILITY), norm.ppf(GREATEST_PROBABILITY)
+    defaults = (np.min(median * np.exp(low * dispersion)), np.max(median * np.exp(high * dispersion)))
+    names = ("minimum_intensity", "maximum_intensity", "no_damage_limit")
+    least, greatest, limit = (
+        None if value is None else real_number(f"{FUNCTION}: {name}", value, above=0)
+        for name, value in zip(names, bounds, strict=True)
+    )
+    is_given = any(value is not None for value in bounds)
+    own = IntensityLimits.of(FUNCTION, curves)
+    is_of_file = least is None and MINIMUM in curves.attrs  # which may have no limit without damage
+    least = own.minimum if is_of_file else least or defaults[0]
+    greatest = greatest or (own.maximum if np.isfinite(own.maximum) else defaults[1])
+    if limit is None:
+        limit = own.no_damage if is_of_file or NO_DAMAGE in curves.attrs else least
+    if not greatest > least:
+        raise ValueError(f"{what}: the greatest intensity ({greatest:g} {units}) must be above the least, {least:g}")
+    # A file that was read may have limits above a median; typed ones are a mistake there.
+    if is_given and (not max(least, limit) < median[0] or not greatest > median[-1]):
+        raise ValueError(
+            f"{what}: the least intensity ({least:g} {units}), that without damage ({limit:g}) and the greatest "
+            f"({greatest:g}) must leave the medians between them, {median[0]:g} to {median[-1]:g} {units}; leave them "
+            "out to have them chosen"
+        )
+    levels = np.geomspace(max(least, limit) or LEAST_CHECKED * greatest, greatest, CHECKED_POINTS)
+    probability = shape.probability(levels, median[:, None], dispersion[:, None])
+    states = damage_states(what, curves)
+    check_exceedance(what, states, levels, probability, units)
+    function.set("shape", "logncdf")
+    named = {"noDamageLimit": limit, "minIML": least, "maxIML": greatest}
+    ElementTree.SubElement(function, "imls", {"imt": imt} | {n: repr(float(v * factor)) for n, v in named.items()})
+    for state, m, b in zip(states, median * factor, dispersion, strict=True):
+        mean = float(m * np.exp(b**2 / 2))
+        stddev = float(mean * np.sqrt(np.expm1(b**2)))
+        ElementTree.SubElement(function, "params", ls=state, mean=repr(mean), stddev=repr(stddev))
+
+
+def _add_discrete(
+    function: ElementTree.Element,
+    what: str,
+    curves: xr.Dataset,
+    imt: str,
+    intensities: ArrayLike | None,
+    no_damage_limit: float | None,
+) -> None:
+    """Add intensities and the probabilities of each state to a function."""
+    states = damage_states(what, curves)
+    if intensities is None:
+        levels, probability, units = _stripes(what, curves)
+    else:
+        median, dispersion = fitted(what, curves)
+        levels, units = finite_numbers("intensities", intensities), curves["fragility_median"].attrs.get("units")
+        _check_levels(what, levels)
+        clipped, is_damaged = IntensityLimits.of(FUNCTION, curves).clipped(levels)
+        probability = _shape(what, curves).probability(clipped, median[:, None], dispersion[:, None]) * is_damaged
+    check_exceedance(what, states, levels, probability, units)
+    probability = np.minimum.accumulate(probability, axis=0)
+    factor = to_openquake(what, units, imt)
+    attributes = {"imt": imt}
+    own = IntensityLimits.of(FUNCTION, curves).no_damage
+    if no_damage_limit is None and own > 0:
+        attributes["noDamageLimit"] = repr(own * factor)
+    elif no_damage_limit is not None:
+        limit = real_number(f"{FUNCTION}: no_damage_limit", no_damage_limit, above=0)
+        if not limit < levels[0]:
+            raise ValueError(f"{what}: no_damage_limit ({limit:g}) must be below the first intensity, {levels[0]:g}")
+        attributes["noDamageLimit"] = repr(limit * factor)
+    ElementTree.SubElement(function, "imls", attributes).text = nrml.row(levels * factor)
+    for state, values in zip(states, probability, strict=True):
+        ElementTree.SubElement(function, "poes", ls=state).text = nrml.row(values)
+
+
+def _shape(what: str, curves: xr.Dataset) -> CurveShape:
+    """Return the shape of fitted curves, lognormal where the dataset does not say it."""
+    shapes = {shape.name: shape for shape in (LOGNORMAL, LOGLOGISTIC)}
+    name = curves.attrs.get("fragility_shape", LOGNORMAL.name)
+    one_of(f"fragility_shape of {what}", name, shapes)
+    return shapes[name]
+
+
+def _stripes(what: str, curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray, object]:
+    """Return the levels of stripes, the fractions that exceed, shape [damage_state, stripe], and the levels' unit."""
+    if "exceedance_fraction" not in curves or set(curves["exceedance_fraction"].dims) != {"damage_state", "stripe"}:
+        raise ValueError(
+            f"{what}: the dataset has no exceedance_fraction(damage_state, stripe); give intensities= at which the "
+            "fitted curves are written"
+        )
+    levels = curves["stripe"].values.astype(np.float64)
+    _check_levels(what, levels)
+    fractions = curves["exceedance_fraction"].transpose("damage_state", "stripe").values.astype(np.float64)
+    return levels, fractions, curves["stripe"].attrs.get("units")
+
+
+def _check_levels(what: str, levels: np.ndarray) -> None:
+    if levels.ndim != 1 or levels.size < 2 or not (levels > 0).all() or (np.diff(levels) <= 0).any():
+        raise ValueError(
+            f"{what}: a discrete function needs at least 2 intensities above 0 that increase, got {levels.tolist()}"
+        )

@@ -1,0 +1,168 @@
+"""Reader of fragility models in OpenQuake's NRML 0.5."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.answers.fragility.estimators import LOGNORMAL
+from warpdyn.answers.risk.integrals.intensity_limits import MAXIMUM, MINIMUM, NO_DAMAGE
+from warpdyn.foundations.core.checks import one_of
+from warpdyn.foundations.core.units import unit_attributes
+from warpdyn.interfaces.exchange import nrml
+from warpdyn.interfaces.exchange.exceedance import CHECKED_POINTS, LEAST_CHECKED, check_exceedance
+from warpdyn.interfaces.exchange.measures import from_openquake, own_name
+
+READER = "read_nrml_fragility"
+
+
+def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
+    """Read a fragility model of OpenQuake (NRML 0.5), as `write_nrml_fragility` writes it or another tool.
+
+    Args:
+        path: The file.
+
+    Returns:
+        Of each taxonomy a dataset as `fragility` returns it: of continuous functions `fragility_median(damage_state)`
+        [g or SI] and `fragility_dispersion(damage_state)` [1]; of discrete ones
+        `exceedance_fraction(damage_state, stripe)` [1]. The attributes `no_damage_limit`, `minimum_intensity` and
+        `maximum_intensity` (noDamageLimit, minIML and maxIML of the file) are in the unit of the medians. Rates,
+        losses, vulnerability functions and files that are written apply them as the engine does: intensities are
+        clipped to the minimum and the maximum, and at or below the limit there is no damage.
+
+    Raises:
+        ValueError: If it is no such file, functions lack what the format demands, or values are such that
+            `write_nrml_fragility` would refuse them: not finite, outside their range, falling or crossing. The error
+            names the file and the function.
+        FileNotFoundError: If there is no such file.
+
+    Example:
+        >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
+        >>> again = wd.read_nrml_fragility(path)["CR/LFM/HEX:2"]
+        >>> again["fragility_median"].round(2).values  # g
+        array([0.49, 1.24])
+    """
+    model = nrml.read_model(READER, path, "fragilityModel")
+    states = (nrml.child(path, model, "limitStates").text or "").replace(",", " ").split()
+    described = (nrml.child(path, model, "description").text or "").strip()
+    if not states:
+        raise ValueError(f"{path}: limitStates names no state")
+    if len(set(states)) < len(states):
+        raise ValueError(f"{path}: limitStates names a state twice: {' '.join(states)}")
+    found: dict[str, xr.Dataset] = {}
+    for function in model.iter("fragilityFunction"):
+        taxonomy = nrml.attribute(path, function, "id")
+        if taxonomy in found:
+            raise ValueError(f"{path}: two functions have the id {taxonomy!r}; files of several measures are not read")
+        levels = nrml.child(path, function, "imls")
+        imt = nrml.attribute(path, levels, "imt")
+        units, factor = from_openquake(path, imt)
+        format = nrml.attribute(path, function, "format").lower()
+        one_of(f"format of {taxonomy!r} in {path}", format, ("continuous", "discrete"))
+        attributes: dict[str, Any] = {
+            "intensity_measure": own_name(imt),
+            "fragility_method": f"read from {os.path.basename(path)}: {described}",
+        }
+        if levels.get("noDamageLimit") is not None:
+            attributes[NO_DAMAGE] = nrml.number(path, levels, "noDamageLimit", 0) * factor
+        read = _continuous if format == "continuous" else _discrete
+        variables, coordinates = read(path, function, states, units, factor, attributes)
+        coordinates["damage_state"] = ("damage_state", np.array(states), {"long_name": "damage state"})
+        found[taxonomy] = xr.Dataset(variables, coordinates, attributes)
+    if not found:
+        raise ValueError(f"{READER}: {path} has a fragilityModel without a fragilityFunction")
+    return found
+
+
+def _rows(path: object, function: ElementTree.Element, tag: str, states: list[str]) -> list[ElementTree.Element]:
+    """Return the elements of each state, in the order of the states, which the file must have too."""
+    rows = function.findall(tag)
+    names = [nrml.attribute(path, row, "ls") for row in rows]
+    if names != states:
+        raise ValueError(
+            f"{path}: function {function.get('id')!r} has {tag} of {', '.join(names) or 'no state'}; limitStates are "
+            f"{', '.join(states)}"
+        )
+    return rows
+
+
+def _continuous(
+    path: object, function: ElementTree.Element, states: list[str], units: str, factor: float, attributes: dict
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the variables and coordinates of a continuous function, and add its bounds to the attributes."""
+    rows = _rows(path, function, "params", states)
+    mean, stddev = (np.array([nrml.number(path, row, name) for row in rows]) for name in ("mean", "stddev"))
+    for state, m, s in zip(states, mean, stddev, strict=True):
+        if not (0 < m < np.inf and 0 < s < np.inf):
+            where = f"function {function.get('id')!r}, {state!r}"
+            raise ValueError(f"{path}: {where}: mean {m:g} and stddev {s:g} must be finite, above 0")
+    variance = np.log1p((stddev / mean) ** 2)
+    levels = nrml.child(path, function, "imls")
+    for name, key in (("minIML", MINIMUM), ("maxIML", MAXIMUM)):
+        attributes[key] = nrml.number(path, levels, name, 0) * factor
+    least, greatest = attributes[MINIMUM], attributes[MAXIMUM]
+    if not greatest > least:
+        raise ValueError(
+            f"{path}: function {function.get('id')!r} has maxIML {greatest / factor:g}, which must be above minIML, "
+            f"{least / factor:g}"
+        )
+    if attributes.get(NO_DAMAGE, 0) >= greatest:
+        raise ValueError(
+            f"{path}: function {function.get('id')!r} has noDamageLimit {attributes[NO_DAMAGE] / factor:g} and maxIML "
+            f"{greatest / factor:g}: no intensity would cause damage"
+        )
+    median = mean * np.exp(-variance / 2) * factor
+    _check(path, function, states, median, np.sqrt(variance), (least, greatest), units)
+    said = {"long_name": "median capacity"} | unit_attributes(units)
+    return {
+        "fragility_median": ("damage_state", median, said),
+        "fragility_dispersion": (
+            "damage_state",
+            np.sqrt(variance),
+            {"long_name": "dispersion of the capacity", "units": "1"},
+        ),
+    }, {}
+
+
+def _check(
+    path: object,
+    function: ElementTree.Element,
+    states: list[str],
+    median: np.ndarray,
+    dispersion: np.ndarray,
+    bounds: tuple[float, float],
+    units: str,
+) -> None:
+    """Raise a ValueError unless the curves of a continuous function are ordered, as those that are written must be."""
+    what = f"{path}: function {function.get('id')!r}"
+    for i in np.flatnonzero(np.diff(median) < 0):
+        raise ValueError(
+            f"{what}: the medians of {states[i]!r} and {states[i + 1]!r} fall, {median[i]:.4g} and "
+            f"{median[i + 1]:.4g} {units}: limitStates and params must come from the lightest state on"
+        )
+    levels = np.geomspace(bounds[0] or LEAST_CHECKED * bounds[1], bounds[1], CHECKED_POINTS)
+    probability = LOGNORMAL.probability(levels, median[:, None], dispersion[:, None])
+    check_exceedance(what, states, levels, probability, units)
+
+
+def _discrete(
+    path: object, function: ElementTree.Element, states: list[str], units: str, factor: float, attributes: dict
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the variables and coordinates of a discrete function."""
+    rows = _rows(path, function, "poes", states)
+    levels = nrml.numbers(path, nrml.child(path, function, "imls"))
+    probability = np.array([nrml.numbers(path, row, len(levels)) for row in rows])
+    what = f"{path}: function {function.get('id')!r}"
+    if levels.size < 2 or levels[0] < 0 or (np.diff(levels) <= 0).any():
+        raise ValueError(f"{what} needs at least 2 intensities of at least 0 that increase, got {levels.tolist()}")
+    if levels[0] == 0 and probability[:, 0].any():
+        raise ValueError(f"{what} has the probability {probability[:, 0].max():g} at intensity 0; it must be 0 there")
+    check_exceedance(what, states, levels * factor, probability, units)
+    said = {"long_name": "intensity of the stripe"} | unit_attributes(units)
+    share = {"long_name": "probability of exceedance", "units": "1"}
+    variables = {"exceedance_fraction": (("damage_state", "stripe"), probability, share)}
+    return variables, {"stripe": ("stripe", levels * factor, said)}

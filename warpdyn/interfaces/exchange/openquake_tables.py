@@ -1,0 +1,298 @@
+"""OpenQuake's tables beside its models: which functions a taxonomy has, and what damage states lead to."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import os
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+from warpdyn.foundations.core.checks import check_kind, checked_text, one_of, real_number, shortened
+from warpdyn.foundations.files.text import check_names, check_separator, read_csv_text
+from warpdyn.interfaces.exchange import nrml
+from warpdyn.interfaces.exchange.text_files import checked_path, write_text
+
+TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
+# Kinds of consequences whose values are shares, and those that count people, per occupant.
+KINDS = ("losses", "collapsed", "non_operational", "injured", "fatalities", "homeless")
+SHAKING = ("groundshaking", "earthquake")  # perils; the second is the engine's name of the first until 2025
+SUM_TOLERANCE = 1e-7  # of weights; the engine's pmf.PRECISION
+
+
+def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], path: str | os.PathLike) -> Path:
+    """Write which fragility or vulnerability functions OpenQuake takes for each taxonomy of an exposure.
+
+    Args:
+        mapping: Of each taxonomy the id of its function, or the weight [1] of each of several, with a sum of 1.
+        path: The file, whose name ends in ".csv"; an older one is replaced.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If weights are not above 0 or do not sum to 1, or a name has characters that the engine refuses.
+        TypeError: If `mapping` is no mapping.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
+        >>> wd.read_taxonomy_mapping(path)["CR/LFM"]
+        {'C1M_H': 0.7, 'C1M_L': 0.3}
+    """
+    path = checked_path(TAXONOMIES, path, ".csv")
+    check_kind(TAXONOMIES, "a mapping of taxonomies to ids of functions", mapping, Mapping)
+    if not mapping:
+        raise ValueError(f"{TAXONOMIES}() takes at least one taxonomy, got an empty mapping")
+    rows: list[Sequence[object]] = [("taxonomy", "risk_id", "weight")]
+    for taxonomy, given in mapping.items():
+        nrml.check_taxonomy(TAXONOMIES, taxonomy)
+        if not isinstance(given, str | Mapping):
+            raise TypeError(
+                f"{TAXONOMIES}: the mapping of taxonomy {taxonomy!r} must be the id of a function, or weights by ids, "
+                f"got {shortened(given)}"
+            )
+        weights = given if isinstance(given, Mapping) else {given: 1.0}
+        for risk_id, weight in weights.items():
+            nrml.check_taxonomy(TAXONOMIES, risk_id, f"id of taxonomy {taxonomy!r}")
+            weight = real_number(f"{TAXONOMIES}: weight of {risk_id!r} for taxonomy {taxonomy!r}", weight, above=0)
+            rows.append((taxonomy, risk_id, repr(weight)))
+        total = sum(weights.values())
+        if abs(total - 1) > SUM_TOLERANCE:
+            raise ValueError(
+                f"{TAXONOMIES}: the weights of taxonomy {taxonomy!r} sum to {total:.9g}; they must sum to 1"
+            )
+    return write_text(path, _csv_text(rows))
+
+
+def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]]:
+    """Read which functions OpenQuake takes for each taxonomy, with their weights.
+
+    The weights of rows with one taxonomy and one function are added, as the engine does; GEM's published mappings have
+    such rows.
+
+    Args:
+        path: The CSV file, with columns `taxonomy`, `risk_id` (or `conversion`, as of old) and, if it has them,
+            `weight`.
+
+    Returns:
+        Of each taxonomy the weight [1] of each function.
+
+    Raises:
+        ValueError: If a column is missing, a name has characters that the engine refuses, a weight is no number above
+            0 or the weights of a taxonomy do not sum to 1. The message names the file.
+        FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
+        >>> wd.read_taxonomy_mapping(path)["W"]
+        {'W1': 1.0}
+    """
+    found: dict[str, dict[str, float]] = {}
+    for row in _csv_rows("read_taxonomy_mapping", path, ("taxonomy",)):
+        taxonomy, risk_id = row["taxonomy"], row.get("risk_id") or row.get("conversion")
+        if not risk_id:
+            raise ValueError(f"{path}: taxonomy {taxonomy!r} has no risk_id")
+        nrml.check_taxonomy(str(path), taxonomy)
+        nrml.check_taxonomy(str(path), risk_id, f"risk_id of taxonomy {taxonomy!r}")
+        weight = 1.0
+        if "weight" in row:
+            weight = _csv_number(path, f"weight of {risk_id!r} for taxonomy {taxonomy!r}", row["weight"], above=0)
+        own = found.setdefault(taxonomy, {})
+        own[risk_id] = own.get(risk_id, 0.0) + weight
+    if not found:
+        raise ValueError(f"{path}: there is no row below the names of the columns")
+    for taxonomy, weights in found.items():
+        if abs(sum(weights.values()) - 1) > SUM_TOLERANCE:
+            raise ValueError(
+                f"{path}: the weights of taxonomy {taxonomy!r} sum to {sum(weights.values()):.9g}, not to 1"
+            )
+    return found
+
+
+def write_consequences(
+    consequences: Mapping[str, Mapping[str, float | Sequence[float]]],
+    path: str | os.PathLike,
+    *,
+    consequence: str = "losses",
+    loss_type: str = "structural",
+) -> Path:
+    """Write what each damage state leads to, for OpenQuake's damage calculations.
+
+    Args:
+        consequences: Of each id of a function the share [1] for each damage state, from the lightest on: of the value
+            lost ("losses"), of buildings ("collapsed", "non_operational") or of people ("injured", "fatalities",
+            "homeless"). Of a pair, such as mean and coefficient of variation, the mean is written.
+        path: The file, whose name ends in ".csv"; an older one is replaced.
+        consequence: What it is: "losses" or another of those above.
+        loss_type: "structural", "nonstructural", "contents" or another of the engine's.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If a share is outside 0 to 1 or falls from one state to the next, ids have different states, or a
+            name has characters that the engine refuses.
+        TypeError: If `consequences` maps no ids to shares.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv").name
+        'consequences.csv'
+    """
+    path = checked_path(CONSEQUENCES, path, ".csv")
+    check_kind(CONSEQUENCES, "a mapping of ids to shares by damage state", consequences, Mapping)
+    one_of("consequence", consequence, KINDS)
+    one_of("loss_type", loss_type, nrml.LOSS_TYPES)
+    if not consequences:
+        raise ValueError(f"{CONSEQUENCES}() takes at least one id, got an empty mapping")
+    states: list[str] = []
+    rows: list[Sequence[object]] = []
+    for risk_id, shares in consequences.items():
+        nrml.check_taxonomy(CONSEQUENCES, risk_id, "id")
+        check_kind(CONSEQUENCES, f"shares by damage state for {risk_id!r}", shares, Mapping)
+        own = list(shares)
+        nrml.check_state_names(CONSEQUENCES, own)
+        if not own or (states and own != states):
+            raise ValueError(
+                f"{CONSEQUENCES}: {risk_id!r} has the damage states {', '.join(own) or 'none'}, and the first id "
+                f"{', '.join(states)}; they must be the same for all"
+            )
+        states = own
+        values = [_share(risk_id, state, shares[state]) for state in states]
+        _check_order(f"{CONSEQUENCES}: {risk_id!r}", dict(zip(states, values, strict=True)))
+        rows.append((risk_id, consequence, loss_type, *(repr(value) for value in values)))
+    return write_text(path, _csv_text([("risk_id", "consequence", "loss_type", *states), *rows]))
+
+
+def _check_order(what: str, shares: Mapping[str, float]) -> None:
+    """Raise a ValueError if a share falls from one damage state to the next."""
+    for (lighter, one), (heavier, other) in pairwise(shares.items()):
+        if other < one:
+            raise ValueError(
+                f"{what}: the share falls from {one:g} of {lighter!r} to {other:g} of {heavier!r}; damage states must "
+                "come from the lightest on"
+            )
+
+
+def _share(risk_id: str, state: str, given: object) -> float:
+    what = f"{CONSEQUENCES}: share of {state!r} of {risk_id!r}"
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        if not 1 <= len(given) <= 2:
+            raise ValueError(
+                f"{what} must be a number, or a pair such as mean and coefficient of variation, got {given!r}"
+            )
+        given = given[0]
+    value = real_number(what, given, least=0)
+    if value > 1:
+        raise ValueError(f"{what} is {value:g}; it must be at most 1 (2 % is 0.02)")
+    return value
+
+
+def read_consequences(
+    path: str | os.PathLike, *, consequence: str = "losses", loss_type: str = "structural"
+) -> dict[str, dict[str, float]]:
+    """Read what each damage state leads to.
+
+    Args:
+        path: The CSV file, with columns `risk_id` (or `taxonomy`, as of old), `consequence`, if it has them `loss_type`
+            and `peril` (rows of "groundshaking", or "earthquake" as until 2025, are read), and one for each damage
+            state.
+        consequence: What is read, such as "losses".
+        loss_type: Of which loss type.
+
+    Returns:
+        Of each id the share [1] for each damage state, as `write_consequences` takes it.
+
+    Raises:
+        ValueError: If a column is missing, a share is no number from 0 to 1 or falls from one state to the next, or the
+            file has no such consequence or an id twice. The message names the file.
+        FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> path = wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv")
+        >>> wd.read_consequences(path)["C1M_H"]["complete"]
+        1.0
+    """
+    for name, word in {"consequence": consequence, "loss_type": loss_type}.items():
+        checked_text(f"read_consequences: {name}", word)
+    found: dict[str, dict[str, float]] = {}
+    named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
+    others: dict[str, None] = {}  # what the file has instead, in its order
+    for row in _csv_rows("read_consequences", path, ("consequence",)):
+        peril = row.get("peril") or SHAKING[0]
+        of_row = row["consequence"], row.get("loss_type") or "structural"
+        if of_row != (consequence, loss_type) or peril.lower() not in SHAKING:
+            others[f"{of_row[0]} of {of_row[1]}" + (f" by {peril}" if peril.lower() not in SHAKING else "")] = None
+            continue
+        risk_id = row.get("risk_id") or row.get("taxonomy")
+        if not risk_id:
+            raise ValueError(f"{path}: a row has no risk_id")
+        if risk_id in found:
+            raise ValueError(f"{path}: {risk_id!r} has {consequence} of {loss_type} twice")
+        states = [name for name in row if name not in named]
+        if not states:
+            raise ValueError(f"{path} has no column of a damage state; it has {', '.join(row)}")
+        found[risk_id] = {state: _csv_number(path, f"{state} of {risk_id!r}", row[state], most=1) for state in states}
+        _check_order(f"{path}: {risk_id!r}", found[risk_id])
+    if not found:
+        raise ValueError(
+            f"{path} has no consequence {consequence!r} of loss type {loss_type!r} by earthquakes; it has "
+            f"{'; '.join(others) or 'no rows'}"
+        )
+    return found
+
+
+def _csv_text(rows: Sequence[Sequence[object]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> list[dict[str, str]]:
+    """Return the rows of a CSV file by the names of its columns."""
+    text = io.StringIO(read_csv_text(function, path), newline="")
+    reader = csv.DictReader(text, skipinitialspace=True, strict=True)
+    try:
+        reader.fieldnames = [name.strip() for name in reader.fieldnames or ()]
+        _check_header(path, reader.fieldnames)
+        for name in needed:
+            if name not in (reader.fieldnames or ()):
+                raise ValueError(
+                    f"{path} has no column {name!r}; it has {', '.join(reader.fieldnames or ()) or 'none'}"
+                )
+        rows = list(reader)
+    except csv.Error as error:
+        raise ValueError(f"{function}: {path} is no CSV: line {reader.line_num}: {error}") from None
+    for place, row in enumerate(rows, 2):
+        if None in row or None in row.values():
+            raise ValueError(f"{path}, line {place}: {'more' if None in row else 'fewer'} values than columns")
+    return [{name: value.strip() for name, value in row.items()} for row in rows]
+
+
+def _check_header(path: object, names: Sequence[str]) -> None:
+    """Raise a ValueError unless columns are separated by commas and have names of their own."""
+    try:
+        check_separator(",".join(names) if len(names) > 1 else "".join(names))
+        check_names(names)
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _csv_number(path: object, what: str, word: str, *, above: float | None = None, most: float | None = None) -> float:
+    """Return a number above a bound, or from 0 to another one."""
+    try:
+        value = float(word)
+    except ValueError:
+        value = math.nan
+    good = math.isfinite(value) and (above is None or value > above) and (most is None or 0 <= value <= most)
+    if not good:
+        bound = (
+            f" above {above:g}" if above is not None else "" if most is None else f" from 0 to {most:g} (2 % is 0.02)"
+        )
+        raise ValueError(f"{path}: {what} must be a finite number{bound}, got {word!r}")
+    return value

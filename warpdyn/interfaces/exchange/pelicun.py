@@ -1,0 +1,239 @@
+"""Demand samples of pelicun, SimCenter's FEMA P-58 engine."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.answers.fragility.stripe_counts import decoded_status
+from warpdyn.campaigns.running.joining.duplicates import check_samples
+from warpdyn.campaigns.running.selections import select_storeys
+from warpdyn.foundations.core.checks import check_dataset, real_number, real_numbers
+from warpdyn.foundations.core.messages import tell
+from warpdyn.foundations.core.output_variables import COLLAPSED, OK, STOREY_KIND, STRIPED, measure_name
+from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
+from warpdyn.interfaces.exchange.measures import openquake_measure
+from warpdyn.interfaces.exchange.text_files import checked_path, write_text
+
+FUNCTION = "write_pelicun_demands"
+EVENT, DIRECTION = 1, 1
+# pelicun's units of the intensity measures that it knows, by OpenQuake's names and the dataset's units.
+INTENSITIES = {("PGA", "g"): "g", ("SA", "g"): "g", ("PGV", "m s-1"): "mps", ("PGD", "m"): "m"}
+
+
+def write_pelicun_demands(
+    run: xr.Dataset,
+    path: str | os.PathLike,
+    *,
+    level: float | Sequence[float] | None = None,
+    collapse_drift_ratio: float | None = None,
+) -> Path:
+    """Write the demands of a run as a demand sample of pelicun, one row a sample.
+
+    Columns are peak storey drift ratios `1-PID-storey-1` [rad] and, where they were recorded, residual ones
+    `1-RID-storey-1` [rad] and peak floor accelerations `1-PFA-floor-1` [m/s2], of which floor 0 is the peak ground
+    acceleration of the scaled motion. Then follow the intensity measure (`1-SA_0.75-0-1`, `1-PGA-0-1` [g], also PGV and
+    PGD; others pelicun does not know, and they are left out) and, where a sample failed, `1-ERROR-0-1`, by which
+    pelicun leaves the sample out. Of a building on isolators, storey 1 is the first above the isolators, and floor 0
+    the base slab. The storey of a tuned mass damper is left out.
+
+    FEMA P-58 treats collapses apart: they have no demands, and pelicun knows them by a storey drift ratio of at least a
+    limit: the `CensorUpper` of PID where it calibrates its demand model, the capacity of its collapse check elsewhere.
+    A collapsed sample is therefore written with its drifts up to the collapse, of which that of the storey of
+    collapse is at least this limit, and without residual drifts; no other sample reaches it. What the limit may be is
+    told when the file is written.
+
+    Args:
+        run: What `simulate` returned of a building, with the recorder "drift" and, to have their columns,
+            "acceleration" and "residual".
+        path: The file, whose name ends in ".csv"; an older one is replaced.
+        level: The stripe, or stripes, that are written [the unit of `im_level`]; needed where the run has several.
+        collapse_drift_ratio: The limit [1]; a collapsed sample that ended below it, by rounding or because a storey of
+            its own has a smaller drift capacity, is written with it. None takes the scene's `collapse_drift_ratio`;
+            without one, or where standing samples reach it, the drifts are written as they are, if they tell the
+            collapsed samples from the others.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If the run is of a portfolio or a sequence, lacks drifts or the peak accelerations of its motions,
+            or has other stripes; if every sample failed; if a sample that did not collapse reaches the limit.
+        TypeError: If `run` is no Dataset.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g
+        >>> len(wd.read_pelicun_demands(path)["sample"])
+        24
+    """
+    path = checked_path(FUNCTION, path, ".csv")
+    needed = ("peak_storey_drift_ratio", "status", "sample")
+    check_dataset(
+        FUNCTION, run, *needed, advice="give what simulate() returned, with the recorder 'drift'", argument="run"
+    )
+    for dimension, selection in (("archetype", "select_archetype"), ("event", "select_event")):
+        if dimension in run.dims:
+            raise ValueError(f"{FUNCTION}: the run has several {dimension}s; take one by {selection}(run, name)")
+    check_samples(FUNCTION, run)
+    run = _at_levels(run, level)
+    ground, run = _building_alone(run)
+    status = decoded_status(run["status"])
+    if (status > COLLAPSED).all():
+        raise ValueError(f"{FUNCTION}: every sample failed, so that pelicun would have none")
+    drift = run["peak_storey_drift_ratio"].transpose("sample", "storey").values.astype(np.float64)
+    drift = _with_collapses(run, drift, status, collapse_drift_ratio)
+    columns: dict[str, tuple[str, np.ndarray]] = {}
+    if "peak_floor_acceleration" in run:
+        columns[_column("PFA", 0)] = "mps2", _peak_ground_acceleration(run) if ground is None else ground
+        floors = run["peak_floor_acceleration"].transpose("floor", "sample").values
+        columns |= {_column("PFA", floor): ("mps2", values) for floor, values in enumerate(floors, 1)}
+    columns |= {_column("PID", storey): ("rad", values) for storey, values in enumerate(drift.T, 1)}
+    if "residual_drift_ratio" in run:
+        residual = run["residual_drift_ratio"].transpose("storey", "sample").values
+        residual = np.where(status == COLLAPSED, np.nan, np.abs(residual))
+        columns |= {_column("RID", storey): ("rad", values) for storey, values in enumerate(residual, 1)}
+    columns |= _intensity(run)
+    if (status > COLLAPSED).any():
+        # A column that is called ERROR alone, beside names of four parts, is not seen by pelicun 3.10.
+        columns[_column("ERROR", 0)] = "", (status > COLLAPSED).astype(np.int8)
+    table = pd.DataFrame({name: values for name, (_, values) in columns.items()}, index=run["sample"].values)
+    header, _, rows = table.to_csv(lineterminator="\n").partition("\n")
+    units = ",".join(["Units", *(unit for unit, _ in columns.values())])
+    return write_text(path, f"{header}\n{units}\n{rows}")
+
+
+def _column(kind: str, place: int) -> str:
+    return f"{EVENT}-{kind}-{place}-{DIRECTION}"
+
+
+def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dataset:
+    """Return the samples on some stripes; all samples of a run that has none or one."""
+    has_levels = "im_level" in run.coords
+    levels = np.unique(run["im_level"].values) if has_levels else np.empty(0)
+    is_striped = has_levels and run["im_level"].attrs.get("design") == STRIPED
+    if level is None:
+        if is_striped and levels.size > 1:
+            raise ValueError(
+                f"{FUNCTION}: the run has {levels.size} stripes, and an assessment by P-58 is of one: give level=, one "
+                f"or several of {', '.join(f'{value:g}' for value in levels)}"
+            )
+        return run
+    if not is_striped:
+        raise ValueError(f"{FUNCTION}: the run is not on stripes, which level= is of; leave it out")
+    kept = np.zeros(run.sizes["sample"], dtype=bool)
+    for value in np.atleast_1d(real_numbers("level", level)):
+        on_stripe = np.isclose(run["im_level"].values, value, rtol=1e-9, atol=0)
+        if not on_stripe.any():
+            raise ValueError(
+                f"{FUNCTION}: the run has no stripe of {value:g}; it has {', '.join(f'{each:g}' for each in levels)}: "
+                "choose level= of these"
+            )
+        kept |= on_stripe
+    return run.isel(sample=np.flatnonzero(kept))
+
+
+def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limit: float | None) -> np.ndarray:
+    """Return drift ratios, shape [sample, storey], in which a limit tells the collapsed samples from the others."""
+    if limit is not None:
+        limit = real_number(f"{FUNCTION}: collapse_drift_ratio", limit, above=0)
+        warn_of_implausible_limits({"": limit}, "collapse_drift_ratio")
+    collapsed, standing = np.flatnonzero(status == COLLAPSED), np.flatnonzero(status == OK)
+    largest = drift[standing].max(axis=1, initial=0.0)
+    highest = largest.max(initial=0.0)
+    if limit is not None and highest >= limit:
+        worst = standing[int(np.argmax(largest))]
+        raise ValueError(
+            f"{FUNCTION}: sample {int(run['sample'].values[worst])} did not collapse and has a storey drift ratio of "
+            f"{highest:.4g}, which is not below collapse_drift_ratio = {limit:g} ({np.sum(largest >= limit)} of "
+            f"{standing.size} such samples): give a larger one"
+        )
+    if not collapsed.size:
+        return drift
+    if limit is None:
+        of_scene = _limit_of_scene(run)
+        limit = of_scene if of_scene is not None and of_scene > highest else None
+    at_end = np.nan_to_num(drift[collapsed]).max(axis=1)
+    if limit is None:
+        if at_end.min() <= highest:
+            raise ValueError(
+                f"{FUNCTION}: collapsed samples end at storey drift ratios from {at_end.min():.4g} on, others reach "
+                f"{highest:.4g}, so that no limit tells them apart in pelicun: give collapse_drift_ratio= above "
+                f"{highest:.4g}, which collapsed samples are then written with"
+            )
+        # The bounds are rounded towards each other, so that a limit which is typed after them holds.
+        bounds = np.ceil(highest * 1e5) / 1e5, np.floor(at_end.min() * 1e5) / 1e5
+        above, most = bounds if bounds[0] < bounds[1] else (highest, at_end.min())
+        allowed = f"above {above:.10g} and at most {most:.10g}"
+    else:
+        if "storey_of_collapse" in run:
+            storey = run["storey_of_collapse"].values[collapsed].astype(np.int64) - 1
+            storey = np.where(storey >= 0, storey, np.nan_to_num(drift[collapsed]).argmax(axis=1))
+        else:
+            storey = np.nan_to_num(drift[collapsed]).argmax(axis=1)
+        drift = drift.copy()
+        drift[collapsed, storey] = np.fmax(drift[collapsed, storey], limit)
+        allowed = f"{limit:g}"
+    tell(
+        f"{FUNCTION}: {collapsed.size} of {status.size} samples collapsed; in pelicun give PID a CensorUpper, and the "
+        f"collapse a storey drift ratio, of {allowed}"
+    )
+    return drift
+
+
+def _limit_of_scene(run: xr.Dataset) -> float | None:
+    """Return the drift ratio at which samples of a run's scene collapse, if the run says it."""
+    try:
+        told = json.loads(run.attrs.get("scene", "{}")).get("collapse_drift_ratio")
+    except (json.JSONDecodeError, AttributeError, TypeError):
+        return None
+    return told if isinstance(told, float) and told > 0 else None
+
+
+def _building_alone(run: xr.Dataset) -> tuple[np.ndarray | None, xr.Dataset]:
+    """Return the run without storeys of isolators or of a tuned mass damper, and the accelerations of the base slab.
+
+    The latter are None if the building stands on the ground, or the run has no accelerations.
+    """
+    if STOREY_KIND not in run.coords or not run[STOREY_KIND].values.any():
+        return None, run
+    own = np.flatnonzero(run[STOREY_KIND].values == 0)
+    ground = None
+    if own[0] > 0 and "peak_floor_acceleration" in run:
+        ground = run["peak_floor_acceleration"].transpose("floor", "sample").values[own[0] - 1]
+    return ground, select_storeys(run, int(own[0]) + 1, int(own[-1]) + 1)
+
+
+def _peak_ground_acceleration(run: xr.Dataset) -> np.ndarray:
+    """Return the peak acceleration of each sample's scaled motion [m/s2]."""
+    needed = ("motion_peak_acceleration", "motion_index", "scale_factor_of_motion")
+    missing = [name for name in needed if name not in run]
+    if missing:
+        raise ValueError(
+            f"{FUNCTION}: the run has no {missing[0]}, which the peak ground acceleration (floor 0) is computed of; "
+            "drop peak_floor_acceleration to write drifts alone, or run again under ground motions"
+        )
+    return run["motion_peak_acceleration"].values[run["motion_index"].values] * run["scale_factor_of_motion"].values
+
+
+def _intensity(run: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
+    """Return the column of the intensity measure, if pelicun knows the measure."""
+    if "im_level" not in run.coords:
+        return {}
+    attributes = run["im_level"].attrs
+    try:
+        measure = openquake_measure(measure_name(run))
+    except ValueError:
+        return {}
+    kind, _, period = measure.rstrip(")").partition("(")
+    unit = INTENSITIES.get((kind, attributes.get("units", "")))
+    if unit is None:
+        return {}
+    name = _column(f"SA_{float(period):g}" if kind == "SA" else kind, 0)
+    return {name: (unit, run["im_level"].values.astype(np.float64))}

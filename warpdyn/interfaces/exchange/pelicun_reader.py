@@ -1,0 +1,181 @@
+"""Reader of pelicun's demand samples."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import re
+from collections.abc import Mapping
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.foundations.core.checks import one_of, whole_number
+from warpdyn.foundations.core.output_variables import DAMPING, MEASURE, PERIOD, label_of_levels
+from warpdyn.foundations.core.units import STANDARD_GRAVITY, unit_attributes
+from warpdyn.foundations.files.text import check_names, check_separator, read_csv_text
+from warpdyn.interfaces.exchange.measures import own_name
+
+FUNCTION = "read_pelicun_demands"
+# Factors from pelicun's units to SI. An unknown unit is taken as 1 by pelicun, and refused here.
+ACCELERATIONS = {"mps2": 1.0, "g": STANDARD_GRAVITY, "inps2": 0.0254, "inchps2": 0.0254, "ftps2": 0.3048}
+RATIOS = {"rad": 1.0, "unitless": 1.0}
+VELOCITIES = {"mps": 1.0, "cmps": 0.01, "inps": 0.0254, "inchps": 0.0254, "ftps": 0.3048}
+LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "inch": 0.0254, "ft": 0.3048}
+FACTORS = {"PFA": ACCELERATIONS, "PID": RATIOS, "RID": RATIOS, "PGA": ACCELERATIONS, "SA": ACCELERATIONS}
+FACTORS |= {"PGV": VELOCITIES, "PGD": LENGTHS}
+INTENSITY_UNITS = {"PGA": "g", "SA": "g", "PGV": "m s-1", "PGD": "m"}
+
+
+def read_pelicun_demands(
+    path: str | os.PathLike, *, direction: int = 1, units: Mapping[str, str] | None = None
+) -> xr.Dataset:
+    """Read a demand sample of pelicun, as `write_pelicun_demands` writes it or another tool, in one direction.
+
+    Args:
+        path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units below their names.
+        direction: The direction that is read.
+        units: Units by kind of demand, for a file without a row of units, such as
+            `{"PFA": "mps2", "PID": "rad", "SA": "g"}`; of a file with such a row they must be the same.
+
+    Returns:
+        Dataset as `simulate` returns it, of what the file has: `peak_storey_drift_ratio(sample, storey)` [1],
+        `residual_drift_ratio(sample, storey)` [1], `peak_floor_acceleration(sample, floor)` [m/s2],
+        `peak_ground_acceleration(sample)` [m/s2] of floor 0, the coordinate `im_level(sample)` [g, of PGV and PGD SI]
+        (of several measures each by pelicun's name) and `failed(sample)`, which is 1 where the file says
+        ERROR. A collapse is NaN, or a drift of at least the limit that the file was written with.
+
+    Raises:
+        ValueError: If the file has no units and `units` lacks a kind, a unit that is none of the demand, a column
+            twice, a value that is infinite or below 0 (residual drifts have a sign), or no demand in this direction.
+            The message names the file.
+        FileNotFoundError: If there is no such file.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g
+        >>> demands = wd.read_pelicun_demands(path)
+        >>> demands["peak_storey_drift_ratio"].sizes["storey"]
+        2
+    """
+    direction = whole_number("direction", direction, 0)
+    text = read_csv_text(FUNCTION, path)
+    try:
+        head = text.partition("\n")[0]
+        check_separator(head)
+        check_names(next(csv.reader([head])))
+    except ValueError as error:
+        raise ValueError(f"{FUNCTION}: {path}: {error}") from None
+    try:
+        table = pd.read_csv(io.StringIO(text), index_col=0, dtype=str, keep_default_na=False)
+    except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
+        raise ValueError(f"{FUNCTION}: {path} is no CSV: {' '.join(str(error).split())}") from None
+    rows = [row for row in table.index if str(row).strip().lower() == "units"]
+    if len(rows) > 1 or (not rows and units is None):
+        raise ValueError(
+            f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one below the names, such as "
+            "'Units,mps2,rad', or give the units of its demands, such as units={'PFA': 'mps2', 'PID': 'rad'}"
+        )
+    of_columns, table = (table.loc[rows[0]], table.drop(index=rows[0])) if rows else (None, table)
+    given = _given_units(units)
+    found: dict[str, dict[int, np.ndarray]] = {}
+    failed = np.zeros(len(table), dtype=np.int8)
+    for name in table.columns:
+        parts = [part.strip() for part in str(name).split("-")]
+        if "ERROR" in parts[:2]:
+            failed |= (_numbers(path, name, table[name], False) != 0).astype(np.int8)
+            continue
+        kind, place, along = parts[-3:] if len(parts) in (3, 4) else ("", "", "")
+        kind = kind.upper()
+        if not (place.isdigit() and along.isdigit()):
+            raise ValueError(f"{FUNCTION}: {path} has a column {name!r}; names are [event-]TYPE-location-direction")
+        family = kind.partition("_")[0]
+        if int(along) != direction or family not in FACTORS:
+            continue
+        if of_columns is None and family not in given:
+            raise ValueError(
+                f"{FUNCTION}: {path} has no row of units, and units= has no unit of {family}: give units={{..., "
+                f"{family!r}: {next(iter(FACTORS[family]))!r}}}"
+            )
+        unit = given[family] if of_columns is None else of_columns[name].strip()
+        if of_columns is not None and given.get(family, unit) != unit:
+            raise ValueError(
+                f"{FUNCTION}: {path}: column {name!r} is in {unit!r}, and units= has {given[family]!r} for {family}: "
+                "leave out units="
+            )
+        if unit not in FACTORS[family]:
+            allowed = ", ".join(FACTORS[family])
+            raise ValueError(f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; {kind} may be in {allowed}")
+        by_place = found.setdefault(kind, {})
+        if int(place) in by_place:
+            raise ValueError(f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} twice")
+        by_place[int(place)] = _numbers(path, name, table[name], family != "RID") * FACTORS[family][unit]
+    if not found:
+        raise ValueError(f"{FUNCTION}: {path} has no demand in direction {direction}")
+    return _labelled(found, failed)
+
+
+def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
+    """Return the units by kind of demand that the user gave."""
+    if units is None:
+        return {}
+    if not isinstance(units, Mapping):
+        raise TypeError(f"{FUNCTION}: units must map kinds to units, such as {{'PID': 'rad'}}, got {units!r}")
+    for kind, unit in units.items():
+        one_of("kind of demand in units", kind, FACTORS)
+        one_of(f"unit of {kind}", unit, FACTORS[kind])
+    return units
+
+
+def _numbers(path: object, name: object, column: pd.Series, is_size: bool) -> np.ndarray:
+    """Return a column as finite numbers, of at least 0 if they are sizes; NaN where it is empty."""
+    words = [re.sub(r"^(nan|na|n/a|)$", "nan", word.strip(), flags=re.IGNORECASE) for word in column]
+    try:
+        values = np.array([float(word) for word in words])
+    except ValueError as error:
+        raise ValueError(f"{FUNCTION}: {path}: column {name!r}: {error}") from None
+    bad = np.isinf(values) | (is_size & (values < 0))
+    if bad.any():
+        row = int(bad.argmax())
+        raise ValueError(
+            f"{FUNCTION}: {path}: column {name!r} has {bad.sum()} impossible values, the first is {values[row]:g} of "
+            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_size else ''}"
+        )
+    return values
+
+
+def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr.Dataset:
+    """Return the dataset of demands by kind and location."""
+    numbers = {"sample": np.arange(len(failed), dtype=np.int32)}
+    dataset = xr.Dataset(
+        {"failed": ("sample", failed, {"long_name": "1 where the sample failed", "units": "1"})}, numbers
+    )
+    ground = found.get("PFA", {}).pop(0, None)
+    if ground is not None:
+        said = {"long_name": "peak ground acceleration of the scaled motion", "units": "m s-2"}
+        dataset["peak_ground_acceleration"] = "sample", ground, said
+    for kind, name, along, long_name, units in (
+        ("PID", "peak_storey_drift_ratio", "storey", "peak absolute storey drift ratio", "1"),
+        ("RID", "residual_drift_ratio", "storey", "residual storey drift ratio", "1"),
+        ("PFA", "peak_floor_acceleration", "floor", "peak absolute floor acceleration", "m s-2"),
+    ):
+        by_place = found.pop(kind, {})
+        if by_place:
+            places = sorted(by_place)
+            values = np.stack([by_place[place] for place in places], axis=1)
+            own = xr.DataArray(
+                values, {along: places}, ("sample", along), name, {"long_name": long_name, "units": units}
+            )
+            dataset[name] = own
+    for kind, by_place in found.items():
+        family, _, period = kind.partition("_")
+        units = INTENSITY_UNITS[family]
+        measure = own_name(f"SA({period})") if period else family
+        text: dict[str, object] = {"long_name": label_of_levels(measure), MEASURE: measure, **unit_attributes(units)}
+        text |= {PERIOD: float(period), DAMPING: 0.05} if period else {}
+        values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)
+        name = "im_level" if len(found) == 1 else kind  # a file may have spectral accelerations at several periods
+        dataset = dataset.assign_coords({name: ("sample", values, text)})
+    return dataset

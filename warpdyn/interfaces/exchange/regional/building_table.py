@@ -1,0 +1,89 @@
+"""The table of `building_results`, checked before a file is made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.answers.fragility.building_results import PROBABILITY, STANDARD_ERROR, damage_states
+from warpdyn.foundations.core.checks import check_kind
+
+ROWS_AT_A_TIME = 2**16  # of which text is held at once: some ten megabytes
+ROUNDING = 1e-9  # by which probabilities that a user has averaged may be above 1
+AT_LEAST_ZERO = (
+    "number",
+    "sample_count",
+    "expected_loss_ratio",
+    "loss_ratio_standard_deviation",
+    "expected_loss",
+    "loss_standard_deviation",
+)
+ADVICE = "give what building_results(counted, stock, inventory) returned"
+
+
+def checked_results(function: str, results: object, *names: str) -> tuple[pd.DataFrame, list[str]]:
+    """Return a table of results and the damage states that it has probabilities of, no damage first.
+
+    Args:
+        function: The public function.
+        results: The table.
+        names: Columns that are needed besides.
+
+    Raises:
+        TypeError: If it is no DataFrame.
+        ValueError: If a column or a place is missing, or values cannot be: places that are not on Earth, probabilities
+            outside 0 to 1, standard errors and numbers of buildings below 0, or infinite ones.
+    """
+    check_kind(function, "a DataFrame", results, pd.DataFrame, ADVICE, argument="results")
+    assert isinstance(results, pd.DataFrame)
+    needed = ("id", "longitude", "latitude", "sample_count", *names)
+    missing = [name for name in needed if name not in results]
+    states = damage_states(results)
+    if missing or not states:
+        raise ValueError(f"{function}: the table has no {', '.join(missing) or 'probabilities of damage'}: {ADVICE}")
+    nowhere = results[["longitude", "latitude"]].isna().any(axis=1).to_numpy()
+    if nowhere.any():
+        raise ValueError(
+            f"{function}: {nowhere.sum():,} buildings have no place, such as {results['id'].iloc[nowhere.argmax()]!r}"
+        )
+    longitude, latitude = (_numbers(function, results, name) for name in ("longitude", "latitude"))
+    is_swapped = (np.abs(latitude) > 90).any() and np.abs(longitude).max() <= 90
+    hint = "; are longitude and latitude swapped?" if is_swapped else ""
+    _check_range(function, results, "latitude", -90, 90, f" [degree]{hint}")
+    _check_range(function, results, "longitude", -180, 180, " [degree]")
+    for state in states:
+        _check_range(function, results, PROBABILITY + state, 0, 1 + ROUNDING)
+        _check_range(function, results, STANDARD_ERROR + state, 0, np.inf)
+    for name in AT_LEAST_ZERO:
+        if name in results:
+            _check_range(function, results, name, 0, np.inf)
+    return results, states
+
+
+def _numbers(function: str, results: pd.DataFrame, name: str) -> np.ndarray:
+    """Return a column of numbers; raise a ValueError if they are none."""
+    column = results[name]
+    if not pd.api.types.is_numeric_dtype(column):
+        raise ValueError(f"{function}: column {name!r} is of type {column.dtype}, and must be of numbers")
+    return column.to_numpy(dtype=np.float64, na_value=np.nan)
+
+
+def _check_range(function: str, results: pd.DataFrame, name: str, low: float, high: float, told: str = "") -> None:
+    """Raise a ValueError that names a row, if a column has values outside a range, or infinite ones."""
+    values = _numbers(function, results, name)
+    bad = (values < low) | (values > high) | np.isinf(values)
+    if bad.any():
+        row = int(bad.argmax())
+        allowed = f"from {low:g} to {high:g}" if high < np.inf else f"finite and at least {low:g}"
+        raise ValueError(
+            f"{function}: {name} of {results['id'].iloc[row]!r} (row {row}) is {values[row]:g}, and must be "
+            f"{allowed}{told}"
+        )
+
+
+def parts_of(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
+    """Return a table part by part."""
+    for first in range(0, len(table), ROWS_AT_A_TIME):
+        yield table.iloc[first : first + ROWS_AT_A_TIME]

@@ -1,0 +1,88 @@
+"""The damage of each asset as OpenQuake's damage calculators export it."""
+
+from __future__ import annotations
+
+import csv
+import datetime
+import os
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from warpdyn import __version__
+from warpdyn.answers.fragility.building_results import PROBABILITY
+from warpdyn.campaigns.reductions.limits import NO_DAMAGE
+from warpdyn.foundations.core.checks import one_of
+from warpdyn.interfaces.exchange.regional.building_table import checked_results
+from warpdyn.interfaces.exchange.text_files import checked_path, write_in_place
+
+_FUNCTION = "write_openquake_damages"
+LOSS_TYPES = ("structural", "nonstructural", "contents", "business_interruption")
+
+
+def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, loss_type: str = "structural") -> Path:
+    """Write the mean damage of each asset as OpenQuake exports `avg_damages`, from a scenario damage calculation.
+
+    Columns are `asset_id`, `taxonomy`, `lon`, `lat` and `structural-no_damage`, `structural-slight` and so on: the
+    numbers of buildings of the asset that are expected in each damage state, which is `number` times the probability;
+    with losses also `structural-losses`, the consequence of that name, in the currency of the replacement cost. The
+    first line is the engine's comment with what generated the file. The format is that of engine 3.26.
+
+    Args:
+        results: What `building_results` returned. The taxonomy is its `structure_type`, as `read_openquake` reads it,
+            or else its archetype.
+        path: The file, whose name ends in ".csv"; an older one is replaced.
+        loss_type: What the damage states are of, as the engine names it.
+
+    Returns:
+        The path.
+
+    Raises:
+        ValueError: If the name has another ending, the table lacks a column or a place or has values that cannot be,
+            the loss type is unknown, or buildings have no probability, because all their samples failed.
+        TypeError: If `results` is no DataFrame.
+        OSError: If the file cannot be written.
+
+    Example:
+        >>> path = wd.write_openquake_damages(results, "avg_damages-rlz-000_1.csv")
+        >>> pd.read_csv(path, skiprows=1)["structural-slight"].tolist()
+        [0.875, 0.75, 0.5]
+    """
+    path = checked_path(_FUNCTION, path, ".csv")
+    table, states = checked_results(_FUNCTION, results, "number")
+    one_of("loss_type", loss_type, LOSS_TYPES)
+    unknown = table[PROBABILITY + states[0]].isna().to_numpy()
+    if unknown.any():
+        raise ValueError(
+            f"{_FUNCTION}: all samples of {unknown.sum():,} buildings failed, such as "
+            f"{table['id'].iloc[unknown.argmax()]!r}: leave them out"
+        )
+    taxonomy = table["structure_type" if "structure_type" in table else "archetype"]
+    places = {"lon": _shown(table["longitude"], "%.5f"), "lat": _shown(table["latitude"], "%.5f")}
+    columns = {"asset_id": table["id"], "taxonomy": taxonomy} | places
+    for state in states:
+        name = "no_damage" if state == NO_DAMAGE else state
+        columns[f"{loss_type}-{name}"] = _shown(table["number"] * table[PROBABILITY + state])
+    if "expected_loss" in table:
+        columns[f"{loss_type}-losses"] = _shown(table["expected_loss"])
+    written = pd.DataFrame(columns)
+
+    def write(name: str) -> None:
+        with open(name, "w", encoding="utf-8", newline="") as file:
+            head = ["#", *[""] * (written.shape[1] - 2), _generated_by()]
+            csv.writer(file, lineterminator="\n").writerow(head)
+            written.to_csv(file, index=False, lineterminator="\n")
+
+    return write_in_place(path, write)
+
+
+def _shown(values: pd.Series, digits: str = "%.6E") -> np.ndarray:
+    """Return numbers as the engine writes them."""
+    return np.char.mod(digits, values.to_numpy(dtype=np.float64)).astype(object)
+
+
+def _generated_by() -> str:
+    """Return what the engine's comment says: the program and the date."""
+    now = datetime.datetime.now(datetime.UTC)
+    return f"generated_by='warpdyn {__version__}', start_date='{now:%Y-%m-%dT%H:%M:%S}'"

@@ -1,0 +1,43 @@
+"""Figures of buildings, motions and results.
+
+Each function returns a figure, which a notebook shows where it is a cell's last line, or draws into the axes that it is
+given as `ax` and returns these.
+"""
+
+from warpdyn.interfaces.plots.buildings import building, pushover_curve
+from warpdyn.interfaces.plots.clouds import cloud_regression
+from warpdyn.interfaces.plots.drifts import (
+    drift_against_intensity,
+    drift_distributions,
+    drift_over_height,
+    residual_drifts,
+)
+from warpdyn.interfaces.plots.fragility import fragility_comparison, fragility_curves
+from warpdyn.interfaces.plots.ground_motions import ground_motions, spectra
+from warpdyn.interfaces.plots.histories import histories, hysteresis
+from warpdyn.interfaces.plots.incremental import capacities, ida_curves
+from warpdyn.interfaces.plots.maps import damage_map
+from warpdyn.interfaces.plots.risk import disaggregation, hazard_and_rates, loss_exceedance, vulnerability
+
+__all__ = [
+    "building",
+    "capacities",
+    "cloud_regression",
+    "damage_map",
+    "disaggregation",
+    "drift_against_intensity",
+    "drift_distributions",
+    "drift_over_height",
+    "fragility_comparison",
+    "fragility_curves",
+    "ground_motions",
+    "hazard_and_rates",
+    "histories",
+    "hysteresis",
+    "ida_curves",
+    "loss_exceedance",
+    "pushover_curve",
+    "residual_drifts",
+    "spectra",
+    "vulnerability",
+]

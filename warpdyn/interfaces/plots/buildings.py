@@ -1,0 +1,156 @@
+"""Figures of buildings and their pushover curves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import xarray as xr
+from matplotlib import ticker
+from matplotlib.axes import Axes
+from matplotlib.patches import Rectangle
+
+from warpdyn.foundations.core.checks import check_dataset, check_kind
+from warpdyn.interfaces.plots.style import COLOURS, SMALL, Drawn, grid, panels, title
+from warpdyn.model.structures.shear_building import ShearBuilding
+
+ADDED_HEIGHT = 0.4  # of the lowest storey, at which isolators and a tuned mass damper are drawn
+MOST_IN_A_LINE = 75  # characters of a title
+MOST_LABELS = 10  # storeys that are labelled; of taller buildings some
+
+
+def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
+    """Draw a building to scale: storeys with stiffness and yield force, floors with mass, and its first mode.
+
+    Isolators and a tuned mass damper are drawn with a height of their own, not to scale.
+
+    Args:
+        building: The building.
+        ax: Axes to draw into; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
+
+    Raises:
+        TypeError: If it is something else.
+
+    Example:
+        >>> figure = wd.plots.building(building)
+        >>> figure.savefig("building.png")
+    """
+    check_kind("plots.building", "a ShearBuilding", building, ShearBuilding, argument="building")
+    values, storeys = building.parameters, building.storeys
+    own = building.own_storeys
+    # The height of isolators and of a tuned mass damper is no length, but scales their drift.
+    height = np.where(own, values["height"], ADDED_HEIGHT * values["height"][own].min())
+    level = np.append(0.0, np.cumsum(height))
+    width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the text
+    result, (axes,) = panels("building", ax, size=(6.4, 5.6))
+    # The thickness of columns shows the storey stiffness, the depth of slabs the floor mass.
+    thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
+    slab = min(0.012 * level[-1], 0.1 * height.min())
+    depth = slab * (0.5 + values["mass"] / values["mass"].max())
+    labelled = _storeys_labelled(storeys)
+    for storey in range(storeys):
+        for left in (0.0, width * (1 - thickness[storey])):
+            corner, size = (left, level[storey]), (width * thickness[storey], height[storey])
+            axes.add_patch(Rectangle(corner, *size, facecolor=COLOURS[5], edgecolor="none"))
+        corner = (0.0, level[storey + 1] - depth[storey] / 2)
+        axes.add_patch(Rectangle(corner, width, depth[storey], facecolor="0.25", edgecolor="none", zorder=3))
+        if storey in labelled:
+            spring = "" if own[storey] else f"{_added(storey, storeys)}: "
+            spring += f"k = {_engineering(values['stiffness'][storey], 'N/m')}"
+            if "yield_force" in values and not np.isnan(values["yield_force"][storey]):
+                between = "\n" if storeys <= MOST_LABELS and own[storey] else ", "
+                spring += f"{between}Fy = {_engineering(values['yield_force'][storey], 'N')}"
+            middle = (level[storey] + level[storey + 1]) / 2
+            paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}  # over the slabs of a tall building
+            axes.text(width / 2, middle, spring, ha="center", va="center", fontsize=SMALL, bbox=paper, zorder=4)
+            mass = f"m = {_engineering(1000 * values['mass'][storey], 'g')}"
+            axes.text(-0.04 * width, level[storey + 1], mass, ha="right", va="center", fontsize=SMALL)
+    axes.plot([-0.25 * width, 1.15 * width], [0, 0], color="black", lw=2)
+    first = building.modal().isel(mode=0)
+    shape = np.append(0.0, first["shape"].values)
+    line = 1.3 * width + 0.5 * width * shape
+    axes.plot(np.full(storeys + 1, 1.3 * width), level, color="0.6", lw=0.8)
+    axes.plot(line, level, "o-", color=COLOURS[3], ms=4, lw=1.4)
+    share = 100 * float(first["effective_mass_ratio"])
+    words = f"first mode\n{float(first['period']):.3g} s, {share:.0f} % of the mass"
+    axes.text(1.55 * width, level[-1] * 1.03, words, ha="center", va="bottom", fontsize=SMALL, color=COLOURS[3])
+    axes.set(aspect="equal", ylabel="Height above the ground [m]", xlim=(-0.45 * width, 2.0 * width))
+    axes.set_ylim(-0.02 * level[-1], 1.16 * level[-1])
+    axes.set_xticks([])
+    axes.spines[["top", "right", "bottom"]].set_visible(False)
+    storey_word = "storey" if own.sum() == 1 else "storeys"
+    text = f"{own.sum()} {storey_word}, law {building.law!r}, damping {building.damping!r}"
+    title(axes, text if len(text) <= MOST_IN_A_LINE else text.replace(", damping", ",\ndamping"))
+    return result
+
+
+def _added(storey: int, storeys: int) -> str:
+    """Return what a storey is, counted from 0, that is none of the building's own."""
+    return "isolators" if storey == 0 else "tuned mass damper" if storey == storeys - 1 else "isolators at mid-height"
+
+
+def _storeys_labelled(storeys: int) -> list[int]:
+    """Return the storeys that are labelled, counted from 0: all, or about ten at equal distances."""
+    return list(range(0, storeys, -(-storeys // MOST_LABELS)))
+
+
+def _engineering(value: float, unit: str) -> str:
+    """Return a number with an SI prefix, such as 866 MN/m for 8.66e8 N/m."""
+    if unit == "g":  # of masses, tonnes say more than megagrams
+        return f"{value / 1e6:.4g} t"
+    return ticker.EngFormatter(unit=unit, places=None).format_data(float(f"{value:.3g}"))
+
+
+def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> Drawn:
+    """Draw the base shear against the roof displacement, and drift profiles over the height.
+
+    Args:
+        dataset: What `pushover` returned.
+        ax: Two axes to draw into, of the curve and of the profiles; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
+
+    Raises:
+        ValueError: If the dataset has no base shears.
+        TypeError: If `dataset` is no Dataset.
+
+    Example:
+        >>> figure = wd.plots.pushover_curve(wd.pushover(building, np.linspace(0.0, 0.1, 101)))
+    """
+    check_dataset(
+        "plots.pushover_curve",
+        dataset,
+        "roof_displacement",
+        "base_shear",
+        "storey_drift",
+        advice="draw what pushover(building, ...) returned",
+    )
+    roof, shear = 1000 * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
+    drift = 1000 * dataset["storey_drift"].values
+    if dataset["storey_drift"].dims != ("step", "storey"):
+        raise ValueError("plots.pushover_curve: select steps and storeys by isel(step=[...], storey=[...])")
+    if not roof.size:
+        raise ValueError("plots.pushover_curve: the dataset has no steps: the selection it was taken by left none")
+    result, (curve, profile) = panels("pushover_curve", ax, 2, size=(8.4, 4.2), width_ratios=(3, 2))
+    curve.plot(np.append(0.0, roof), np.append(0.0, shear), color=COLOURS[0], lw=1.4)
+    curve.axhline(0, color="0.6", lw=0.6)
+    curve.axvline(0, color="0.6", lw=0.6)
+    curve.set(xlabel="Roof displacement [mm]", ylabel="Base shear [MN]")
+    # Drift profiles up to the largest roof displacement.
+    farthest = int(np.abs(roof).argmax())
+    storeys = dataset["storey"].values
+    for colour, share in zip(COLOURS[1:], (0.25, 0.5, 0.75, 1.0), strict=False):
+        step = int(np.argmax(np.abs(roof[: farthest + 1]) >= share * abs(roof[farthest]) * (1 - 1e-9)))
+        curve.plot(roof[step], shear[step], "o", color=colour, ms=6)
+        outline = np.append(drift[step, 0], drift[step]), np.append(0, storeys)
+        profile.step(*outline, where="post", color=colour, label=f"{float(f'{roof[step]:.3g}'):g} mm")
+    profile.set(xlabel="Storey drift [mm]", ylabel="Storey", ylim=(0, storeys[-1]))
+    labelled = storeys[_storeys_labelled(storeys.size)]
+    profile.set_yticks(labelled - 0.5, [str(storey) for storey in labelled])
+    profile.legend(title="roof at", fontsize=SMALL, title_fontsize=SMALL)
+    grid(curve, profile)
+    return result

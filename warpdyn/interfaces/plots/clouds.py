@@ -1,0 +1,117 @@
+"""Figures of clouds: demands against intensity with the regression through them, and the collapses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from warpdyn.foundations.core.checks import check_dataset
+from warpdyn.interfaces.plots.samples import demands_of
+from warpdyn.interfaces.plots.style import (
+    AMONG_POINTS,
+    COLLAPSE_COLOUR,
+    COLOURS,
+    MOST_POINTS,
+    PALE,
+    Colours,
+    Drawn,
+    check_kept,
+    colours_of,
+    grid,
+    legend,
+    literal,
+    panels,
+    plain_numbers,
+    set_scale,
+    title,
+)
+
+_RUN = "draw a run of ground motions, as simulate returned it"
+_CURVES = "give what fragility_of_cloud(run, limits) returned"
+_FEW = 2000  # samples that may be drawn larger
+
+
+def cloud_regression(
+    run: xr.Dataset, curves: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes | None = None
+) -> Drawn:
+    """Draw the demands of a cloud against their intensity, and the regression that its fragility curves come from.
+
+    Collapsed samples are crosses at the demand up to which they were followed. Each limit has its median, where the
+    regression with censored collapses passes it; a model of collapse lets collapses come first.
+
+    Args:
+        run: The run.
+        curves: What `fragility_of_cloud` returned of it.
+        colours: Colour of each damage state: a row from the lightest on, or a mapping by name.
+        ax: Axes to draw into; None for a figure of its own.
+
+    Returns:
+        The figure, or the axes given.
+
+    Raises:
+        ValueError: If the run or the curves lack something.
+        TypeError: If one of them is no Dataset.
+
+    Example:
+        >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
+        >>> figure = wd.plots.cloud_regression(run, wd.fragility_of_cloud(run, limits))
+    """
+    name = "cloud_regression"
+    needed = ("regression_intercept", "regression_slope", "regression_deviation", "damage_limit", "fragility_median")
+    check_dataset(f"plots.{name}", curves, *needed, advice=_CURVES)
+    check_kept(name, "curves", curves, "damage_state")
+    demand = str(curves["damage_limit"].attrs.get("demand", "peak_storey_drift_ratio"))
+    drawn = demands_of(name, run, demand, _RUN)
+    result, (axes,) = panels(name, ax, size=(6.6, 4.8))
+    is_ratio = demand.endswith("drift_ratio")
+    factor = 100.0 if is_ratio else 1.0
+    level, values = drawn.level, factor * drawn.values.astype(np.float64)
+    stands = np.flatnonzero(~drawn.collapsed & (values > 0))
+    shown = np.random.default_rng(0).permutation(stands)[:MOST_POINTS]
+    size = 4 if level.size > _FEW else 12
+    axes.scatter(level[shown], values[shown], s=size, color=PALE, lw=0, rasterized=True, label="samples")
+    if drawn.collapsed.any():
+        words = f"collapsed: {drawn.collapsed.sum():,} of {level.size:,}"
+        at = level[drawn.collapsed], values[drawn.collapsed]
+        axes.scatter(*at, marker="x", s=14, lw=0.8, color=COLLAPSE_COLOUR, zorder=3, label=words)
+
+    intercept, slope, deviation = (float(curves[each]) for each in needed[:3])
+    along = np.geomspace(level.min(), level.max(), 50)
+    line = factor * np.exp(intercept + slope * np.log(along))
+    label = f"regression: slope {slope:.2f}, deviation {deviation:.2f}"
+    axes.plot(along, line, color="black", lw=1.6, zorder=4, label=label)
+    for number, side in enumerate((-1.0, 1.0)):
+        words = "" if number else "± one deviation"
+        axes.plot(along, line * np.exp(side * deviation), "--", color="black", lw=0.9, zorder=4, label=words)
+    states = curves["damage_state"].values
+    for colour, state in zip(colours_of(states, colours), states, strict=True):
+        row = curves.sel(damage_state=state)
+        limit, median = factor * float(row["damage_limit"]), float(row["fragility_median"])
+        if not np.isfinite(limit):  # collapse alone passes it, whose median is drawn below
+            continue
+        axes.axhline(limit, color=colour, lw=1)
+        name = literal(state)
+        said = f"{name}: median {median:.3g}" if np.isfinite(median) else f"{name}, no fit"
+        # Away from the median, where the cloud is below a high limit and above a low one.
+        across, anchor = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
+        where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": anchor, "va": "bottom"}
+        axes.annotate(said, (across, limit), color=colour, **where, **AMONG_POINTS)
+        if np.isfinite(median):
+            axes.plot(median, limit, "o", color=colour, ms=7, mec="white", zorder=5)
+    if np.isfinite(float(curves.get("collapse_median", np.inf))):
+        median = float(curves["collapse_median"])
+        axes.axvline(median, color=COLLAPSE_COLOUR, ls=":", lw=1.2, label=f"median of collapse {median:.3g}")
+    axes.set_yscale("log")
+    set_scale(axes, "log", level.min(), level.max())
+    plain_numbers(axes.yaxis)
+    words = demand.replace("_", " ").removeprefix("peak ")
+    units = "%" if is_ratio else str(run[demand].attrs.get("units", "1"))
+    axes.set(xlabel=literal(drawn.measure), ylabel=f"Largest {words.removesuffix(' ratio')} [{units}]")
+    grid(axes)
+    legend(axes, loc="lower right")
+    has_model = "collapse_median" in curves
+    title(axes, "Regression of what stands, and a model of collapse" if has_model else "Regression, collapses censored")
+    return result

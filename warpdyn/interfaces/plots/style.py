@@ -1,0 +1,201 @@
+"""Colours, sizes and axes that figures share, and where they are drawn: on a figure of their own or on given axes."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle, islice
+from typing import Any, TypeAlias
+
+import numpy as np
+import xarray as xr
+from matplotlib import patheffects, ticker
+from matplotlib.axes import Axes
+from matplotlib.colors import is_color_like
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import one_of, shortened
+
+# Okabe and Ito's colours, which are distinct for any colour vision, from the lightest damage state to the heaviest.
+COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
+COLLAPSE_COLOUR = "#D55E00"
+PALE, DARK = "0.7", "0.35"  # of what stands behind, and of remarks
+SMALL = 8  # points, of legends and remarks
+TITLE = 9
+LONGEST_NAME = 60  # letters
+NO_WIDTH = "\N{ZERO WIDTH SPACE}"
+# Of a name that stands among points or curves: a white edge around its letters, above them all.
+AMONG_POINTS: dict[str, Any] = {
+    "fontsize": SMALL,
+    "path_effects": [patheffects.withStroke(linewidth=3, foreground="white")],
+    "zorder": 6,
+}
+MOST_POINTS = 20_000  # of a cloud: more only fill it in
+SCALES = ("log", "linear")
+# What every plot draws into, and returns: its own figure, or the axes that it was given. `Any` stands for these, so
+# that type checkers let a plot's result be used as the figure that it is without `ax`.
+Drawn: TypeAlias = Figure | Any
+Colours: TypeAlias = str | Sequence[str] | Mapping[str, str]
+
+
+class Picture(Figure):
+    """A figure that a notebook shows once where it is the last line of a cell, without pyplot, which keeps figures."""
+
+    def _repr_png_(self) -> bytes:
+        file = io.BytesIO()
+        self.savefig(file, format="png")
+        return file.getvalue()
+
+
+def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
+    """Return an empty figure of this size [inch]."""
+    return Picture(figsize=(width, height), layout="constrained")
+
+
+def panels(
+    function: str,
+    ax: Axes | Iterable[Axes] | None,
+    count: int = 1,
+    *,
+    columns: int | None = None,
+    size: tuple[float, float] = (7.0, 4.6),
+    **layout: Any,
+) -> tuple[Drawn, list[Axes]]:
+    """Return what a plot returns, and the axes that it draws into.
+
+    Args:
+        function: The plot, for errors.
+        ax: What its user gave: as many axes as it has panels; None for a figure of its own.
+        count: Number of panels.
+        columns: Panels in a row; all of them by default.
+        size: Width and height of the plot's own figure [inch].
+        layout: What `Figure.subplots` takes beside the rows and columns.
+
+    Raises:
+        TypeError: If `ax` is no axes.
+        ValueError: If there are fewer or more axes than panels.
+    """
+    if ax is None:
+        columns = columns or count
+        figure = new_figure(*size)
+        grid = figure.subplots(-(-count // columns), columns, squeeze=False, **layout).ravel()
+        for empty in grid[count:]:
+            empty.set_axis_off()
+        return figure, list(grid[:count])
+    given = list(np.ravel(np.array(ax, dtype=object)))
+    for each in given:
+        if not isinstance(each, Axes):
+            raise TypeError(f"plots.{function}: ax must be matplotlib axes, got {type(each).__name__}")
+    if len(given) != count:
+        one = "1 panel" if count == 1 else f"{count} panels"
+        raise ValueError(f"plots.{function} draws {one}: ax must hold as many axes, got {len(given)}")
+    return ax, given
+
+
+def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
+    """Return the colour of each name: a mapping says it by name; a row is gone through from its start, again and again.
+
+    Raises:
+        ValueError: If a name has no colour, or matplotlib does not know one.
+    """
+    wanted = [str(name) for name in names]
+    if isinstance(colours, Mapping):
+        missing = [name for name in wanted if name not in colours]
+        if missing:
+            raise ValueError(f"colours has none for {missing[0]!r}; it needs one for each of {', '.join(wanted)}")
+        found = [colours[name] for name in wanted]
+    else:
+        row = [colours] if isinstance(colours, str) else list(colours)
+        if not row:
+            raise ValueError("colours is empty: give at least one")
+        found = list(islice(cycle(row), len(wanted)))
+    for colour in found:
+        if not is_color_like(colour):
+            raise ValueError(f"colours holds {colour!r}, which matplotlib does not know as a colour")
+    return found
+
+
+def check_colour(colour: object) -> None:
+    """Raise a ValueError unless matplotlib knows a colour."""
+    if not isinstance(colour, str | tuple) or not is_color_like(colour):
+        raise ValueError(f"colour must be one that matplotlib knows, such as '#0072B2', got {shortened(colour)}")
+
+
+def logarithmic(axes: Axes, which: str, values: ArrayLike) -> None:
+    """Make an axis ("x" or "y") logarithmic; if no value is positive, as where all samples collapsed, 0.1 to 10."""
+    if not np.any(np.asarray(values) > 0):
+        axes.set(**{f"{which}lim": (0.1, 10.0)})
+    axes.set(**{f"{which}scale": "log"})
+
+
+def plain_numbers(*axes: Any) -> None:
+    """Write the numbers of logarithmic axes (an XAxis, a YAxis) as 0.1, 1, 10, and some between them where few are."""
+    for axis in axes:
+        if axis.get_scale() != "log":
+            continue
+        low, high = axis.get_view_interval()
+        decades = np.log10(high / low) if high > low > 0 else 0.0
+        between = (1, 2, 3, 4, 6, 8) if decades < 1 else (1, 2, 5) if decades < 2.5 else (1,)
+        axis.set_major_locator(ticker.LogLocator(subs=between))
+        axis.set_major_formatter(ticker.FormatStrFormatter("%g"))
+        axis.set_minor_formatter(ticker.NullFormatter())
+
+
+def set_scale(axes: Axes, scale: str, lowest: float, highest: float) -> None:
+    """Make the axis of the intensity measure logarithmic or linear, over these levels.
+
+    Raises:
+        ValueError: If there is no such scale.
+    """
+    one_of("scale", scale, SCALES)
+    if scale == "log":
+        axes.set(xscale="log", xlim=(lowest / 1.15, highest * 1.15))
+        plain_numbers(axes.xaxis)
+    else:
+        axes.set_xlim(0, highest * 1.02)
+
+
+def check_kept(function: str, what: str, dataset: xr.Dataset, *dims: str) -> None:
+    """Raise a ValueError unless a dataset has some of each dimension left, as after a selection.
+
+    Args:
+        function: The function of `warpdyn.interfaces.plots`.
+        what: What the dataset holds, in the plural.
+        dataset: The dataset.
+        dims: The dimensions.
+    """
+    for dim in dims:
+        if not dataset.sizes.get(dim):
+            raise ValueError(f"plots.{function}: the {what} have no {dim} left: select some by isel({dim}=[...])")
+
+
+def grid(*axes: Axes) -> None:
+    """Draw a pale grid."""
+    for each in axes:
+        is_log = "log" in (each.get_xscale(), each.get_yscale())
+        each.grid(alpha=0.3, which="both" if is_log else "major", lw=0.4 if is_log else 0.8)
+
+
+def literal(name: object) -> str:
+    """Return a name of the user's as matplotlib draws it letter by letter, in one line.
+
+    Two "$" would begin and end a formula, a label that begins with "_" is left out of legends, and a name of hundreds
+    of letters leaves no room for the axes.
+    """
+    words = " ".join(str(name).split()) or "(no name)"
+    if len(words) > LONGEST_NAME:
+        words = f"{words[: LONGEST_NAME - 3]}..."
+    words = words.replace("$", r"\$")
+    return f"{NO_WIDTH}{words}" if words.startswith("_") else words
+
+
+def title(axes: Axes, text: str) -> None:
+    """Write the title of a panel."""
+    axes.set_title(text, fontsize=TITLE)
+
+
+def legend(axes: Axes, *, beside: bool = False, **how: Any) -> None:
+    """Draw the legend of a panel, on it or beside it."""
+    where = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0} if beside else {}
+    axes.legend(**{"fontsize": SMALL, "title_fontsize": SMALL} | where | how)

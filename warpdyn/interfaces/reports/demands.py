@@ -1,0 +1,149 @@
+"""Demands of a run in tables and figures: their fractiles overall and by level, and drawn against intensity."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.answers.fragility.stripe_counts import decoded_status
+from warpdyn.campaigns.running.selections import of_building
+from warpdyn.foundations.core.output_variables import COLLAPSED, STRIPED
+from warpdyn.interfaces.plots.drifts import drift_against_intensity, drift_over_height, residual_drifts
+from warpdyn.interfaces.plots.histories import histories
+from warpdyn.interfaces.plots.samples import fractiles, label_of_measure
+from warpdyn.interfaces.plots.style import COLOURS, Drawn, grid, legend, new_figure, plain_numbers
+from warpdyn.interfaces.reports.markup import figure, heading, paragraph, table
+
+SHARES = (0.16, 0.5, 0.84, 0.95)
+# In this order; a run has those of its recorders.
+DEMANDS = (
+    "peak_storey_drift_ratio",
+    "peak_storey_drift",
+    "residual_drift_ratio",
+    "peak_floor_acceleration",
+    "peak_base_shear",
+    "peak_displacement",
+    "peak_acceleration",
+    "input_energy",
+    "viscous_energy",
+    "hysteretic_energy",
+)
+BY_LEVEL = ("peak_storey_drift_ratio", "peak_floor_acceleration", "residual_drift_ratio", "peak_displacement")
+MOST_LEVELS = 40  # rows of a table
+MOST_LINES = len(COLOURS)  # of a figure
+
+
+def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
+    """Return each sample's largest value of a demand over the building's storeys, floors or degrees of freedom.
+
+    Args:
+        run: The run, of one event.
+        name: The demand.
+        status: Status of the samples, by STATUS_MEANINGS.
+
+    Returns:
+        Magnitudes of the samples that did not fail, infinite where they collapsed, shape [sample].
+    """
+    kept = status <= COLLAPSED
+    values = np.abs(of_building(run, name).transpose("sample", ...).values[kept].astype(np.float64))
+    if values.ndim > 1:
+        values = np.fmax.reduce(values, axis=1)  # storeys that a building of a portfolio does not have are NaN
+    return np.where(status[kept] == COLLAPSED, np.inf, values)
+
+
+def demands(run: xr.Dataset) -> list[str]:
+    """Return the section on the demands of one event.
+
+    Args:
+        run: What `simulate` returned, of one event, with the dimension `sample`.
+    """
+    status = decoded_status(run["status"])
+    names = [name for name in DEMANDS if name in run and "sample" in run[name].dims]
+    if not names or not np.any(status <= COLLAPSED):
+        return []
+    values = {name: largest_of(run, name, status) for name in names}
+    rows = []
+    for name, found in values.items():
+        standing = found[np.isfinite(found)]
+        largest = standing.max() if standing.size else np.nan
+        attributes = run[name].attrs
+        words = f"{attributes.get('long_name', name)} [{attributes.get('units', '')}]"
+        rows.append((words, *map(float, fractiles(found, SHARES)), float(largest)))
+    heads = ("demand", *(f"{share:.0%}" for share in SHARES), "largest of standing")
+    parts = [
+        heading("Demands"),
+        paragraph(
+            "A demand is the largest magnitude over the storeys, floors or degrees of freedom of a sample; the columns "
+            "are what so many samples do not exceed. Storeys of isolators or of a tuned mass damper do not count. "
+            "A collapsed sample exceeds every value, so that a fractile is "
+            "left empty where too many collapsed. Failed samples are left out."
+        ),
+        table("Demands of all samples", heads, rows),
+    ]
+    is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
+    if is_striped:
+        for name in [name for name in BY_LEVEL if name in values]:
+            parts.append(_by_level(run, name, values[name], status))
+    return [*parts, *_figures(run, values, status, is_striped)]
+
+
+def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray) -> str:
+    """Return the table of a demand's fractiles by level."""
+    levels, kept = run["im_level"].values, status <= COLLAPSED
+    rows = []
+    for level in np.unique(levels)[:MOST_LEVELS]:
+        own = values[levels[kept] == level]
+        failed = int(np.count_nonzero(~kept & (levels == level)))
+        found = fractiles(own, SHARES) if own.size else np.full(len(SHARES), np.nan)
+        rows.append((float(level), own.size, int(np.isinf(own).sum()), failed, *map(float, found)))
+    units = run[name].attrs.get("units", "")
+    heads = (label_of_measure(run), "samples", "collapsed", "failed", *(f"{share:.0%}" for share in SHARES))
+    return table(f"{run[name].attrs.get('long_name', name)} [{units}], by level", heads, rows)
+
+
+def _figures(run: xr.Dataset, values: dict[str, np.ndarray], status: np.ndarray, is_striped: bool) -> list[str]:
+    """Return the figures that the run has the variables of."""
+    parts = []
+    drift = "peak_storey_drift_ratio"
+    if drift in values:
+        if "im_level" in run:
+            words = "Largest peak drift ratio of every sample against the intensity measure. Crosses are collapses."
+            parts.append(figure(drift_against_intensity(run), words))
+        words = "Share of the samples whose largest peak drift ratio stays below a value; collapsed ones never do."
+        parts.append(figure(_distribution(run, values[drift], status, is_striped), words))
+        has_all_storeys = "storey" in run[drift].dims and not np.isnan(run[drift].values[status <= COLLAPSED]).any()
+        if is_striped and has_all_storeys and run.sizes["storey"] > 1:
+            words = "Median peak drift ratio of each storey with its 16 to 84 % range, for some of the levels."
+            parts.append(figure(drift_over_height(run), words))
+    if "residual_drift_ratio" in values and "im_level" in run and np.isfinite(values["residual_drift_ratio"]).any():
+        words = "Largest residual drift ratio of every sample against the intensity measure."
+        parts.append(figure(residual_drifts(run), words))
+    if "history" in run.dims and "displacement" in run:
+        parts.append(figure(histories(run), "The first of the histories that were kept."))
+    return parts
+
+
+def _distribution(run: xr.Dataset, values: np.ndarray, status: np.ndarray, is_striped: bool) -> Drawn:
+    """Draw the distribution of the largest peak drift ratio: of all samples, or of some of the levels."""
+    drawn = new_figure(6.4, 4.0)
+    axes = drawn.subplots()
+    groups = {"all samples": values}
+    if is_striped:
+        levels = run["im_level"].values[status <= COLLAPSED]
+        unit = run["im_level"].attrs.get("units", "g")
+        distinct = np.unique(levels)
+        shown = distinct[np.unique(np.linspace(0, distinct.size - 1, MOST_LINES).round().astype(int))]
+        groups = {f"{level:.3g} {unit}": values[levels == level] for level in shown}
+    for number, (label, found) in enumerate(groups.items()):
+        order = np.sort(found)
+        share = np.arange(1, order.size + 1) / order.size
+        standing = np.isfinite(order) & (order > 0)
+        colour = COLOURS[number % len(COLOURS)]
+        axes.step(100 * order[standing], share[standing], where="post", lw=1.3, color=colour, label=label)
+    axes.set(
+        xscale="log", xlabel="Largest peak storey drift ratio [%]", ylabel="Share of the samples below", ylim=(0, 1)
+    )
+    plain_numbers(axes.xaxis)
+    grid(axes)
+    legend(axes)
+    return drawn

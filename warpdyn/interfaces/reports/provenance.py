@@ -1,0 +1,146 @@
+"""What a run was of and how it came about: structure, scatter, motions, method, errors, versions."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.foundations.core.description import number_text
+from warpdyn.interfaces.reports.markup import heading, paragraph, preformatted, table
+
+MOST_MOTIONS = 60  # rows of a table
+MOST_ARCHETYPES = 40
+LONGEST_SCENE = 6000  # letters
+# Attributes of a run in an order to read, and what they are.
+ATTRIBUTES = {
+    "source": "versions",
+    "history": "when, and by which call",
+    "seed": "seed of every random draw",
+    "method": "integration method",
+    "method_chosen_because": "why this method",
+    "step": "longest integration step [s]",
+    "on_unstable": "what is done with samples beyond their stability limit",
+    "dtype": "numbers",
+    "device": "device",
+    "kernel": "kernel",
+    "fingerprint": "digest of all that decides the numbers",
+    "seconds_integrating": "time spent integrating [s]",
+    "intensity_measure": "intensity measure",
+    "fragility_method": "fragility curves by",
+    "interval_method": "their intervals by",
+    "confidence": "confidence of intervals",
+}
+
+
+def what_was_run(scene: Mapping[str, Any]) -> list[str]:
+    """Return the section on the structures, their scatter and their excitation.
+
+    Args:
+        scene: The scene of a run, as its attribute has it.
+    """
+    parts = [heading("What was run")]
+    structure, excitation = scene.get("structure", {}), scene.get("excitation", {})
+    if "archetypes" in structure:
+        archetypes = structure["archetypes"]
+        rows = [(str(name), *_of_archetype(each)) for name, each in list(archetypes.items())[:MOST_ARCHETYPES]]
+        more = f", the first {MOST_ARCHETYPES}" if len(archetypes) > MOST_ARCHETYPES else ""
+        heads = ("archetype", "buildings", "storeys", "storey law", "scattered")
+        parts.append(table(f"Portfolio of archetypes: {len(archetypes):,}{more}", heads, rows))
+    else:
+        values = [(name.replace("_", " "), _words_of(value)) for name, value in structure.items()]
+        parts.append(table("Structure (kg, m, s, N; from the ground up)", ("quantity", "value"), values))
+    if scene.get("scatter"):
+        rows = [(name.replace("_", " "), _words_of(value)) for name, value in scene["scatter"].items()]
+        parts.append(table("Scatter from structure to structure", ("quantity", "distribution"), rows))
+    given = [
+        (name.replace("_", " "), _words_of(value))
+        for name, value in excitation.items()
+        if name not in ("motions", "type")
+    ]
+    if scene.get("record_from"):
+        given.append(("peaks recorded from", f"{scene['record_from']:g} s"))
+    parts.append(table(f"Excitation: {excitation.get('type', 'unknown')}", ("quantity", "value"), given))
+    return parts
+
+
+def _of_archetype(archetype: Mapping[str, Any]) -> tuple[object, ...]:
+    """Return the cells of an archetype: how many buildings, their storeys and law, and what is scattered."""
+    building = archetype.get("structure", {})
+    storeys, law = building.get("mass", []), building.get("law", "")
+    scattered = ", ".join(name.replace("_", " ") for name in archetype.get("scatter", {}))
+    return (
+        archetype.get("count", 0),
+        len(storeys) if isinstance(storeys, list) else "",
+        _words_of(law),
+        scattered or "nothing",
+    )
+
+
+def _motions(run: xr.Dataset) -> list[str]:
+    """Return the table of the ground motions, where they are in the run."""
+    if "motion_name" not in run or run["motion_name"].ndim != 1:
+        return []
+    names = run["motion_name"].values
+    columns = [name for name in ("motion_step", "motion_peak_acceleration") if name in run]
+    heads = ("motion", *(f"{run[name].attrs['long_name']} [{run[name].attrs['units']}]" for name in columns))
+    rows = [
+        (str(name), *(float(run[column].values[number]) for column in columns))
+        for number, name in enumerate(names[:MOST_MOTIONS])
+    ]
+    more = f", the first {MOST_MOTIONS}" if names.size > MOST_MOTIONS else ""
+    return [table(f"Ground motions: {names.size:,}{more}", heads, rows)]
+
+
+def accuracy(run: xr.Dataset) -> list[str]:
+    """Return the section on what the integration errs, where the run has estimates of it.
+
+    Args:
+        run: What `simulate` returned, of one event.
+    """
+    parts = []
+    if "estimated_relative_error" in run and run["estimated_relative_error"].dims == ("demand", "error_statistic"):
+        found = run["estimated_relative_error"]
+        heads = ("demand", *(str(name) for name in found["error_statistic"].values))
+        rows = [(str(row["demand"].item()), *map(float, row.values)) for row in found]
+        parts.append(table("Estimated relative error, of samples run again at half the step in float64", heads, rows))
+    if "energy_balance_error" in run:
+        error = np.abs(run["energy_balance_error"].values)
+        error = error[np.isfinite(error)]
+        if error.size:
+            rows = [(float(np.median(error)), float(np.quantile(error, 0.95)), float(error.max()))]
+            parts.append(table("Unaccounted energy over the energy supplied", ("median", "95 %", "worst"), rows))
+    return [heading("Accuracy of the integration"), *parts] if parts else []
+
+
+def provenance(run: xr.Dataset) -> list[str]:
+    """Return the section on how the run came about, with all that is needed to repeat it.
+
+    Args:
+        run: What `simulate` returned.
+    """
+    rows = [(words, _words_of(run.attrs[name])) for name, words in ATTRIBUTES.items() if name in run.attrs]
+    scene = str(run.attrs["scene"])
+    cut = f" ... ({len(scene):,} letters in all)" if len(scene) > LONGEST_SCENE else ""
+    return [
+        heading("Provenance"),
+        table("How these numbers came about", ("what", "value"), rows),
+        paragraph("The scene as the dataset has it; wd.Scene.from_json makes it again, given the motions:"),
+        preformatted(scene[:LONGEST_SCENE] + cut),
+        *_motions(run),
+    ]
+
+
+def _words_of(value: Any) -> str:
+    """Return a value of a scene in words: numbers, rows of numbers, and what has a type by its fields."""
+    if isinstance(value, Mapping):
+        fields = ", ".join(f"{name} {_words_of(each)}" for name, each in value.items() if name != "type")
+        return f"{value.get('type', '')}({fields})" if "type" in value else fields
+    if isinstance(value, list) and value and isinstance(value[0], Mapping | list):
+        return json.dumps(value)[:400]
+    if isinstance(value, np.generic):
+        value = value.item()
+    return "none" if value is None else number_text(value)

@@ -1,0 +1,99 @@
+"""A run in a few lines of text: its outcome, how it was integrated, and its estimated errors."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.campaigns.running.labels import BECAUSE
+from warpdyn.campaigns.running.selections import select_event
+from warpdyn.foundations.core.checks import check_dataset
+from warpdyn.foundations.core.description import Text
+from warpdyn.foundations.core.output_variables import STATUS_MEANINGS, STOREY_KIND, STOREY_KINDS
+
+
+def summary(run: xr.Dataset) -> str:
+    """Return status counts, collapses, steps and estimated errors of a run, in a few lines of text.
+
+    Args:
+        run: What `simulate` returned. With `statistics=` it has no samples: the text tells how many have failed.
+
+    Raises:
+        ValueError, TypeError: If it is something else.
+
+    Example:
+        >>> print(wd.summary(run).splitlines()[0])
+        144 samples: 144 ok
+    """
+    # Shares of damage tell the number of failed samples, too, but not by how they failed.
+    is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run and "failure" in run.dims
+    needed = ("step",) if is_of_statistics else ("status", "integration_step")
+    check_dataset("summary", run, *needed, advice="give what simulate() returned", argument="run")
+    check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
+    if is_of_statistics:
+        failed = run["failed_samples"].to_series()
+        told = ", ".join(f"{count:,} {name}" for name, count in failed.items() if count) or "none"
+        return Text(
+            "\n".join(
+                [
+                    f"statistics of samples that are not kept; failed samples: {told}",
+                    *_integration(run, np.atleast_1d(run.attrs["step"])),
+                ]
+            )
+        )
+    if "sample" not in run.dims:
+        raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
+    if not run.sizes["sample"]:
+        raise ValueError("summary: the run has no samples: the selection it was taken by left none")
+    if "event" in run.dims:
+        names = run["event"].values.tolist()
+        return Text("\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names))
+    status = np.bincount(run["status"].values, minlength=len(STATUS_MEANINGS))
+    outcomes = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
+    lines = [
+        f"{run.sizes['sample']:,} samples: {outcomes}",
+        *_integration(run, run["integration_step"].values),
+        *_collapses(run),
+    ]
+    if "estimated_relative_error" in run:
+        table = run["estimated_relative_error"]
+        heads = "".join(f"{name:>12}" for name in table["error_statistic"].values)
+        lines.append(f"{'estimated relative error':<26}{heads}")
+        for demand in table["demand"].values:
+            row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
+            lines.append(f"{demand:<26}{row}")
+    return Text("\n".join(lines))
+
+
+def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
+    """Return lines on the method, why it was chosen, its steps [s] and its time."""
+    method = run.attrs["method"]
+    return [
+        f"{method} in {run.attrs['dtype']} on {run.attrs['device']}, "
+        f"steps {steps.min():.4g} to {steps.max():.4g} s, {run.attrs['seconds_integrating']:.3g} s integrating",
+        *([f"{method}: {run.attrs[BECAUSE]}"] if BECAUSE in run.attrs else []),
+    ]
+
+
+def _collapses(run: xr.Dataset) -> list[str]:
+    """Return a line on the storeys and times of the collapses, where there are some."""
+    if "storey_of_collapse" not in run:
+        return []
+    storey, time = run["storey_of_collapse"].values, run["time_of_collapse"].values
+    if not (storey > 0).any():
+        return []
+    storeys, counts = np.unique(storey[storey > 0], return_counts=True)
+    where = ", ".join(
+        f"storey {names_of_storeys(run, number)} ({count:,})" for number, count in zip(storeys, counts, strict=True)
+    )
+    times = time[np.isfinite(time)]
+    when = f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
+    return [f"collapsed in {where}{when}"]
+
+
+def names_of_storeys(run: xr.Dataset, number: int) -> str:
+    """Return the number of a storey, with its kind if it is one of isolators or of a tuned mass damper."""
+    if STOREY_KIND not in run.coords:
+        return str(number)
+    kind = int(run[STOREY_KIND].values[run["storey"].values == number][0])
+    return f"{number}, {STOREY_KINDS[kind].replace('_', ' ')}" if kind else str(number)

@@ -1,5 +1,0 @@
-"""Integration methods: their tables, kinds, amplification and stability limits."""
-
-from warpdyn.methods.table import METHODS, check_fits
-
-__all__ = ["METHODS", "check_fits"]

@@ -1,0 +1,394 @@
+"""Designs of ground motion: which structure runs under which motion, and at what scale."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import finite_numbers, real_numbers, whole_number
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.random_numbers import Purpose, uniforms
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.excitation import Assignment, Excitation
+from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
+from warpdyn.model.ground_motions.plausibility import warn_of_duplicates
+
+if TYPE_CHECKING:
+    from warpdyn.model.structures.structure import Structure
+
+MOST_TOLD = 10  # motions in a table
+
+Kind = TypeVar("Kind", bound=type)
+
+
+def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    """Return the measure of every motion, in g if it is an acceleration."""
+    if not isinstance(measure, IntensityMeasure):
+        raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
+    return measure.values(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
+
+
+def _is_acceleration(measure: IntensityMeasure) -> bool:
+    return measure.units == "m s-2"
+
+
+def _units(measure: IntensityMeasure) -> str:
+    return "g" if _is_acceleration(measure) else measure.units
+
+
+class Design(Excitation):
+    """Which structure runs under which motion, and at what scale."""
+
+    is_design = True
+    motions: Sequence[GroundMotion]
+    measure: IntensityMeasure
+    structures_per_motion: int | None = None  # that each motion has for itself; None where they are not its own
+    _intensities: np.ndarray  # of every motion as recorded, by the design's measure
+
+    def __repr__(self) -> str:
+        count = len(self.motions)
+        return f"{type(self).__name__}({count} {'motion' if count == 1 else 'motions'}, {self.measure.name})"
+
+    @property
+    def intensities(self) -> np.ndarray:
+        """Intensity measure of every motion as recorded [g, or SI units of what is no acceleration], shape [motion]."""
+        return self._intensities
+
+    @property
+    def intensity_units(self) -> str:
+        """Units of `intensities`."""
+        return _units(self.measure)
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its motions, some of many."""
+        units = _units(self.measure)
+        rows: list[tuple[object, ...]] = [("intensity measure", f"{self.measure.name} [{units}]")]
+        for motion, intensity in list(zip(self.motions, self._intensities, strict=True))[:MOST_TOLD]:
+            pga = motion.peak_ground_acceleration / STANDARD_GRAVITY
+            said = f"{motion.duration:.4g} s, PGA {pga:.3g} g, {self.measure.name} {intensity:.3g} {units}"
+            rows.append((motion.name, said))
+        if len(self.motions) > MOST_TOLD:
+            rows.append((f"... {len(self.motions)} motions", ""))
+        return rows
+
+
+def _named_in_errors(kind: Kind) -> Kind:
+    """Return a class whose errors of missing and unknown arguments name what it takes, and where levels come from."""
+    make: Callable[..., None] = kind.__init__  # type: ignore[misc] # it is that of this very class
+    signature = inspect.signature(make)
+
+    @functools.wraps(make)
+    def checked(self: object, *given: Any, **named: Any) -> None:
+        try:
+            signature.bind(self, *given, **named)
+        except TypeError as error:
+            told = [name for name in named if name not in signature.parameters]
+            renamed = f"; {told[0]!r} is called 'levels' now" if told and told[0].startswith("levels") else ""
+            raise TypeError(
+                f"Stripes(motions, levels, measure): {error}{renamed}; levels are intensities of the measure, such as "
+                "[0.1, 0.2, 0.4], and levels_for(scene, limits) finds some that tell of the limits"
+            ) from None
+        make(self, *given, **named)
+
+    kind.__init__ = checked  # type: ignore[misc] # as above
+    return kind
+
+
+@_named_in_errors
+@dataclass(frozen=True, eq=False, repr=False)
+class Stripes(Design):
+    """Structures under motions that are scaled to every level of an intensity measure.
+
+    By default every structure runs under every motion (a crossed design). Samples are ordered by structure, then
+    motion, then level, so that more structures only add samples at the end. With `structures_per_motion` each motion
+    has structures of its own (a nested design): structures 0, 1, ... are those of the first motion, then come those of
+    the second. Three structures to each of 44 motions are 132 different ones, where 64 crossed ones take twenty times
+    the histories; what can be known is bounded by the motions in either case.
+
+    In a multiple stripe analysis (MSA) with records selected for each level, `motions` is a list of lists: the motions
+    of the first level, of the second, and so on (Jalayer and Cornell 2009, Earthquake Engineering and Structural
+    Dynamics 38(8)). Every structure runs under all of them, each scaled to its own level.
+
+    Args:
+        motions: Ground motions, or a list of ground motions for each level.
+        levels: Levels of the intensity measure [g for an acceleration, else the measure's SI units], increasing, shape
+            [im_level].
+        measure: The intensity measure, one that grows with the scale of a motion, such as SpectralAcceleration(period)
+            [g], PeakGroundVelocity() [m/s] or AriasIntensity() [m/s], which goes with the square of the scale.
+        structures_per_motion: Number of structures that each motion has for itself; None where every structure runs
+            under every motion.
+        motions_of_levels: Numbers of the motions of each level, if `motions` is one list and levels have different
+            motions; a list of lists sets it. None if every motion is scaled to every level.
+
+    Raises:
+        ValueError: If there is no motion or no level, lists of motions are not as many as levels, a level is not
+            positive or they do not increase, the measure does not grow with the scale (as durations do not), a motion
+            has no intensity to scale (its values are all zero), or `structures_per_motion` is no whole number from 1.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
+
+    Example:
+        >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)  # g
+        >>> wd.Scene(building, design, scatter).structures_given
+        24
+        >>> wd.Stripes(motions, [0.1, 0.3, 1.0], wd.PeakGroundVelocity()).samples_per_structure  # levels in m/s
+        24
+        >>> selected = [motions[:4], motions[4:]]  # for each of two levels
+        >>> wd.Stripes(selected, [0.2, 0.8], wd.PeakGroundAcceleration()).samples_per_structure
+        8
+    """
+
+    motions: Sequence[Any]  # of GroundMotions, or of lists of them; of the former once it is checked
+    levels: Sequence[float]
+    measure: IntensityMeasure
+    structures_per_motion: int | None = None
+    motions_of_levels: Sequence[Sequence[int]] | None = None
+
+    def __post_init__(self) -> None:
+        given, of_levels = one_list(self.motions, self.motions_of_levels)
+        motions = checked_motions(given)
+        intensities = _intensities(motions, self.measure)
+        units = _units(self.measure)
+        levels = np.atleast_1d(real_numbers("levels", self.levels))
+        if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
+            raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
+        if np.any(np.diff(levels) <= 0):
+            raise ValueError(f"levels must increase, got {levels.tolist()}")
+        if self.measure.power == 0:
+            raise ValueError(
+                f"{self.measure.name} does not grow with a motion's scale, so that no motion can be scaled to a level "
+                "of it: take another intensity measure, such as SpectralAcceleration(period) or PeakGroundVelocity(), "
+                "or a Cloud, which labels motions as recorded"
+            )
+        for index, (motion, intensity) in enumerate(zip(motions, intensities, strict=True)):
+            if not intensity > 0:
+                raise ValueError(
+                    f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} {units}: "
+                    "an all-zero record cannot be scaled to a stripe; leave it out"
+                )
+        if self.structures_per_motion is not None:
+            own = whole_number("structures_per_motion", self.structures_per_motion, 1)
+            object.__setattr__(self, "structures_per_motion", own)
+        if of_levels is not None:
+            of_levels = checked_sets(of_levels, len(motions), levels)
+            if self.structures_per_motion is not None:
+                raise ValueError(
+                    "structures_per_motion does not go with a list of motions for each level: leave it out, and every "
+                    "structure runs under all of them"
+                )
+        warn_of_duplicates(motions, is_scaled=True)
+        object.__setattr__(self, "motions", motions)
+        object.__setattr__(self, "levels", levels)
+        object.__setattr__(self, "motions_of_levels", of_levels)
+        object.__setattr__(self, "_intensities", intensities)
+
+    def __repr__(self) -> str:
+        levels = len(self.levels)
+        nested = f", {self.structures_per_motion} structures a motion" if self.structures_per_motion else ""
+        nested += ", each with motions selected for it" if self.motions_of_levels else ""
+        return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its levels and its motions."""
+        nested = [("structures per motion", self.structures_per_motion)] if self.structures_per_motion else []
+        return [(f"levels [{self.intensity_units}]", self.levels), *nested, *super().told()]
+
+    @property
+    def samples_per_structure(self) -> int:
+        """Number of levels, times the number of motions unless each has structures of its own."""
+        return len(self.levels) if self.structures_per_motion else self.places[0].size
+
+    @property
+    def places(self) -> tuple[np.ndarray, np.ndarray]:
+        """The motion of each sample of a structure that runs under all, and the number of its level, shape [place]."""
+        if self.motions_of_levels is None:
+            motions, levels = np.arange(len(self.motions), dtype=np.int32), np.arange(len(self.levels))
+            return np.repeat(motions, levels.size), np.tile(levels, motions.size)
+        pairs = [(motion, level) for level, of_level in enumerate(self.motions_of_levels) for motion in of_level]
+        motion, level = np.array(sorted(pairs)).T
+        return motion.astype(np.int32), level
+
+    def check_scaled_to_all(self, function: str) -> None:
+        """Raise a ValueError if levels have motions of their own, for a function that scales each motion to many."""
+        if self.motions_of_levels is not None:
+            raise ValueError(
+                f"{function}() scales every motion to many levels, and these Stripes have other motions at each level: "
+                f"give it Stripes or a Cloud of one list of motions, such as Cloud(design.motions, design.measure)"
+            )
+
+    @property
+    def structures_given(self) -> int:
+        """How many structures the motions have for themselves in all; 0 if each structure runs under every motion."""
+        return len(self.motions) * (self.structures_per_motion or 0)
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError if buildings of a portfolio would have to be shared out among the motions."""
+        if structure.is_many and self.structures_per_motion:
+            raise ValueError(
+                "structures_per_motion does not apply to a portfolio, whose archetypes have a `count`: give its "
+                "buildings OneMotionPerStructure, or leave it out"
+            )
+
+    def check_structures(self, structures: int) -> None:
+        """Raise a ValueError unless there are as many structures as the motions have for themselves."""
+        if self.structures_per_motion and structures != self.structures_given:
+            raise ValueError(
+                f"{len(self.motions)} motions with structures_per_motion={self.structures_per_motion} have "
+                f"{self.structures_given} structures, got structures={structures}: leave `structures` out"
+            )
+
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return the samples of each of these structures, given by their indices."""
+        levels, structures = len(self.levels), np.asarray(structures, dtype=np.int32)
+        structure = np.repeat(structures, self.samples_per_structure)
+        if self.structures_per_motion:
+            motion = np.repeat(structures // np.int32(self.structures_per_motion), levels)
+            im_level = np.tile(self.levels, len(structures))
+        else:
+            of_place, level = self.places
+            motion, im_level = (
+                np.tile(of_place, len(structures)),
+                np.tile(np.asarray(self.levels)[level], len(structures)),
+            )
+        scale = (im_level / self._intensities[motion]) ** (1 / self.measure.power)
+        label, repeats = (
+            (self.measure.attributes(), self.intensity_units),
+            levels if self.motions_of_levels is None else 1,
+        )
+        return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=repeats)
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False, repr=False)
+class Cloud(Design):
+    """Every structure under every motion as recorded.
+
+    Args:
+        motions: Ground motions.
+        measure: The intensity measure that labels the samples, in g if it is an acceleration.
+
+    Raises:
+        ValueError: If there is no motion.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
+
+    Example:
+        >>> design = wd.Cloud(motions, wd.PeakGroundVelocity())
+        >>> design.samples_per_structure
+        8
+    """
+
+    motions: Sequence[GroundMotion]
+    measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "motions", checked_motions(self.motions))
+        warn_of_duplicates(self.motions, is_scaled=False)
+        object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
+
+    @property
+    def samples_per_structure(self) -> int:
+        """Number of motions."""
+        return len(self.motions)
+
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return a sample a motion for each of these structures, given by their indices."""
+        structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
+        motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
+        im_level = self._intensities[motion]
+        return Assignment(
+            structure, motion, np.ones(structure.size), im_level, self.measure.attributes(), _units(self.measure)
+        )
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False, repr=False)
+class OneMotionPerStructure(Design):
+    """Every structure under one motion of its own, at a scale of its own.
+
+    Args:
+        motions: Ground motions.
+        motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
+        scale: Factor on the motion [1]: one for all, or one a sample, shape [sample].
+        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
+
+    Raises:
+        ValueError: If an index is out of range, a scale is not finite and positive, or motions and scales are not as
+            many.
+        TypeError: If a motion is no GroundMotion, or the measure is none.
+
+    Example:
+        >>> design = wd.OneMotionPerStructure(motions, motion=[0, 3, 3], scale=[1.0, 0.5, 2.0])
+        >>> wd.Scene(building, design).structures_given
+        3
+    """
+
+    motions: Sequence[GroundMotion]
+    motion: ArrayLike | None = None
+    scale: ArrayLike = 1.0
+    measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+
+    def __post_init__(self) -> None:
+        motions = checked_motions(self.motions)
+        scale = real_numbers("scale", self.scale)
+        if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
+            raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
+        if self.motion is not None:
+            motion = np.atleast_1d(finite_numbers("motion", self.motion))
+            if motion.size and not np.any(motion % 1):
+                motion = motion.astype(np.int64)
+            if not motion.size or motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
+                raise ValueError("motion must be a row of whole numbers, one a sample")
+            if motion.min() < 0 or motion.max() >= len(motions):
+                raise ValueError(f"motion indexes {len(motions)} motions from 0, got {motion.min()} to {motion.max()}")
+            if scale.ndim and scale.size != motion.size:
+                raise ValueError(
+                    f"motion has {motion.size} values and scale has {scale.size}: both have one a sample, "
+                    "or scale is one factor for all"
+                )
+            object.__setattr__(self, "motion", motion.astype(np.int32))
+        object.__setattr__(self, "motions", motions)
+        object.__setattr__(self, "scale", scale)
+        object.__setattr__(self, "_intensities", _intensities(motions, self.measure))
+
+    samples_per_structure = 1
+
+    def check_structures(self, structures: int) -> None:
+        """Raise a ValueError unless motions and scales that are given are given for so many structures."""
+        for name, values in (("motion", self.motion), ("scale", self.scale)):
+            if values is not None and np.ndim(values) and np.size(values) != structures:
+                raise ValueError(f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples")
+
+    @property
+    def structures_given(self) -> int:
+        """How many structures have a motion or a scale of their own; 0 if any number may have the one of all."""
+        given = [np.asarray(values) for values in (self.motion, self.scale) if values is not None]
+        return max((values.size for values in given if values.ndim), default=0)
+
+    def of_structures(self, structures: np.ndarray, seed: int) -> OneMotionPerStructure:
+        """Return the design of some structures of a run, given by their indices: what is drawn goes by these."""
+        own = self.assign(structures, seed)
+        return OneMotionPerStructure(self.motions, own.motion, own.scale, self.measure)
+
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return one sample for each of these structures, given by their indices; each event draws its own motions."""
+        index = np.asarray(structures, dtype=np.int32)
+        if self.motion is None:
+            random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]
+            motion = (random * len(self.motions)).astype(np.int32)
+        else:
+            motion = np.asarray(self.motion)[index]
+        scale = np.asarray(self.scale)
+        scale = scale[index] if scale.ndim else np.full(index.size, float(scale))
+        im_level = scale**self.measure.power * self._intensities[motion]
+        return Assignment(index, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
+
+
+def excitation_of(given: object) -> object:
+    """Return what a scene is given as an excitation: of a single motion the design that runs it as recorded."""
+    return Cloud((given,)) if isinstance(given, GroundMotion) else given

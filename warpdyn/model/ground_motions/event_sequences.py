@@ -1,0 +1,129 @@
+"""Sequences of earthquakes: a mainshock, and aftershocks that act on the building it has damaged."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.ground_motions.designs import excitation_of
+from warpdyn.model.ground_motions.excitation import Assignment, Excitation
+from warpdyn.model.ground_motions.motions import GroundMotion
+
+if TYPE_CHECKING:
+    from warpdyn.model.structures.structure import Structure
+
+
+class _Placed(Excitation):
+    """What a sequence works out when it is made, beside its fields."""
+
+    _designs: tuple[Excitation, ...]  # of the events
+    _places: list[np.ndarray]  # of each event's motions among those of all, each once
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False, repr=False)
+class EventSequence(_Placed):
+    """Earthquakes one after the other, each on the building as the previous one has left it.
+
+    A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
+    them it vibrates freely for the scene's `tail`; if that is None, long enough to come to rest. Every history of an
+    event is followed by the next event's whole design: samples are ordered by structure, then by the first event's
+    motion (and level), then by the second's. A building that has collapsed stays collapsed, and one whose integration
+    has failed stays failed: no later event is run on them.
+
+    Args:
+        events: Design of each event by its name, at least two: `{"mainshock": Stripes(...), "aftershock": Cloud(...)}`.
+            Each design is Stripes, Cloud, OneMotionPerStructure or one GroundMotion.
+
+    Raises:
+        ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
+
+    Example:
+        >>> design = wd.EventSequence({"mainshock": stripes, "aftershock": wd.Cloud(motions[:2])})
+        >>> design.samples_per_structure
+        96
+    """
+
+    events: Mapping[str, Excitation | GroundMotion]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.events, Mapping):
+            raise TypeError(f"EventSequence.events must map each event's name to its design, got {self.events!r}")
+        if len(self.events) < 2:
+            raise ValueError(
+                f"an EventSequence has at least two events, got {len(self.events)}: "
+                "one by itself is an excitation of its own"
+            )
+        designs = {}
+        for name, design in self.events.items():
+            if not isinstance(name, str) or not name:
+                raise TypeError(f"an event's name must be text, such as 'mainshock', got {name!r}")
+            excitation = excitation_of(design)
+            if not isinstance(excitation, Excitation) or not excitation.is_design:
+                raise TypeError(
+                    f"event {name!r} must be Stripes, Cloud, OneMotionPerStructure or a GroundMotion, "
+                    f"got {type(design).__name__}"
+                )
+            designs[name] = excitation
+        object.__setattr__(self, "events", FrozenMapping(designs))
+        object.__setattr__(self, "_designs", tuple(designs.values()))
+        # Motions that several events have in common are held once.
+        motions = list(dict.fromkeys(motion for design in designs.values() for motion in design.motions))
+        place = {motion: index for index, motion in enumerate(motions)}
+        places = [np.array([place[m] for m in design.motions], dtype=np.int32) for design in designs.values()]
+        object.__setattr__(self, "motions", tuple(motions))
+        object.__setattr__(self, "_places", places)
+
+    def __repr__(self) -> str:
+        return f"EventSequence({', '.join(f'{name}: {design!r}' for name, design in self.events.items())})"
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its events."""
+        return [(name, repr(design)) for name, design in self.events.items()]
+
+    @property
+    def event_names(self) -> tuple[str, ...]:
+        """Names of the events, in their order."""
+        return tuple(self.events)
+
+    @property
+    def samples_by_event(self) -> tuple[int, ...]:
+        """Number of histories of each event that a structure runs through."""
+        counts = [design.samples_per_structure for design in self._designs]
+        return tuple(math.prod(counts[: event + 1]) for event in range(len(counts)))
+
+    @property
+    def samples_per_structure(self) -> int:
+        """Number of histories of the last event."""
+        return self.samples_by_event[-1]
+
+    def check_structures(self, structures: int) -> None:
+        """Raise a ValueError unless what is given a structure is given for so many of them."""
+        for name, design in zip(self.events, self._designs, strict=True):
+            try:
+                design.check_structures(structures)
+            except ValueError as error:
+                raise ValueError(f"event {name!r}: {error}") from None
+
+    @property
+    def structures_given(self) -> int:
+        """How many structures an event lists something of; 0 if all of them serve any number."""
+        return max(design.structures_given for design in self._designs)
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a TypeError unless the structure can be left in another state than it was in."""
+        if not structure.can_yield:
+            raise TypeError(
+                "an EventSequence needs a ShearBuilding: a LinearSystem comes out of an earthquake as it went into it"
+            )
+
+    def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
+        """Return the samples of an event, given by its number, on each of these structures, which may repeat."""
+        assignment = self._designs[event].assign(structures, seed, event)
+        return replace(assignment, motion=self._places[event][assignment.motion])

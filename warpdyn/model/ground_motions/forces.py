@@ -1,0 +1,253 @@
+"""Nodal forces on a structure, or an initial state alone, as data."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import finite_numbers, real_number
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.ground_motions.excitation import (
+    THE_DURATION,
+    SingleLoad,
+    Timeline,
+    resampled_columns,
+    substeps_of,
+)
+
+if TYPE_CHECKING:
+    from warpdyn.model.structures.structure import Structure
+
+
+class FormulaLoad(SingleLoad):
+    """A load that is a formula of the time, over a duration that nothing follows."""
+
+    duration: float
+    has_tail = False
+
+    def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
+        """Return a grid of steps that divide the duration."""
+        count = substeps_of(self.duration, step, target, THE_DURATION)
+        return Timeline((), np.array([self.duration / count]), np.array([1]), np.array([count]))
+
+
+def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
+    row = np.atleast_1d(finite_numbers(name, values))
+    if row.ndim != 1 or not row.size:
+        raise ValueError(f"{name} must be a row of values, one a degree of freedom, got shape {row.shape}")
+    return row
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class HarmonicForce(FormulaLoad):
+    """Nodal forces F0 sin(w t + phase) on a structure.
+
+    Args:
+        amplitude: F0 [N], shape [dof]; zero where no force acts.
+        circular_frequency: w [rad/s]; 0 for a constant force F0 sin(phase).
+        duration: Length of the run [s].
+        phase: Phase [rad].
+        initial_displacement: Displacement at the start [m], shape [dof], or one value for all; as `displacement` of
+            FreeVibration.
+        initial_velocity: Velocity at the start [m/s], shape [dof], or one value for all.
+
+    Raises:
+        ValueError: If a value is not finite, the circular frequency is below 0 or the duration not above 0.
+
+    Example:
+        >>> shaker = wd.HarmonicForce([0.0, 2e3], circular_frequency=20.0, duration=5.0)
+        >>> wd.Scene(building, shaker).excitation.amplitude
+        array([   0., 2000.])
+    """
+
+    amplitude: ArrayLike
+    circular_frequency: float
+    duration: float
+    phase: float = 0.0
+    initial_displacement: ArrayLike = 0.0
+    initial_velocity: ArrayLike = 0.0
+
+    kernel_load = "harmonic_force"
+    is_force = True
+
+    def __post_init__(self) -> None:
+        _check_start(self)
+        object.__setattr__(self, "amplitude", _checked_row("amplitude", self.amplitude))
+        object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
+        frequency = real_number("circular_frequency [rad/s]", self.circular_frequency, least=0)
+        object.__setattr__(self, "circular_frequency", frequency)
+        object.__setattr__(self, "phase", real_number("phase", self.phase))
+
+    @property
+    def forcing_frequency(self) -> float:
+        """Circular frequency of the sine [rad/s]."""
+        return self.circular_frequency
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless there is an amplitude for each degree of freedom, and the initial state fits."""
+        _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)
+        _check_start_fits(self, structure)
+
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the start."""
+        return self.initial_displacement, self.initial_velocity
+
+    def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
+        """Return amplitude, circular frequency and phase."""
+        return {
+            "amplitude": np.asarray(self.amplitude),
+            "circular_frequency": np.array([self.circular_frequency]),
+            "phase": np.array([self.phase]),
+        }
+
+    def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
+        """Return the modes' share of the sine."""
+        return np.asarray(self.amplitude) @ shape
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class ForceHistory(SingleLoad):
+    """Nodal forces sampled in time on a structure, linear between samples and zero after the last.
+
+    The last sample acts at its instant: recorded accelerations see it, whether it is zero or not.
+
+    Args:
+        force: Nodal forces [N], shape [time, dof].
+        step: Sampling step [s].
+        initial_displacement: Displacement at the first sample [m], shape [dof], or one value for all; as `displacement`
+            of FreeVibration.
+        initial_velocity: Velocity at the first sample [m/s], shape [dof], or one value for all.
+
+    Raises:
+        ValueError: If the forces are not finite numbers at two times or more, the step is not finite and above 0, or an
+            initial value is not finite.
+
+    Example:
+        >>> push = wd.ForceHistory([[0.0, 0.0], [1e4, 2e4], [0.0, 0.0]], step=0.1)
+        >>> wd.Scene(building, push).excitation.force.shape
+        (3, 2)
+    """
+
+    force: ArrayLike
+    step: float
+    initial_displacement: ArrayLike = 0.0
+    initial_velocity: ArrayLike = 0.0
+
+    def __repr__(self) -> str:
+        times, dofs = self.values.shape
+        return f"ForceHistory({times} values every {self.step:g} s, {dofs} degrees of freedom)"
+
+    kernel_load = "force_history"
+    label = "force history"
+    is_force = True
+
+    def __post_init__(self) -> None:
+        _check_start(self)
+        force = finite_numbers("force", self.force)
+        if force.ndim != 2 or force.shape[0] < 2:
+            raise ValueError(f"force must have shape [time, dof] with at least 2 times, got shape {force.shape}")
+        object.__setattr__(self, "force", force)
+        object.__setattr__(self, "step", real_number("step [s]", self.step, above=0))
+
+    @property
+    def values(self) -> np.ndarray:
+        """What is sampled, time first."""
+        return np.asarray(self.force)
+
+    @property
+    def motions(self) -> tuple[ForceHistory, ...]:
+        """The history itself."""
+        return (self,)
+
+    def resampled(self, step: float) -> ForceHistory:
+        """Return the forces on a grid of another step [s], straight between the new samples."""
+        return replace(self, force=resampled_columns(self.values, self.step, step), step=step)
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless there is a column for each degree of freedom, and the initial state fits."""
+        columns = self.values.shape[1]
+        if columns != structure.dofs:
+            raise ValueError(f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom")
+        _check_start_fits(self, structure)
+
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the first sample."""
+        return self.initial_displacement, self.initial_velocity
+
+    def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
+        """Return the modes' share of a unit force on each degree of freedom."""
+        return shape
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class FreeVibration(FormulaLoad):
+    """No load: the structure moves on from an initial state.
+
+    Storeys that yield are pulled slowly from rest to their initial drifts, each without turning back, and released
+    there: their forces are those of the first loading. Energies count from the release.
+
+    Args:
+        duration: Length of the run [s].
+        displacement: Initial displacement [m], shape [dof], or one value for all; zero by default.
+        velocity: Initial velocity [m/s], shape [dof], or one value for all; zero by default.
+
+    Raises:
+        ValueError: If the duration is not finite and above 0, or a displacement or velocity is not finite.
+
+    Example:
+        >>> struck = wd.FreeVibration(duration=2.0, velocity=[0.0, 0.5])
+        >>> wd.Scene(building, struck).excitation.velocity
+        array([0. , 0.5])
+    """
+
+    duration: float
+    displacement: ArrayLike = 0.0
+    velocity: ArrayLike = 0.0
+
+    kernel_load = "free_vibration"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
+        object.__setattr__(self, "displacement", _checked_row("displacement", self.displacement))
+        object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
+
+    def check_fits(self, structure: Structure) -> None:
+        """Raise a ValueError unless the initial state has one value for each degree of freedom, or one for all."""
+        _check_start_fits(self, structure)
+
+    def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
+        """Return nothing: the initial state is all that there is."""
+        return {}
+
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the start."""
+        return self.displacement, self.velocity
+
+
+def _check_start(load: HarmonicForce | ForceHistory) -> None:
+    """Replace the initial state of a load by checked rows."""
+    for name in ("initial_displacement", "initial_velocity"):
+        object.__setattr__(load, name, _checked_row(name, getattr(load, name)))
+
+
+def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, structure: Structure) -> None:
+    """Raise a ValueError unless the initial state has one value for each degree of freedom, or one for all."""
+    prefix = "" if isinstance(load, FreeVibration) else "initial_"
+    for name, values in zip(("displacement", "velocity"), load.start, strict=True):
+        _check_width(f"{type(load).__name__}.{prefix}{name}", values, structure, serves_all=True)
+
+
+def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:
+    """Raise a ValueError unless there is one value a degree of freedom, or one that serves all."""
+    size = np.size(values)
+    if size != structure.dofs and (size != 1 or not serves_all):
+        raise ValueError(f"{name} has {size} values for {structure.dofs} degrees of freedom")

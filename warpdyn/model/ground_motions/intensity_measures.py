@@ -1,0 +1,384 @@
+"""Intensity measures of a ground motion: one number that says how strong it is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import ClassVar
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import real_number, shortened
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.output_variables import DAMPING, MEASURE, PERIOD, PERIODS
+from warpdyn.foundations.files.netcdf import trace
+from warpdyn.model.ground_motions import motion_integrals
+from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
+from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
+from warpdyn.model.ground_motions.response_spectra import checked_periods, spectral_displacements
+
+
+def spectral_acceleration(
+    motion: GroundMotion, period: float | np.ndarray, damping_ratio: float = 0.05
+) -> float | np.ndarray:
+    """Return the pseudo-spectral acceleration: an oscillator's largest displacement times its squared frequency.
+
+    It is exact to rounding, like `response_spectra`. It is always computed on the CPU, so that the scale factors of
+    stripes do not depend on the device of a run.
+
+    Args:
+        motion: The ground motion.
+        period: Undamped natural period [s], a scalar or any shape.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
+
+    Returns:
+        Spectral acceleration [m/s2], a float for a scalar period, otherwise an array of the shape of `period`.
+
+    Raises:
+        ValueError: If a period is not finite and positive or is outside 1e-5 to 1e9 steps of the motion, or the damping
+            ratio is outside [0, 1).
+    """
+    periods = checked_periods(period)
+    result = _accelerations([motion], periods.ravel(), damping_ratio)[0]
+    return float(result[0]) if periods.ndim == 0 else result.reshape(periods.shape)
+
+
+def _accelerations(motions: Sequence[GroundMotion], periods: np.ndarray, damping_ratio: float) -> np.ndarray:
+    """Return pseudo-spectral accelerations [m/s2], shape [motion, period]."""
+    _check_damping_ratio(damping_ratio)
+    return (2 * np.pi / periods) ** 2 * spectral_displacements(motions, periods, np.array([damping_ratio]))[:, 0]
+
+
+class IntensityMeasure(ABC):
+    """One number that says how strong a ground motion is.
+
+    Attributes:
+        units: UDUNITS string of its values.
+        power: A motion times c has the measure times c to this power.
+    """
+
+    units: ClassVar[str]
+    power: ClassVar[int] = 1
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of this measure in results and figures."""
+
+    @abstractmethod
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion [units]."""
+
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+        """Return the measure of each motion [units], shape [motion]."""
+        return np.array([self.value(motion) for motion in motions])
+
+    def attributes(self) -> dict[str, object]:
+        """Return the attributes that name this measure in a dataset: its name, and period and damping if it has any."""
+        known = {PERIOD: "period", PERIODS: "periods", DAMPING: "damping_ratio"}
+        found = {key: getattr(self, name) for key, name in known.items() if hasattr(self, name)}
+        return {MEASURE: self.name} | {key: np.asarray(value, dtype=float)[()] for key, value in found.items()}
+
+
+@dataclass(frozen=True)
+class PeakGroundAcceleration(IntensityMeasure):
+    """The largest absolute ground acceleration [m/s2].
+
+    Example:
+        >>> round(wd.PeakGroundAcceleration().value(motions[0]), 2)
+        6.97
+    """
+
+    units = "m s-2"
+    name = "PGA"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion."""
+        _check_motion(motion)
+        return motion.peak_ground_acceleration
+
+
+@dataclass(frozen=True)
+class PeakGroundVelocity(IntensityMeasure):
+    """The largest absolute ground velocity [m/s], without baseline correction of the record.
+
+    Example:
+        >>> round(wd.PeakGroundVelocity().value(motions[0]), 2)
+        1.1
+    """
+
+    units = "m s-1"
+    name = "PGV"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion."""
+        _check_motion(motion)
+        return motion_integrals.peak_ground_velocity(motion)
+
+
+@dataclass(frozen=True)
+class PeakGroundDisplacement(IntensityMeasure):
+    """The largest absolute ground displacement [m], without baseline correction of the record.
+
+    Example:
+        >>> filtered = wd.records.band_pass(motions[0], 0.2, 20.0)  # without what noise adds up to at long periods
+        >>> round(wd.PeakGroundDisplacement().value(filtered), 2)
+        0.09
+    """
+
+    units = "m"
+    name = "PGD"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion."""
+        _check_motion(motion)
+        return motion_integrals.peak_ground_displacement(motion)
+
+
+@dataclass(frozen=True)
+class AriasIntensity(IntensityMeasure):
+    """The integral of the squared ground acceleration times pi / (2 g) [m/s].
+
+    Example:
+        >>> round(wd.AriasIntensity().value(motions[0]), 2)
+        1.42
+    """
+
+    units = "m s-1"
+    power = 2
+    name = "Arias intensity"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion."""
+        _check_motion(motion)
+        return motion_integrals.arias_intensity(motion)
+
+
+@dataclass(frozen=True)
+class CumulativeAbsoluteVelocity(IntensityMeasure):
+    """The integral of the absolute ground acceleration [m/s].
+
+    Example:
+        >>> round(wd.CumulativeAbsoluteVelocity().value(motions[0]), 2)
+        5.05
+    """
+
+    units = "m s-1"
+    name = "CAV"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion."""
+        _check_motion(motion)
+        return motion_integrals.cumulative_absolute_velocity(motion)
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class SignificantDuration(IntensityMeasure):
+    """The time between two shares of the Arias intensity [s]; NaN for a motion that is zero throughout.
+
+    Args:
+        start: Share of the Arias intensity at which the duration starts [1].
+        end: Share at which it ends [1].
+
+    Raises:
+        ValueError: Unless 0 < start < end < 1.
+
+    Example:
+        >>> measure = wd.SignificantDuration(0.05, 0.75)
+        >>> round(measure.value(motions[0]), 2)
+        2.13
+    """
+
+    start: float = 0.05
+    end: float = 0.95
+    units = "s"
+    power = 0
+
+    def __post_init__(self) -> None:
+        start, end = real_number("start", self.start, above=0), real_number("end", self.end, above=0)
+        if not start < end < 1:
+            raise ValueError(f"shares of the Arias intensity must be 0 < start < end < 1, got {start:g} and {end:g}")
+
+    @property
+    def name(self) -> str:
+        """Name of this measure in results and figures."""
+        return f"D{100 * self.start:.4g}-{100 * self.end:.4g}"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion."""
+        _check_motion(motion)
+        return motion_integrals.significant_duration(motion, self.start, self.end)
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class SpectralAcceleration(IntensityMeasure):
+    """The pseudo-spectral acceleration at one period and damping ratio [m/s2].
+
+    Args:
+        period: Undamped natural period [s].
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
+
+    Raises:
+        ValueError: If the period is not one finite, positive number, or the damping ratio is outside [0, 1).
+
+    Example:
+        >>> measure = wd.SpectralAcceleration(building.fundamental_period)
+        >>> measure.values(motions[:3]).round(1)
+        array([2.7, 5. , 4.2])
+    """
+
+    period: float
+    damping_ratio: float = 0.05
+    units = "m s-2"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.period, Real) or isinstance(self.period, bool | np.bool_):
+            raise ValueError(f"period must be one number [s], got {shortened(self.period)}")
+        checked_periods(self.period)
+        _check_damping_ratio(self.damping_ratio)
+
+    @property
+    def name(self) -> str:
+        """Name of this measure in results and figures."""
+        return f"Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion.
+
+        Args:
+            motion: The motion.
+
+        Raises:
+            TypeError: If `motion` is not a GroundMotion.
+        """
+        _check_motion(motion)
+        return float(self.values([motion])[0])
+
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+        """Return the measure of each motion, shape [motion], by one launch of a kernel.
+
+        Args:
+            motions: The motions.
+
+        Raises:
+            ValueError: If the period is outside 1e-5 to 1e9 steps of a motion.
+        """
+        return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class AverageSpectralAcceleration(IntensityMeasure):
+    """The geometric mean of the pseudo-spectral accelerations at many periods [m/s2].
+
+    Source: Eads, Miranda and Lignos (2015), "Average spectral acceleration as an intensity measure for collapse risk
+    assessment", who take evenly spaced periods from 0.2 to 3 times the structure's first one:
+    `AverageSpectralAcceleration(np.arange(0.2 * first, 3 * first, 0.01))`.
+
+    Args:
+        periods: Undamped natural periods [s], a row.
+        damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
+
+    Raises:
+        ValueError: If the periods are not a row of finite, positive numbers, or the damping ratio is outside [0, 1).
+
+    Example:
+        >>> first = building.fundamental_period
+        >>> measure = wd.AverageSpectralAcceleration(np.arange(0.2 * first, 3 * first, 0.1))
+        >>> measure.values(motions[:3]).round(1)
+        array([2.4, 5. , 3.4])
+    """
+
+    periods: ArrayLike
+    damping_ratio: float = 0.05
+    units = "m s-2"
+
+    def __post_init__(self) -> None:
+        periods = checked_periods(self.periods, "periods")
+        if periods.ndim != 1 or periods.size == 0:
+            raise ValueError(f"periods must be a row of at least one number [s], got {shortened(self.periods)}")
+        _check_damping_ratio(self.damping_ratio)
+        object.__setattr__(self, "periods", tuple(periods.tolist()))
+
+    @property
+    def name(self) -> str:
+        """Name of this measure in results and figures."""
+        row = np.asarray(self.periods)
+        span = f"{row.min():.4g} to {row.max():.4g} s, {row.size} periods"
+        return f"Sa_avg({span}, {100 * self.damping_ratio:.4g} %)"
+
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion."""
+        _check_motion(motion)
+        return float(self.values([motion])[0])
+
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+        """Return the measure of each motion, shape [motion], by one launch of a kernel."""
+        values = _accelerations(motions, np.array(self.periods), self.damping_ratio)
+        with np.errstate(divide="ignore"):  # the mean of a motion that is zero throughout is zero
+            return np.exp(np.log(values).mean(axis=1))
+
+
+# Variables of the dataset that intensity_measures returns.
+_TABLE = {
+    "peak_ground_acceleration": (PeakGroundAcceleration(), "peak ground acceleration"),
+    "peak_ground_velocity": (PeakGroundVelocity(), "peak ground velocity"),
+    "peak_ground_displacement": (PeakGroundDisplacement(), "peak ground displacement"),
+    "arias_intensity": (AriasIntensity(), "Arias intensity"),
+    "cumulative_absolute_velocity": (CumulativeAbsoluteVelocity(), "cumulative absolute velocity"),
+    "significant_duration_5_75": (SignificantDuration(0.05, 0.75), "time from 5 to 75 % of the Arias intensity"),
+    "significant_duration_5_95": (SignificantDuration(0.05, 0.95), "time from 5 to 95 % of the Arias intensity"),
+}
+
+
+def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dataset:
+    """Return intensity measures of ground motions that need no oscillator, exact for records linear between samples.
+
+    Velocities and displacements start from zero, are not corrected for a baseline, and end with the record.
+
+    Args:
+        motions: Ground motions, or one.
+
+    Returns:
+        Dataset over `motion`: peak ground acceleration, velocity and displacement, Arias intensity, cumulative absolute
+        velocity, and significant durations.
+
+    Raises:
+        ValueError: If there is no motion.
+        TypeError: If a motion is no GroundMotion.
+
+    Example:
+        >>> measures = wd.intensity_measures(motions)
+        >>> measures["peak_ground_velocity"].round(2).values
+        array([1.1 , 1.53, 0.35, 0.41, 0.61, 0.33, 0.46, 0.67])
+    """
+    motions = checked_motions(motions)
+    warn_of_implausible_motions(motions)
+    variables = {
+        name: ("motion", measure.values(motions), {"long_name": long_name, "units": measure.units})
+        for name, (measure, long_name) in _TABLE.items()
+    }
+    return xr.Dataset(
+        variables,
+        coords={"motion": motion_numbers(len(motions)), "motion_name": motion_names(motions)},
+        attrs=trace("Intensity measures of ground motions", "intensity_measures"),
+    )
+
+
+def _check_motion(motion: object) -> None:
+    if not isinstance(motion, GroundMotion):
+        raise TypeError(f"motion must be a GroundMotion, got {shortened(motion)}")
+
+
+def _check_damping_ratio(damping_ratio: float) -> None:
+    is_number = isinstance(damping_ratio, Real) and not isinstance(damping_ratio, bool | np.bool_)
+    if not is_number or not 0 <= damping_ratio < 1:
+        raise ValueError(
+            f"damping_ratio must be a number from 0 up to but not including 1, got {shortened(damping_ratio)}"
+        )

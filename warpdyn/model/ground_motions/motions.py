@@ -1,0 +1,203 @@
+"""Recorded base motions, as data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import checked_text, real_number, real_numbers, shortened
+from warpdyn.foundations.core.description import fingerprint, html_table
+from warpdyn.foundations.core.frozen_values import FrozenArrays
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.excitation import (
+    Sampled,
+    resampled_columns,
+)
+
+if TYPE_CHECKING:
+    pass
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False, repr=False)
+class GroundMotion(FrozenArrays):
+    """One recorded base acceleration, linear between its samples and zero after its end.
+
+    Args:
+        acceleration: Ground acceleration [m/s2], shape [time]; the first value acts at t = 0.
+        step: Sampling step of the record [s].
+        name: What the record is called in results.
+        source: Where it came from (a file, a package).
+        record: What the components that one instrument recorded in one earthquake have in common, if it is known.
+        component: Which component it is, such as "090", "N" or "UP".
+
+    Raises:
+        ValueError: If the acceleration is not a finite 1-D array of at least two values, or some are masked, or the
+            step is not finite and positive.
+        TypeError: If a name is not text.
+
+    Example:
+        >>> time = np.arange(0, 10, 0.01)
+        >>> motion = wd.GroundMotion(3.0 * np.sin(2 * np.pi * time), 0.01, "sine")
+        >>> motion.duration, motion.peak_ground_acceleration
+        (9.99, 3.0)
+        >>> motion
+        GroundMotion('sine', 9.99 s at steps of 0.01 s, PGA 0.3059 g (3 m/s2))
+    """
+
+    acceleration: np.ndarray
+    step: float
+    name: str = "motion"
+    source: str = ""
+    record: str = ""
+    component: str = ""
+
+    def __post_init__(self) -> None:
+        for name in ("name", "source", "record", "component"):
+            object.__setattr__(self, name, checked_text(f"GroundMotion.{name}", getattr(self, name)))
+        acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration)
+        if acceleration.ndim != 1 or acceleration.size < 2:
+            raise ValueError(
+                f"motion {self.name!r}: acceleration must be one row of at least 2 values, "
+                f"got shape {acceleration.shape}"
+            )
+        bad = np.flatnonzero(~np.isfinite(acceleration))
+        if bad.size:
+            raise ValueError(
+                f"motion {self.name!r}: acceleration[{bad[0]}] is {acceleration[bad[0]]} "
+                f"({bad.size} of {acceleration.size} values are not finite); every value must be finite"
+            )
+        acceleration.flags.writeable = False
+        object.__setattr__(self, "acceleration", acceleration)
+        step = real_number(f"motion {self.name!r}: step [s]", self.step, above=0)
+        real_number(f"motion {self.name!r}: step times the number of samples [s]", step * acceleration.size)
+        object.__setattr__(self, "step", step)
+
+    def __repr__(self) -> str:
+        # Both units stand beside each other, since a record that was read in a wrong one shows in its peak.
+        return f"GroundMotion({self.name!r}, {self.duration:.6g} s at steps of {self.step:g} s, PGA {self._peak_told})"
+
+    @property
+    def values(self) -> np.ndarray:
+        """The sampled values, time first."""
+        return self.acceleration
+
+    @property
+    def label(self) -> str:
+        """What the dataset calls it."""
+        return self.name
+
+    def resampled(self, step: float) -> GroundMotion:
+        """Return the motion on a grid of another step [s], straight between the new samples.
+
+        Args:
+            step: Step of the new samples [s].
+
+        Raises:
+            ValueError: If the step is not above 0, or so short that there would be more than 2^26 samples.
+        """
+        return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
+
+    def description(self) -> dict[str, object]:
+        """Return what the motion's JSON says: of its samples their number and their digest."""
+        said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
+        said["digest"] = fingerprint(self.acceleration, self.step)[:16]
+        return said | ({"record": self.record, "component": self.component} if self.record else {})
+
+    def _repr_html_(self) -> str:
+        rows = {
+            "duration": f"{self.duration:.6g} s, {self.acceleration.size:,} samples every {self.step:g} s",
+            "PGA": self._peak_told,
+            "record": f"{self.record}, component {self.component}" if self.record else "",
+            "source": self.source,
+        }
+        return html_table(f"Ground motion {self.name!r}", [(name, text) for name, text in rows.items() if text])
+
+    @property
+    def _peak_told(self) -> str:
+        peak = self.peak_ground_acceleration
+        return f"{peak / STANDARD_GRAVITY:.4g} g ({peak:.4g} m/s2)"
+
+    @property
+    def duration(self) -> float:
+        """Time from the first to the last sample [s]."""
+        return (self.acceleration.size - 1) * self.step
+
+    @cached_property
+    def peak_ground_acceleration(self) -> float:
+        """Largest absolute acceleration [m/s2]."""
+        return float(np.abs(self.acceleration).max())
+
+
+def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
+    """Return ground motions, or one, as a tuple; raise an error if there is none or one is something else."""
+    if isinstance(motions, GroundMotion):
+        return (motions,)
+    if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):
+        raise TypeError(f"motions must be ground motions, such as [motion, motion], got {shortened(motions)}")
+    motions = tuple(motions)
+    if not motions:
+        raise ValueError("motions is empty: give at least one GroundMotion")
+    for index, motion in enumerate(motions):
+        if not isinstance(motion, GroundMotion):
+            raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
+    return motions
+
+
+def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
+    """Return lists of motions, one for each level, as one list and the numbers of each level's; other input as it is.
+
+    A motion that is in several lists, by its name and its samples, is one.
+    """
+    if not isinstance(motions, list | tuple) or not any(isinstance(each, list | tuple) for each in motions):
+        return motions, of_levels
+    if of_levels is not None:
+        raise ValueError(
+            "motions_of_levels is given with a list of motions for each level, which sets it: leave it out"
+        )
+    known: dict[tuple[str, str], int] = {}
+    found: list[GroundMotion] = []
+    numbers: list[tuple[int, ...]] = []
+    for place, of_level in enumerate(motions):
+        if not isinstance(of_level, list | tuple) or not all(isinstance(each, GroundMotion) for each in of_level):
+            raise TypeError(f"motions[{place}] must be a list of GroundMotions, as those of other levels are")
+        keys = [(each.name, str(each.description()["digest"])) for each in of_level]
+        for key, motion in zip(keys, of_level, strict=True):
+            if key not in known:
+                known[key] = len(found)
+                found.append(motion)
+        numbers.append(tuple(known[key] for key in keys))
+    return found, tuple(numbers)
+
+
+def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.ndarray) -> tuple[tuple[int, ...], ...]:
+    """Return the numbers of each level's motions, or raise a ValueError."""
+    if len(of_levels) != levels.size:
+        raise ValueError(
+            f"there are motions for {len(of_levels)} levels, and levels has {levels.size} values: give one list of "
+            "motions for each level"
+        )
+    found = tuple(tuple(int(number) for number in of_level) for of_level in of_levels)
+    for level, numbers in zip(levels, found, strict=True):
+        if not numbers or len(set(numbers)) < len(numbers) or min(numbers) < 0 or max(numbers) >= motions:
+            raise ValueError(
+                f"the motions of level {level:g} are {list(numbers)}: each level needs at least one motion, each "
+                f"motion once, by numbers from 0 to {motions - 1}"
+            )
+    return found
+
+
+def motion_names(motions: Sequence[Sampled]) -> tuple:
+    """Return the variable `motion_name` of datasets."""
+    names = [motion.label for motion in motions]
+    return "motion", np.array(names, dtype=str), {"long_name": "name of the motion"}
+
+
+def motion_numbers(count: int) -> tuple:
+    """Return the dimension coordinate `motion` of datasets."""
+    return "motion", np.arange(count, dtype=np.int32), {"long_name": "index of the motion", "units": "1"}

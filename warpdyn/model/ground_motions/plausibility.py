@@ -1,0 +1,132 @@
+"""What is implausible in ground motions: their unit, their step, or a record that stands in a set twice."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from hashlib import blake2b
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.motions import GroundMotion
+
+FEWEST_IN_A_SET = 5  # motions of which one may be told to be the odd one
+FEWEST_CROSSINGS = 10  # of a record's baseline, of what is a record
+MOST_DRIFT = 8.0  # of the velocity of a baseline over that of the motion about it; of white noise above in 0.2 %
+BESIDE = np.array([1, -1, 2, -2, 4, -4, 8, -8, 16, -16])  # samples from the peak
+DUPLICATE = 1e-3  # of the peak, by which two copies of a record differ at most
+
+
+def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
+    """Add motions whose step, peak acceleration or baseline is implausible."""
+
+    def named(index: int) -> str:
+        return f" of motion {index} ({motions[index].name!r}){where}"
+
+    peaks = np.array([motion.peak_ground_acceleration for motion in motions])
+    loud = np.flatnonzero(peaks > 0).tolist()  # silence is meant
+    findings.add_each("record_step", [motion.step for motion in motions], named)
+    findings.add_each("peak_ground_acceleration", peaks[loud].tolist(), lambda place: named(loud[place]))
+    baselines = [baseline_over_peak(motions[index]) for index in loud]
+    findings.add_each("record_baseline", baselines, lambda place: named(loud[place]))
+
+
+def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
+    """Add a few motions of a set that are far weaker than all others.
+
+    Either they are among these if they were given in g, or the gap to the next stronger one is wider than that of any
+    other pair of neighbours is likely to be.
+    """
+    motions = [motion for motion in motions if motion.peak_ground_acceleration > 0]
+    if len(motions) < FEWEST_IN_A_SET:
+        return
+    ordered = sorted(motions, key=lambda motion: motion.peak_ground_acceleration)
+    peaks = np.array([motion.peak_ground_acceleration for motion in ordered])
+    few = len(motions) // FEWEST_IN_A_SET
+    place = int(np.argmin(peaks[:few] / peaks[1 : few + 1]))
+    weak, others = peaks[: place + 1], peaks[place + 1 :]
+    were_in_g = others[0] <= STANDARD_GRAVITY * weak[-1] and STANDARD_GRAVITY * weak[0] <= others[-1]
+    if were_in_g or others[0] > STANDARD_GRAVITY * weak[-1]:
+        findings.add("weakest_motions", weak[-1] / others[0], f" of motion {ordered[place].name!r}{where}")
+
+
+def baseline_over_peak(motion: GroundMotion) -> float:
+    """Return the peak of a straight line fitted to a record over the record's peak; 0 where no offset explains it.
+
+    An offset makes the velocity drift away: to many times the velocity of what is left without it. Pulses and other
+    motions that do not swing about their line have none.
+    """
+    a = motion.acceleration
+    # Places in twice their deviation from the middle: the line's slope and mean are independent.
+    place = np.linspace(-1.0, 1.0, a.size)
+    line = a.mean() + place * (a @ place) / (place @ place)
+    rest = a - line
+    if np.count_nonzero(rest[1:] * rest[:-1] < 0) < FEWEST_CROSSINGS:
+        return 0.0
+    drift, swing = np.abs(np.cumsum(line)).max(), np.abs(np.cumsum(rest)).max()
+    return float(np.abs(line).max() / motion.peak_ground_acceleration) if drift > MOST_DRIFT * swing else 0.0
+
+
+def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayLike = ()) -> None:
+    """Give one warning of motions whose step or peak acceleration is implausible, and of periods of their spectrum."""
+    findings = PlausibilityFindings()
+    add_motions(findings, motions)
+    add_weakest_motions(findings, motions)
+    for period in np.asarray(periods, dtype=np.float64):
+        findings.add("measure_period", period)
+    findings.warn()
+
+
+def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> None:
+    """Warn where two motions of a set are one record, as two copies of it are, also if digits were lost in one.
+
+    Args:
+        motions: The motions.
+        is_scaled: Whether they are scaled to levels, so that copies at different scales are one record too.
+    """
+    alike: dict[tuple[float, int, int], list[int]] = {}
+    shapes: list[np.ndarray] = []
+    for index, motion in enumerate(motions):
+        peak = motion.peak_ground_acceleration
+        shape = motion.acceleration / peak if is_scaled and peak > 0 else motion.acceleration
+        shapes.append(shape)
+        alike.setdefault((motion.step, shape.size, int(np.abs(shape).argmax())), []).append(index)
+    first_of: dict[int, int] = {}
+    for (_, _, place), group in alike.items():
+        if len(group) > 1:
+            first_of |= _copies(shapes, group, place)
+    found = [(motions[first_of[index]].name, motions[index].name) for index in sorted(first_of)]
+    if found:
+        (first, second), rest = found[0], f" (and {len(found) - 1} more such)" if len(found) > 1 else ""
+        warn_caller(f"motions {first!r} and {second!r}{rest} are the same record twice, which statistics count double")
+
+
+def _copies(shapes: Sequence[np.ndarray], group: Sequence[int], place: int) -> dict[int, int]:
+    """Return, of each copy in a group of records that have their peak at one place, the first record that it is of."""
+    first_of: dict[int, int] = {}
+    by_digest: dict[bytes, int] = {}
+    for index in group:
+        first = by_digest.setdefault(blake2b(shapes[index].tobytes()).digest(), index)
+        if first != index:
+            first_of[index] = first
+    # Of two copies each value is nearly the same: those beside the peak tell most other records apart at once.
+    single = list(by_digest.values())
+    beside = np.clip(place + BESIDE, 0, shapes[single[0]].size - 1)
+    probes = np.array([shapes[index][beside] for index in single])
+    near = DUPLICATE * np.array([np.abs(shapes[index]).max() for index in single])
+    order = np.argsort(probes[:, 0])
+    ends = np.searchsorted(probes[order, 0], probes[order, 0] + near.max(), side="right")
+    for i, end in enumerate(ends):
+        one, others = order[i], order[i + 1 : end]
+        for other in others[(np.abs(probes[others] - probes[one]) <= near.max()).all(axis=1)]:
+            first, copy = sorted((int(one), int(other)))
+            if _is_copy(shapes[single[first]], shapes[single[copy]], near[copy]):
+                first_of[single[copy]] = min(single[first], first_of.get(single[copy], single[first]))
+    return first_of
+
+
+def _is_copy(shape: np.ndarray, other: np.ndarray, near: float) -> bool:
+    return bool(np.abs(shape - other).max() <= near)

@@ -1,0 +1,374 @@
+"""Reader of text files with columns of numbers."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import one_of, true_or_false, whole_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.ground_motions.records.components import named_component, record_and_component
+from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.model.ground_motions.records.quantities import (
+    check_stated_numbers,
+    check_statements,
+    refuse_step_as_sample,
+    refuse_times,
+    stated_step,
+)
+from warpdyn.model.ground_motions.records.text import (
+    FEWEST_ALIKE,
+    NumberLines,
+    check_last_value,
+    text_of,
+    warn_of_layout,
+)
+from warpdyn.model.ground_motions.records.units import TIME_TOLERANCE, checked_step, step_of_times, unit_factor
+
+TIME_UNITS = {"s": 1.0, "ms": 1e-3}
+RUNS_ON = 0.7  # of the step from line to line, of that from value to value; of columns of their own it is 1 or more
+SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in milliseconds differ by 1 to 50
+# A letter, two in a row, or a unit such as "m/s2": not "1.5E-3", nor "O.5".
+_HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
+# What spreadsheets and programs write in the place of a number.
+_MISSING = re.compile(
+    r"\s*(?:#(?:N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|NV|WERT!)|[-+]?(?:NAN|INF(?:INITY)?)|N/?A|NULL|NONE)[\s,;]*",
+    re.IGNORECASE,
+)
+_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
+
+
+@suggests_names
+def read_text(
+    path: str | PathLike,
+    *,
+    unit: str,
+    step: float | None = None,
+    acceleration_column: int | str | None = None,
+    time_column: int | str | None = None,
+    time_unit: str | None = None,
+    delimiter: str | None = None,
+    decimal_comma: bool = False,
+    header_lines: int | None = None,
+) -> GroundMotion:
+    """Read a record from a text file with a column of accelerations and, mostly, one of times.
+
+    One column is the acceleration; of two, the first is the time, or an index if `step` is given. Blank lines and lines
+    that start with # or % are skipped, and so are lines of words before the first number. The first sample acts at
+    t = 0, whatever its time.
+
+    Args:
+        path: The file; its name without the suffix names the motion.
+        unit: Unit of the acceleration, one of `UNITS`.
+        step: Sampling step [s]. It is needed where there are no times, which are otherwise checked against it.
+        acceleration_column: Its number, from 0, or its name in the last line before the numbers; needed where there are
+            more than two columns. No other column is then taken for the time.
+        time_column: Number or name of the column of times.
+        time_unit: "s" or "ms"; seconds by default, with a warning if they cannot be.
+        delimiter: What separates columns. By default a semicolon, a comma or else white space, as in the first line.
+        decimal_comma: Whether numbers are written as 0,5.
+        header_lines: How many lines to skip before the first number; lines of words alone by default.
+
+    Returns:
+        The motion [m/s2]. Its component is that of the column's name ("NS", "acc_EW (gal)"), else of the header, else
+        of the file's name; `record` and `component` are empty if none of them contains it.
+
+    Raises:
+        FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
+        ValueError: If the unit is unknown, the file is empty, a value is not a finite number, it is not clear which
+            column is the acceleration, a record runs on from line to line, lines have different numbers of columns,
+            commas may be decimal ones, there are fewer than two samples, the last value is cut, or the step is missing,
+            not above 0 or not that of the times; if the header or the name of the column states another unit, step or
+            number of samples, or velocities or displacements; or if the values are times, or the first one is the step
+            or the number of samples.
+        TypeError: If `path` names no file.
+
+    Example:
+        >>> motion = wd.records.read_text("quake.csv", unit="g", time_column="time", acceleration_column="acceleration")
+        >>> motion.step, motion.name
+        (0.01, 'quake')
+    """
+    columns = ColumnChoice(acceleration_column, time_column, time_unit, delimiter, decimal_comma, header_lines)
+    motion = read_columns(path, unit, step, columns)
+    if motion.record:
+        return motion
+    record, component = record_and_component(Path(path).name, motion.component, place=str(path))
+    return replace(motion, record=(record or motion.name) if component else "", component=component)
+
+
+@dataclass(frozen=True)
+class ColumnChoice:
+    """Which columns of a text are read, and how; the fields are arguments of `read_text`."""
+
+    acceleration_column: int | str | None = None
+    time_column: int | str | None = None
+    time_unit: str | None = None
+    delimiter: str | None = None
+    decimal_comma: bool = False
+    header_lines: int | None = None
+
+
+def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: ColumnChoice) -> GroundMotion:
+    """Return the motion of a text, with the component of its column's name or header; the file's name is not used.
+
+    The record is the file's name without its suffix if the column names the component, and empty otherwise.
+    """
+    factor = unit_factor(unit, "unit")
+    if step is not None:
+        step = checked_step(step, "step")
+    if chosen.time_unit is not None:
+        one_of("time_unit", chosen.time_unit, TIME_UNITS)
+    table = _table_of(path, chosen.delimiter, chosen.decimal_comma, chosen.header_lines)
+    if chosen.time_column is None and not isinstance(chosen.acceleration_column, str):
+        _refuse_values_that_run_on(table, chosen.acceleration_column)
+    time, acceleration = _chosen_columns(table, chosen.time_column, chosen.acceleration_column)
+
+    numbers = table.numbers
+    columns = [acceleration] if time is None else [acceleration, time]
+    values = numbers.values(columns)
+    if values.shape[1] < 2:
+        raise ValueError(f"{path}: a record needs at least 2 samples, found {values.shape[1]}")
+    if table.count == 1 and chosen.header_lines is None and step is not None:
+        first = [numbers.tokens(i)[0] for i in (0, 1)]
+        refuse_step_as_sample(path, numbers.line_numbers[0], first, values[0], step)
+    _check_damage(table, columns)
+    check_missing_values(values[0], numbers.place)
+    name = table.names[acceleration] if table.names else ""
+    check_statements(path, name, table.header, unit, factor)
+    refuse_times(path, acceleration, values[0])
+    if time is not None:
+        step = _step_of_column(table, time, values[1], step, chosen.time_unit)
+    else:
+        _refuse_gaps(table)
+        if step is None:
+            stated = stated_step(table.header)
+            hint = f": the header says {stated[1].lower()!r}, so step={stated[0]:g}" if stated else ""
+            raise ValueError(f"{path}: one column has no times, so step [s] must be given{hint}")
+    check_stated_numbers(path, table.header, step, values.shape[1])
+    of_column = record_and_component(re.sub(r"[(\[{].*?[)\]}]", "", name))[1]
+    component = of_column or next(filter(None, map(named_component, table.header)), "")
+    stem = Path(path).stem
+    return GroundMotion(factor * values[0], step, stem, str(path), stem if of_column else "", component)
+
+
+@dataclass(frozen=True)
+class _Table:
+    """The numbers of a file, with what its errors and its header need."""
+
+    path: str | PathLike
+    text: str
+    numbers: NumberLines
+    names: list[str]  # of the columns, if a header names them
+    header: list[str]  # the other lines before the first number, and comments
+    count: int  # of columns
+
+
+def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
+    true_or_false("decimal_comma", decimal_comma)
+    text = text_of(path)
+    lines = text.rstrip().split("\n")
+    if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):
+        raise ValueError(f"delimiter must be one character that is not part of a number, got {delimiter!r}")
+    if decimal_comma and delimiter == ",":
+        raise ValueError("delimiter is ',', so numbers cannot have decimal commas: decimal_comma must be False")
+    first = whole_number("header_lines", header_lines, 0) if header_lines is not None else 0
+    while first < len(lines) and (_is_skipped(lines[first]) or (header_lines is None and _is_header(lines[first]))):
+        first += 1
+    if first >= len(lines):
+        raise ValueError(f"{path}: a record needs at least 2 samples, found 0")
+    above = next((line for line in lines[first - 1 :: -1] if line.strip()), "") if first else ""
+    mark = delimiter or next((mark for mark in (";" if decimal_comma else ";,") if mark in lines[first]), None)
+    mark = None if mark is not None and mark.isspace() and mark != "\t" else mark
+    numbers = NumberLines(path, lines[first:], range(first + 1, len(lines) + 1), mark)
+    is_commented = numbers.has_line(_is_skipped)
+    if is_commented:
+        kept = [i for i in range(first, len(lines)) if not _is_skipped(lines[i])]
+        numbers = NumberLines(path, [lines[i] for i in kept], [i + 1 for i in kept], mark)
+    if decimal_comma:
+        point = next((i for i, line in enumerate(numbers.lines) if "." in line), None)
+        if point is not None:
+            raise ValueError(f"{numbers.place(point)}: has a decimal point, although decimal_comma is True")
+        numbers = NumberLines(path, [line.replace(",", ".") for line in numbers.lines], numbers.line_numbers, mark)
+    elif "," in lines[first]:
+        is_told = delimiter is not None or above.count(",") == lines[first].count(",")  # by the names of columns
+        _refuse_decimal_commas(numbers, mark, is_told=is_told)
+    widths = numbers.widths()
+    count = len(numbers.tokens(0))
+    if len(widths) > 1:
+        other, i = next((width, i) for width, i in widths.items() if width != count)
+        is_rest = i == len(numbers) - 1 and other < count
+        hint = ": if a record runs on from line to line, give all its values in a row to from_array" if is_rest else ""
+        raise ValueError(f"{numbers.place(i)}: {other} columns, where the first line has {count}{hint}")
+    names = _names_of(above.strip(" \t#%"), count, mark)
+    header = [line for line in lines[:first] if not names or line is not above]
+    header += [line for line in lines[first:] if line.strip() and _is_skipped(line)] if is_commented else []
+    return _Table(path, text, numbers, names, header, count)
+
+
+def _names_of(line: str, count: int, mark: str | None) -> list[str]:
+    """Return the names of the columns; empty if a line does not have as many names as there are columns."""
+    if re.match(r"\W*\w[\w ]*[:=]", line):
+        return []  # "units: cm/s2"
+    if mark is not None:
+        ways = [[name.strip(" \t\"'") for name in line.split(mark)]]
+    else:
+        # "t a", "Time [s]  Velocity [m/s]" and "Time (s) Velocity (m/s)".
+        ways = (
+            [line.split()]
+            if count == 1
+            else [line.split(), re.split(r"\s{2,}|\t", line), re.findall(r"[^\s(\[]+(?:\s*[(\[][^)\]]*[)\]])?", line)]
+        )
+    return next((names for names in ways if len(names) == count), [])
+
+
+def _is_skipped(line: str) -> bool:
+    is_such = not line or line[0] in "#%" or (line[0] in " \t" and (not line.strip() or line.lstrip()[0] in "#%"))
+    return is_such and not _MISSING.fullmatch(line)
+
+
+def _is_header(line: str) -> bool:
+    """Return whether a line is of words alone, none of which is a number or the damaged text of one."""
+    words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
+    return not _MISSING.fullmatch(line) and all(_HEADER_WORD.match(word) for word in words)
+
+
+def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_told: bool) -> None:
+    """Raise a ValueError if commas may stand for decimal points."""
+    place, first = numbers.place(0), numbers.lines[0].strip()
+    if mark != ",":
+        if any(map(_DECIMAL_COMMA.fullmatch, numbers.tokens(0))):
+            raise ValueError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
+    elif not is_told and all(_DECIMAL_COMMA.fullmatch(token) for line in numbers.lines for token in line.split()):
+        raise ValueError(
+            f"{place}: {first!r} may be decimal commas or columns of whole numbers: give decimal_comma=True or "
+            'delimiter=","'
+        )
+
+
+def _refuse_values_that_run_on(table: _Table, acceleration: int | None) -> None:
+    """Raise a ValueError if lines hold several successive values of one record, as those of many formats do.
+
+    Then the step from a value to the next one, also from the end of a line to the start of the next, is smaller than
+    that from a line to the next; of columns that are read side by side it is not.
+    """
+    if table.count < (3 if acceleration is None else 2) or len(table.numbers) < FEWEST_ALIKE:
+        return
+    values = table.numbers.values(range(table.count)).T
+    along = np.abs(np.diff(values, axis=1)).mean()
+    to_next_line = np.abs(values[1:, 0] - values[:-1, -1]).mean()
+    down = np.abs(np.diff(values, axis=0)).mean()
+    if max(along, to_next_line) < RUNS_ON * down:
+        raise ValueError(
+            f"{table.numbers.place(0)}: {table.count} values a line that run on from line to line, as one record's do: "
+            f"a column is every {table.count}th value of it. read_at2 reads PEER files; give all values of others in a "
+            f"row to from_array, such as numpy.loadtxt(path, skiprows={table.numbers.line_numbers[0] - 1}).ravel()"
+        )
+
+
+def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | str | None) -> tuple[int | None, int]:
+    """Return the numbers of the columns of times, if there is one, and of accelerations."""
+    count = table.count
+    named = f" ({', '.join(table.names)})" if table.names else ""
+    if acceleration is None:
+        if count > 2 or time is not None:
+            raise ValueError(
+                f"{table.numbers.place(0)}: {count} columns{named}: acceleration_column must say by number, from 0, or "
+                "by name which one is the acceleration, and time_column which one is the time"
+            )
+        return (0, 1) if count == 2 else (None, 0)
+    chosen = []
+    for what, column in (("acceleration_column", acceleration), ("time_column", time)):
+        if column is None:
+            continue
+        if isinstance(column, str):
+            if table.names.count(column) != 1:
+                found = f"the names are{named}" if named else "no line of names stands before the numbers"
+                hint = did_you_mean(column, table.names)
+                raise ValueError(f"{table.path}: {what} {column!r} is not the name of one column{hint}; {found}")
+            chosen.append(table.names.index(column))
+        else:
+            if whole_number(what, column, 0) >= count:
+                raise ValueError(f"{table.path}: {what} must be at most {count - 1}, counted from 0, got {column}")
+            chosen.append(int(column))
+    if len(set(chosen)) < len(chosen):
+        raise ValueError(f"{table.path}: acceleration_column and time_column are the same column")
+    return (chosen[1] if time is not None else None), chosen[0]
+
+
+def _refuse_gaps(table: _Table) -> None:
+    """Raise a ValueError if a line between two values contains no value, which may stand for a sample.
+
+    Spreadsheets write "#N/A" or an empty cell for a missing one. Without times nothing else shows that all later
+    samples come one step early. Files in which every second line is blank have no gap.
+    """
+    at = np.array(table.numbers.line_numbers)
+    steps = np.diff(at)
+    if steps.max(initial=1) == 1 or (steps.min() == steps.max() and not _lines_between(table)):
+        return
+    i = int(at[int(np.argmax(steps > steps.min()))])  # the line before the first gap, from 1
+    found = table.text.split("\n")[i].strip()
+    what = f"{found[:40]!r} is" if found else "a blank line is"
+    raise ValueError(
+        f"{table.path}:{i + 1}: {what} between two values. If it stands for a missing sample, all later ones would "
+        "come one step early: write a value in its place, or delete the line if no sample is missing"
+    )
+
+
+def _lines_between(table: _Table) -> bool:
+    """Return whether a line between the values is not blank."""
+    lines, at = table.text.split("\n"), table.numbers.line_numbers
+    values = set(at)
+    return any(lines[i - 1].strip() for i in range(at[0], at[-1]) if i not in values)
+
+
+def _check_damage(table: _Table, columns: list[int]) -> None:
+    """Raise or warn where the text of the numbers shows that one is damaged."""
+    numbers = table.numbers
+    is_ended = table.text.endswith("\n")  # most files are, and the last column need not be looked at
+    last = [] if is_ended else [numbers.tokens(i)[-1] for i in range(len(numbers))]
+    check_last_value(table.text, last, table.path)
+    for column in columns:
+        if other := numbers.other_forms(column):
+            place, token, example = other
+            warn_caller(
+                f"{place}: {token!r} is written in another form than the column's other numbers, such as {example!r}: "
+                "it may have lost a digit or its point"
+            )
+    moved, end = numbers.other_layouts, len(numbers)
+    while moved and moved[-1] == end - 1 and len(numbers.lines[end - 1]) > len(numbers.lines[0]):
+        moved, end = moved[:-1], end - 1  # at the end, a time may have one more digit
+    warn_of_layout(numbers, moved)
+
+
+def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float | None, time_unit: str | None) -> float:
+    """Return the step [s] of a column of times; raise if it is an index and no step is given."""
+    tokens = [table.numbers.tokens(i)[column] for i in (0, 1)]
+    is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))
+    if is_index and time_unit is None:
+        if step is None:
+            raise ValueError(
+                f"{table.path}: column {column} counts the samples ({', '.join(tokens)}, ...), so step [s] must "
+                "be given; if these are times, give time_unit"
+            )
+        return step
+    if time_unit is None and table.names and re.search(r"\b(ms|msec|milliseconds?)\b", table.names[column], re.I):
+        raise ValueError(f"{table.path}: the times are in {table.names[column]!r}: give time_unit='ms' (or 's')")
+    seconds = times * TIME_UNITS[time_unit or "s"]
+    mean = float(seconds[-1] - seconds[0]) / (seconds.size - 1)
+    if step is not None and abs(step - mean) > TIME_TOLERANCE * mean > 0:
+        raise ValueError(
+            f"{table.path}: step={step:g} s contradicts the times, which are {mean:.6g} s apart: leave step= out"
+        )
+    found = step_of_times(seconds, step, str(table.path))
+    if time_unit is None and step is None and found >= SLOWEST_STEP:
+        warn_caller(
+            f"{table.path}: the times are {found:g} s apart, which no record is: if they are in milliseconds, give "
+            "time_unit='ms'; if they are right, time_unit='s'"
+        )
+    return found

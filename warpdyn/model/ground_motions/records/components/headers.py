@@ -1,0 +1,78 @@
+"""Component of a record from the lines of a file's header."""
+
+from __future__ import annotations
+
+import re
+
+from warpdyn.model.ground_motions.records.components.orientations import Orientation, orientation
+
+# "COMP S00E", "Component S16W  Longitudinal", "component=   up", "Chan  1: 90 Deg", "CHANNEL 2, N-S", "Dir. E-W".
+_NAMED = re.compile(
+    r"\b(?:COMP(?:ONENTE?)?|CMP|CHAN(?:NEL)?\s*\d+|DIR(?:ECTION)?|ORIENTATION|AZIMUTH)\b\s*[.:=,]*\s*(?P<label>[^\s,;:=].*)$",
+    re.IGNORECASE,
+)
+_REMARK = re.compile(r"\([^()]*\)|\[[^\[\]]*\]")
+_NUMBER_OF = re.compile(r"(?:STATION|STA|STN|SITE|NO|NUMBER|NR|EVENT|RECORD|ARRAY|CHAN|CHANNEL)\W*$|#$", re.IGNORECASE)
+_MOST_WORDS = 3  # of a label, such as "N 26 W"
+
+
+def component_of_header(line: str) -> str:
+    """Return the label of the component in a header line, such as "Kobe, 1/16/1995, KJMA, 000"; empty if there is none.
+
+    The label is the last field between commas, or follows "COMP", "CHAN 1:" or "Dir.", or is the last word.
+    """
+    if label := named_component(line):
+        return label
+    fields = [field.strip() for field in re.split(r"[,;|]", line)]
+    if len(fields) > 1:
+        for i, field in enumerate(reversed(fields[1:])):
+            found = _whole(field)
+            # Before the last field, a short number or a letter may be anything.
+            if found and (i == 0 or (found.family != "azimuth" and len(found.label) > 1)):
+                return found.label
+    return _at_end(fields[-1])
+
+
+def named_component(line: str) -> str:
+    """Return the label that follows "COMP", "CHAN 1:" or "Dir." in a header line; empty if there is none."""
+    named = _NAMED.search(line)
+    return _at_start(named["label"]) if named else ""
+
+
+def record_of_header(line: str) -> str:
+    """Return what a header line says besides the component: "Kobe, 1/16/1995, KJMA"; empty without a component."""
+    if not component_of_header(line):
+        return ""
+    named = _NAMED.search(line)
+    before = line[: named.start()] if named else line.rpartition(",")[0] or line.rpartition(" ")[0]
+    return " ".join(before.split()).strip(" ,;:-")
+
+
+def _whole(field: str) -> Orientation | None:
+    """Return the orientation that a whole field names, with or without what is in brackets."""
+    for text in (field, _REMARK.sub(" ", field)):
+        found = orientation(text)
+        if found.kind != "unknown" or found.family == "seed":
+            return found
+    return None
+
+
+def _at_start(text: str) -> str:
+    words = text.split()
+    for count in range(min(_MOST_WORDS, len(words)), 0, -1):
+        if found := _whole(" ".join(words[:count]).rstrip(",;:")):
+            return found.label
+    return ""
+
+
+def _at_end(text: str) -> str:
+    """Return the label that the last words of a text are; single letters and short numbers are not enough."""
+    words = _REMARK.sub(" ", text).split()
+    for count in range(min(_MOST_WORDS, len(words) - 1), 0, -1):
+        label = " ".join(words[-count:])
+        found = orientation(label)
+        is_short = len(re.sub(r"\W", "", label)) < (3 if found.family == "azimuth" else 2)
+        is_number = found.family == "azimuth" and _NUMBER_OF.search(words[-count - 1])
+        if found.kind != "unknown" and not is_short and not is_number:
+            return found.label
+    return ""

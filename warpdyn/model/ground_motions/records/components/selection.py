@@ -1,0 +1,61 @@
+"""Which records of a set are horizontal, and what is done with those whose component is not known."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.records.components.orientations import is_vertical, orientation
+
+# Which components are read, by their labels.
+COMPONENTS: dict[str, Callable[[str], bool]] = {
+    "horizontal": lambda component: not is_vertical(component),
+    "vertical": is_vertical,
+    "all": lambda component: True,
+}
+_MOST_NAMED = 3
+
+
+def chosen_components(
+    labels: Sequence[str], components: str, names: Sequence[str], records: Sequence[str], place: str
+) -> list[bool]:
+    """Return which records of a set have the components that a user asked for, and warn of those that are not known.
+
+    A record whose component is not known counts as horizontal only if no vertical record is in the same set, and if its
+    own set does not have two other horizontal components.
+
+    Args:
+        labels: Component of each record; empty if it is not known.
+        components: "horizontal", "vertical" or "all".
+        names: What to call each record in a warning.
+        records: Which records belong together, "" if it is not known.
+        place: Folder or file of the set, for the warning.
+    """
+    kinds = [orientation(label).kind for label in labels]
+    if components == "all":
+        return [True] * len(labels)
+    if components == "vertical":
+        return [kind == "vertical" for kind in kinds]
+    horizontal = Counter(record for record, kind in zip(records, kinds, strict=True) if kind == "horizontal" and record)
+    unknown = [i for i, kind in enumerate(kinds) if kind == "unknown"]
+    left_out = [i for i in unknown if "vertical" in kinds or horizontal[records[i]] >= 2]
+    if kept := [i for i in unknown if i not in set(left_out)]:
+        warn_caller(
+            f"{place}: neither the header nor the name of {_some_names(names, kept)} contains the component, so a "
+            "vertical record may be among them; they are read as horizontal. Rename the files, such as "
+            "'quake-EW.AT2' and 'quake-UP.AT2'"
+        )
+    if left_out:
+        warn_caller(
+            f"{place}: neither the header nor the name of {_some_names(names, left_out)} contains the component, and "
+            "the vertical component may be among them, so they are left out. Rename the files, such as "
+            "'quake-EW.AT2', or give components='all'"
+        )
+    return [kind == "horizontal" or i in set(kept) for i, kind in enumerate(kinds)]
+
+
+def _some_names(names: Sequence[str], chosen: Sequence[int]) -> str:
+    """Return the first names, and how many more there are."""
+    more = f" and {len(chosen) - _MOST_NAMED} more" if len(chosen) > _MOST_NAMED else ""
+    return ", ".join(repr(names[i]) for i in chosen[:_MOST_NAMED]) + more

@@ -1,0 +1,128 @@
+"""Reader of the V1A and V2A files of GeoNet, New Zealand."""
+
+from __future__ import annotations
+
+import re
+from os import PathLike
+
+import numpy as np
+
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.ground_motions.records.components import orientation
+from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
+from warpdyn.model.ground_motions.records.parsing.header_checks import (
+    check_duration,
+    check_printed_peak,
+    check_time_of_peak,
+    printed_precision,
+    stated_count,
+    stated_step,
+)
+from warpdyn.model.ground_motions.records.units import unit_factor
+
+_TEXT_LINES = 16
+_INTEGERS, _REALS = Layout(10, 8, 0), Layout(10, 8)
+_NUMBERS_OF_VALUES = slice(33, 36)  # of acceleration, velocity and displacement, from 0
+_ADDED_BEFORE = 31  # number of samples added before the record
+_TITLE = re.compile(r"\s*(?P<volume>un)?corrected\s+accelerogram\s+(?P<record>\S+)", re.IGNORECASE)
+_SITE = re.compile(r"\s*site\s+(?P<site>\S+)\s+\d+\s+\d+\s+\d+[NS]", re.IGNORECASE)
+_COUNT = re.compile(r"number\s+of\s+points\s+(?P<count>\d+)\s+duration\s+(?P<duration>\d*\.?\d+)\s*s", re.IGNORECASE)
+_STEP = re.compile(r"\bat\s+(?:intervals\s+of\s+)?(?P<step>\d*\.?\d+)\s*s(?:ec)?\b", re.IGNORECASE)
+_RAW_UNIT = re.compile(r"in\s+units\s+of\s+(?P<scale>\d*\.?\d+)?\s*(?P<unit>mm/s/s)", re.IGNORECASE)
+_COMPONENT = re.compile(r"\s*component\s+(?P<component>\S+)", re.IGNORECASE)
+_PEAK = re.compile(
+    r"\s*acceleration:\s+peak\s+(?P<peak>[-+]?\d*\.?\d+)\s*(?P<unit>mm/s/s|g)\s+at\s+(?P<time>\d*\.?\d+)\s*s",
+    re.IGNORECASE,
+)
+
+
+def is_geonet(first_lines: list[str]) -> bool:
+    """Return whether a file begins as GeoNet's files do: a title, then the site with its coordinates."""
+    return len(first_lines) > 1 and bool(_TITLE.match(first_lines[0]) and _SITE.match(first_lines[1]))
+
+
+def read_geonet(path: str | PathLike) -> list[GroundMotion]:
+    """Read the accelerations of a V1A (uncorrected) or V2A (corrected) file, which has three components in mm/s2.
+
+    Source: GeoNet, "Strong motion file formats": 16 lines of text, 40 whole numbers, 60 decimal ones, then the values
+    of acceleration and, in V2A files, of velocity and displacement.
+
+    Args:
+        path: The file; its name and the components name the motions.
+
+    Raises:
+        ValueError: If a header is not as specified, the number, duration or peak of the values is not that of the
+            header, or the file is cut.
+    """
+    record = RecordText.of(path)
+    motions: list[GroundMotion] = []
+    at = 0
+    while at < len(record.lines):
+        motion, at = _component(record, at)
+        motions.append(motion)
+    if len(motions) != 3:
+        warn_caller(f"{path}: this GeoNet file has {len(motions)} components instead of 3: it may be truncated")
+    return motions
+
+
+def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
+    """Return the acceleration of the component that starts at a line, and the line after it."""
+    record.line(first + _TEXT_LINES, "its values")
+    head = record.lines[first : first + _TEXT_LINES]
+    title = _expected(record, head, first, 0, _TITLE, "'Uncorrected accelerogram' or 'Corrected accelerogram'")
+    site = _expected(record, head, first, 1, _SITE, "'Site', its code and its coordinates")
+    counted = _expected(record, head, first, 9, _COUNT, "'Number of points 5800 Duration 115.98 s'")
+    stepped = _expected(record, head, first, 10, _STEP, "'at intervals of 0.005 s'")
+    oriented = _expected(record, head, first, 12, _COMPONENT, "'Component' and its direction")
+    peak = _expected(record, head, first, 13, _PEAK, "'Acceleration: Peak 2394.8 mm/s/s'")
+    place = record.place(first + 9)
+    count = stated_count(counted["count"], place)
+    step = stated_step(stepped["step"], record.place(first + 10))
+    raw = _RAW_UNIT.search(head[10])
+    if title["volume"] and not raw:
+        raise ValueError(f"{record.place(first + 10)}: expected 'in units of 1.00 mm/s/s', got {head[10].strip()!r}")
+    scale = float(raw["scale"] or 1) if raw else 1.0
+    if not 0 < scale < np.inf:
+        raise ValueError(f"{record.place(first + 10)}: the unit of the values must be above 0 mm/s/s, got {scale:g}")
+
+    integers, after = block(record, first + _TEXT_LINES, 40, _INTEGERS, is_data=False)
+    _, after = block(record, after, 60, _REALS, is_data=False)
+    numbers = [int(each) for each in integers[_NUMBERS_OF_VALUES]]
+    if numbers[0] not in (0, count):
+        raise ValueError(f"{place}: {count} points, but value 34 of the whole numbers is {numbers[0]}: one is damaged")
+    values, after = block(record, after, count, layout_of_lines(record, after))
+    if not title["volume"]:
+        for number in numbers[1:]:
+            if number:
+                after = block(record, after, number, layout_of_lines(record, after))[1]
+    while after < len(record.lines) and not record.lines[after].strip():
+        after += 1
+    if after < len(record.lines) and not _TITLE.match(record.lines[after]):
+        raise ValueError(
+            f"{record.place(after)}: expected the header of the next component, got "
+            f"{record.lines[after].strip()[:60]!r}: there are more values than the header states"
+        )
+    check_duration(count, step, counted["duration"], place, printed_precision(stepped["step"]))
+    factor = scale * unit_factor("mm/s2", place)
+    place = record.place(first + 13)
+    check_printed_peak(factor * values / unit_factor(peak["unit"], place), peak["peak"], place, precision=0.1 * scale)
+    # The times of corrected records are those of the uncorrected one, before which samples were added.
+    first_time = 0.0 if title["volume"] else float(integers[_ADDED_BEFORE]) * step
+    check_time_of_peak(values, step, peak["time"], place, precision=0.1, first=first_time)
+    component = orientation(oriented["component"])
+    label = component.label if component.kind != "unknown" else ""
+    name = f"{record.stem} {label}".strip()
+    return GroundMotion(
+        factor * values, step, name, str(record.path), f"{site['site']} {title['record']}", label
+    ), after
+
+
+def _expected(
+    record: RecordText, head: list[str], first: int, i: int, pattern: re.Pattern[str], what: str
+) -> re.Match[str]:
+    """Return the match of a line of the text header, or raise a ValueError that says what was expected."""
+    found = pattern.search(head[i])
+    if found is None:
+        raise ValueError(f"{record.place(first + i)}: expected {what}, got {head[i].strip()[:60]!r}")
+    return found

@@ -1,0 +1,91 @@
+"""Reader of the ASCII files of K-NET and KiK-net."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from os import PathLike
+
+import numpy as np
+
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.ground_motions.records.components import orientation, record_and_component
+from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText, block, check_end, layout_of_lines
+from warpdyn.model.ground_motions.records.parsing.header_checks import (
+    check_duration,
+    check_printed_peak,
+    stated_step,
+)
+from warpdyn.model.ground_motions.records.text import number
+
+_HEADER_LINES = 17
+_WIDTH_OF_NAMES, _WIDTH_OF_VALUES = 18, 9  # characters
+_NEEDED = (
+    "Station Code",
+    "Record Time",
+    "Sampling Freq(Hz)",
+    "Duration Time(s)",
+    "Dir.",
+    "Scale Factor",
+    "Max. Acc. (gal)",
+)
+# KiK-net numbers its directions: 1 to 3 in the borehole, 4 to 6 at the surface.
+_DIRECTIONS = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}
+
+
+def read_knet(path: str | PathLike) -> list[GroundMotion]:
+    """Read a record of K-NET or KiK-net: 17 header lines, then whole numbers, which a factor scales to gal.
+
+    The mean, which is the offset of the instrument, is removed: the header states the peak without it.
+
+    Source: NIED, "Format of the strong-motion data (ASCII)".
+
+    Args:
+        path: The file; its name names the motion.
+
+    Raises:
+        ValueError: If the header lacks a line, a value is not a whole number, or their number or peak is not that of
+            the header.
+    """
+    record = RecordText.of(path)
+    header: dict[str, tuple[str, str]] = {}
+    for i, line in enumerate(record.lines[:_HEADER_LINES]):
+        header[line[:_WIDTH_OF_NAMES].strip()] = line[_WIDTH_OF_NAMES:].strip(), record.place(i)
+    missing = [name for name in _NEEDED if name not in header]
+    if missing:
+        raise ValueError(f"{path}: the header of this K-NET file lacks the line {missing[0]!r}")
+    told, place = header["Scale Factor"]
+    scale = re.fullmatch(r"(\d+\.?\d*)\s*\(gal\)\s*/\s*(\d+\.?\d*)", told)
+    if scale is None or float(scale[2]) == 0 or float(scale[1]) == 0:
+        raise ValueError(f"{place}: expected a scale factor such as 3920(gal)/6182761, got {told!r}")
+    factor = float(scale[1]) / float(scale[2])
+    rate, place = header["Sampling Freq(Hz)"]
+    step = stated_step(re.sub(r"\s*Hz$", "", rate, flags=re.IGNORECASE), place, is_rate=True)
+
+    # NIED prints 8 characters and a blank, so that the first field of a line is one character shorter than the others.
+    body = [f" {line}" if line.strip() else "" for line in record.lines[_HEADER_LINES:]]
+    if len(record.line(_HEADER_LINES, "its values").rstrip()) % _WIDTH_OF_VALUES == 0:
+        body = record.lines[_HEADER_LINES:]
+    record = replace(record, lines=[*record.lines[:_HEADER_LINES], *body])
+    layout = layout_of_lines(record, _HEADER_LINES, decimals=0)
+    last = record.lines[-1].rstrip()
+    count = (len(record.lines) - _HEADER_LINES - 1) * layout.per_line + -(-len(last) // layout.width)
+    duration, place = header["Duration Time(s)"]
+    expected = round(number(duration, place) / step)
+    if count != expected:
+        problem = "truncated" if count < expected else "too long"
+        raise ValueError(f"{place}: {problem}: {count} values follow, but {duration} s at {rate} are {expected} values")
+    counts, after = block(record, _HEADER_LINES, count, layout)
+    check_duration(count, step, duration, place)
+    check_end(record, after)
+    gal = factor * (counts - counts.mean())
+    told, place = header["Max. Acc. (gal)"]
+    check_printed_peak(gal, told, place, precision=factor)
+
+    told, place = header["Dir."]
+    component = _DIRECTIONS.get(told) or orientation(told.replace("-", "")).label
+    if orientation(component).kind == "unknown":
+        raise ValueError(f"{place}: the direction must be N-S, E-W, U-D or a number from 1 to 6, got {told!r}")
+    _, component = record_and_component(str(path), component, place=str(path))
+    name = f"{header['Station Code'][0]} {header['Record Time'][0]}"
+    return [GroundMotion(0.01 * np.asarray(gal), step, record.stem + " " + component, str(path), name, component)]

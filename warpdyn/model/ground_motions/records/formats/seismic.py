@@ -1,0 +1,79 @@
+"""Reader of SAC and MiniSEED files, by obspy."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.ground_motions.records.obspy_streams import motions_of_stream
+from warpdyn.model.ground_motions.records.parsing.content import is_sac
+
+# SAC's codes of the dependent variable.
+_OTHER_QUANTITIES = {6: "displacement", 7: "velocity", 50: "voltage"}
+
+
+def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
+    """Return the motions of a SAC or MiniSEED file.
+
+    Args:
+        path: The file.
+        data: Its bytes.
+        unit: Unit of the accelerations, which these files do not state.
+        step: Step [s], which is compared with that of the file.
+
+    Raises:
+        ModuleNotFoundError: If obspy is not installed.
+        ValueError: If the unit is missing, obspy refuses the file, it has gaps, contains velocities or displacements,
+            or its values contradict the largest and smallest of its header.
+    """
+    name = "SAC" if is_sac(data) else "MiniSEED"
+    try:
+        import obspy
+    except ImportError as error:
+        raise ModuleNotFoundError(f"{path}: this is a {name} file, which obspy reads: pip install obspy") from error
+    if unit is None:
+        raise ValueError(
+            f"{path}: a {name} file does not state the unit of its values: give unit=, such as 'm/s2' or 'nm/s2'. If "
+            "the values are counts, remove the response of the instrument first (obspy's remove_response)"
+        )
+    try:
+        stream = obspy.read(io.BytesIO(data), format="SAC" if name == "SAC" else "MSEED")
+    except Exception as error:  # obspy's readers raise errors of many classes
+        raise ValueError(f"{path}: obspy cannot read this {name} file: {error}") from error
+    names = [trace.id for trace in stream]
+    for trace in stream:
+        if names.count(trace.id) > 1:
+            raise ValueError(f"{path}: the channel {trace.id} has gaps: it comes in {names.count(trace.id)} parts")
+        if name == "SAC":
+            _check_sac(path, trace)
+    motions = motions_of_stream(stream, unit, str(path))
+    for motion in motions:
+        if step is not None and abs(motion.step - step) > 1e-3 * step:
+            raise ValueError(
+                f"{path}: step is {step:g} s, but this {name} file states {motion.step:g} s: leave out step="
+            )
+    if len(motions) == 1:
+        return [replace(motions[0], name=Path(path).stem, source=str(path))]
+    return [replace(motion, source=str(path)) for motion in motions]
+
+
+def _check_sac(path: str | PathLike, trace) -> None:
+    """Raise a ValueError if a SAC file contains no accelerations or its extrema are not those of its header."""
+    header = trace.stats.sac
+    quantity = _OTHER_QUANTITIES.get(int(header.get("idep", 5)))
+    if quantity:
+        raise ValueError(f"{path}: this SAC file contains a {quantity} (IDEP in its header), not an acceleration")
+    if not int(header.get("leven", 1)):
+        raise ValueError(f"{path}: this SAC file has uneven times (LEVEN in its header): interpolate it first")
+    for stated, found in ((header.get("depmin"), trace.data.min()), (header.get("depmax"), trace.data.max())):
+        # Extrema and values are in float32; -12345 is SAC's mark for what is unknown.
+        if stated is not None and stated != -12345 and np.isfinite(stated) and abs(stated - found) > 1e-5 * abs(stated):
+            raise ValueError(
+                f"{path}: the header of this SAC file states an extremum of {stated:g}, but the values have {found:g}: "
+                "one is damaged"
+            )

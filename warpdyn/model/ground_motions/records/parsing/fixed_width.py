@@ -1,0 +1,207 @@
+"""Text of a record file with values in fields of a fixed width, as Fortran writes them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.model.ground_motions.records.text import lines_of, number, text_of
+
+_TO_FORM = str.maketrans("123456789d", "000000000D")
+_FORMAT = re.compile(
+    r"(?P<per_line>\d+)\s*P?,?\s*(?P<kind>[FEGID])\s*(?P<width>\d+)(?:\.(?P<decimals>\d+))?", re.IGNORECASE
+)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How values stand in a line: `8F9.6` is 8 values of 9 characters with 6 decimals.
+
+    Args:
+        per_line: Values per line; the last line may have fewer.
+        width: Characters per value.
+        decimals: Digits after the point; None if their number is not fixed, 0 for whole numbers without a point.
+        indent: Blanks before the first value of a line.
+        is_scientific: Whether values have one digit before the point and an exponent, as 1.2345E+1.
+    """
+
+    per_line: int
+    width: int
+    decimals: int | None = None
+    indent: int = 0
+    is_scientific: bool = False
+
+    @classmethod
+    def of(cls, text: str) -> Layout | None:
+        """Return the layout of a Fortran format such as "(8f9.6)", or None."""
+        found = _FORMAT.search(text)
+        if found is None or not int(found["per_line"]) or not int(found["width"]):
+            return None
+        is_fixed = found["kind"].upper() in "FI"
+        decimals = int(found["decimals"] or 0) if is_fixed else None
+        return cls(int(found["per_line"]), int(found["width"]), decimals)
+
+    def __str__(self) -> str:
+        return f"{self.per_line} values of {self.width} characters"
+
+
+@dataclass(frozen=True)
+class RecordText:
+    """The text of a record file, line by line."""
+
+    path: str | PathLike
+    text: str
+    lines: list[str]
+
+    @classmethod
+    def of(cls, path: str | PathLike) -> RecordText:
+        """Return the text of a file."""
+        text = text_of(path)
+        return cls(path, text, lines_of(text))
+
+    @property
+    def stem(self) -> str:
+        """The name of the file without its suffix."""
+        return Path(self.path).stem
+
+    def place(self, i: int) -> str:
+        """Return file and line, such as "quake.V1:7", of line `i`, counted from 0."""
+        return f"{self.path}:{i + 1}"
+
+    def line(self, i: int, what: str) -> str:
+        """Return line `i`, counted from 0, or raise a ValueError if the file ends before it."""
+        if i >= len(self.lines):
+            raise ValueError(f"{self.path}: truncated: the file ends at line {len(self.lines)}, before {what}")
+        return self.lines[i]
+
+
+def block(
+    record: RecordText, first: int, count: int, layout: Layout, *, is_data: bool = True
+) -> tuple[np.ndarray, int]:
+    """Return values of fixed width, which may follow each other without a blank, and the number of the next line.
+
+    Args:
+        record: The text.
+        first: Number of the first line, from 0.
+        count: How many values there are.
+        layout: How they stand in a line.
+        is_data: Whether these are samples, which cannot be missing, and not values of a header.
+
+    Raises:
+        ValueError: If there are fewer values, a line is longer or shorter than the layout says, or a field is blank,
+            full of asterisks (a number that did not fit) or not a number with as many decimals as the layout says.
+    """
+    rows = -(-count // layout.per_line)
+    lines = [line.rstrip() for line in record.lines[first : first + rows]]
+    for i in range(len(lines) if layout.indent else 0):
+        if lines[i][: layout.indent].strip():
+            raise ValueError(f"{record.place(first + i)}: expected {layout.indent} blanks first, got {lines[i][:40]!r}")
+        lines[i] = lines[i][layout.indent :]
+    seen: set[tuple[str, int]] = set()
+    for i in range(rows):
+        if i >= len(lines):
+            raise ValueError(
+                f"{record.path}: truncated: the file ends at line {len(record.lines)} after at most "
+                f"{len(lines) * layout.per_line} of the {count} values that its header states"
+            )
+        fields = layout.per_line if i < rows - 1 else count - (rows - 1) * layout.per_line
+        form = lines[i].translate(_TO_FORM), fields
+        if form not in seen:
+            _check_line(lines[i], fields, layout, record.place(first + i))
+            seen.add(form)
+    width = layout.width
+    tokens = [line[i : i + width] for line in lines for i in range(0, len(line), width)]
+    values = np.array([token.replace("D", "E").replace("d", "e") for token in tokens], dtype=np.float64)
+    if not np.isfinite(values).all():
+        at = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise ValueError(
+            f"{record.place(first + at // layout.per_line)}: {tokens[at].strip()!r} is not a finite number"
+        )
+    if is_data:
+        check_missing_values(values, lambda i: record.place(first + i // layout.per_line))
+    return values, first + rows
+
+
+def _check_line(line: str, fields: int, layout: Layout, place: str) -> None:
+    """Raise a ValueError unless a line has as many fields of the layout's width, each with a number at its right."""
+    width = layout.width
+    row = [line[i : i + width] for i in range(0, len(line), width)]
+    for field in row:
+        if "*" in field:
+            raise ValueError(
+                f"{place}: {field.strip()!r} stands for a value that did not fit its field of {width} characters, and "
+                "is lost: get the record in another format or unit"
+            )
+        if re.fullmatch(r"\s*[-+]?(nan|inf\w*)\s*", field, re.IGNORECASE):
+            raise ValueError(f"{place}: {field.strip()!r} is not a finite number")
+    if len(row) != fields or (row and len(row[-1]) != width):
+        raise ValueError(
+            f"{place}: this line must have {fields} values of {width} characters, got {line.strip()[:60]!r}: "
+            "characters are missing or were added"
+        )
+    for field in row:
+        if not _field_pattern(layout.decimals, layout.is_scientific).fullmatch(field):
+            number(field.strip(), place)  # an error that names what is no number at all
+            digits = "" if layout.decimals is None else f" with {layout.decimals} digits after the point"
+            raise ValueError(
+                f"{place}: expected a number{digits} at the right of its field of {width} characters, got {field!r}"
+            )
+
+
+@cache
+def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]:
+    # Fortran prints no plus sign before a number.
+    if is_scientific:
+        return re.compile(rf" *-?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
+    if decimals is None:
+        return re.compile(r" *-?(\d+\.\d*|\.\d+)([EeDd][-+]\d+)?", re.ASCII)
+    return re.compile(r" *-?\d+" if decimals == 0 else rf" *-?\d*\.\d{{{decimals}}}", re.ASCII)
+
+
+def layout_of_lines(record: RecordText, first: int, decimals: int | None = None) -> Layout:
+    """Return the layout of the values that start at a line, from the places where its numbers end.
+
+    Numbers that touch each other are told apart by their sign or their number of decimals.
+
+    Args:
+        record: The text.
+        first: Number of the first line of values, from 0.
+        decimals: Digits after the point; by default as many as the first number has.
+    """
+    line = record.line(first, "its values").rstrip()
+    if decimals is None:
+        found = re.match(r" *[-+]?\d*(\.\d*)?(?P<exponent>[EeDd][-+]?\d+)?", line)
+        if found is None or not found[0].strip():
+            raise ValueError(f"{record.place(first)}: expected numbers, got {line.strip()!r}")
+        decimals = None if found["exponent"] else len(found[1] or ".") - 1
+    pattern = r"[-+]?\d*\.?\d*[EeDd][-+]?\d+" if decimals is None else r"[-+]?\d+"
+    pattern = rf"[-+]?\d*\.\d{{{decimals}}}" if decimals else pattern
+    ends = [match.end() for match in re.finditer(pattern, line)]
+    indent = len(line) % len(ends) if len(ends) > 1 else 0
+    if not ends or ends[-1] != len(line) or line[:indent].strip():
+        raise ValueError(f"{record.place(first)}: expected numbers in columns of the same width, got {line.strip()!r}")
+    return Layout(len(ends), len(line) // len(ends), decimals, indent)
+
+
+def check_end(record: RecordText, next_line: int) -> None:
+    """Raise a ValueError unless the values are complete at the end of a file, and nothing follows them.
+
+    Args:
+        record: The text.
+        next_line: Number of the line after the last value, from 0.
+    """
+    rest = [i for i in range(next_line, len(record.lines)) if record.lines[i].strip()]
+    if rest:
+        raise ValueError(
+            f"{record.place(rest[0])}: more follows than the values that the header states: "
+            f"{record.lines[rest[0]].strip()[:60]!r}"
+        )
+    if record.text[-1] != "\n" and not record.text.rpartition("\n")[2].strip():
+        warn_caller(f"{record.path}: ends within a line of blanks, so it may be truncated")

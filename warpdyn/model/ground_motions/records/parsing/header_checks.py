@@ -1,0 +1,134 @@
+"""Checks of values against what a header states about them: peak, duration, number, and markers of missing values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import numpy as np
+
+from warpdyn.model.ground_motions.records.text import number
+from warpdyn.model.ground_motions.records.units import checked_step
+
+# Written instead of a value that is missing: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
+_MARKER = re.compile(r"9{3,}(\.[09]+)?|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
+# s; recorders take 20 to 1000 samples per second, and broadband channels at least 1.
+SHORTEST_STEP, LONGEST_STEP = 2e-4, 1.0
+# A marker is far from all other values. Peaks of records, such as 999 gal, are close to their neighbours.
+FARTHEST_PEAK = 3.0
+FEWEST_OTHERS = 10  # values that show how large those of this record are
+
+
+def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> None:
+    """Raise a ValueError if the largest values are markers of missing ones, such as 9999 among values below 10.
+
+    Args:
+        values: The values in the unit of the file.
+        place_of: Returns the file and line of a value, by its position.
+    """
+    if values.size == 0:
+        return
+    sizes = np.abs(values)
+    first = int(np.argmax(sizes))
+    peak = float(sizes[first])
+    if not _MARKER.fullmatch(f"{peak:.10g}"):
+        return
+    others = sizes[sizes < peak]
+    if others.size >= FEWEST_OTHERS and peak > FARTHEST_PEAK * float(others.max()):
+        count = int(np.sum(sizes == peak))
+        raise ValueError(
+            f"{place_of(first)}: the value {values[first]:.10g} ({count} times in the file) marks a missing value, "
+            f"since all others are at most {others.max():g}: replace it, or get the record without gaps"
+        )
+
+
+def printed_precision(text: str) -> float:
+    """Return the unit in the last place of a printed number: 0.001 for "-0.083", 0.01 for "1.234E+01"."""
+    mantissa, _, exponent = text.strip().lower().replace("d", "e").partition("e")
+    return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+
+
+def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: float = 0.0) -> None:
+    """Raise a ValueError unless the largest absolute value is the peak that a header prints.
+
+    Args:
+        values: The values in the unit of the stated peak.
+        stated: The peak as it is printed; 0 states nothing.
+        place: File and line of the header.
+        precision: Unit in the last place of the values, if the header prints more digits than they have.
+
+    The tolerance is one unit in the last place of both numbers, since programs round or cut off.
+    """
+    told, peak = abs(number(stated.strip(), place)), float(np.abs(values).max())
+    tolerance = printed_precision(stated) + precision
+    if told != 0 and abs(peak - told) > tolerance * (1 + 1e-6):
+        raise ValueError(
+            f"{place}: the header states a peak of {told:g}, but the largest value is {peak:g}: the header or the "
+            "values are damaged. Get another copy of the file"
+        )
+
+
+def check_time_of_peak(
+    values: np.ndarray, step: float, stated: str, place: str, precision: float = 0.0, first: float = 0.0
+) -> None:
+    """Raise a ValueError unless a value as large as the largest one is at the time that a header states.
+
+    Args:
+        values: The values.
+        step: Step [s].
+        stated: Time of the peak [s] as it is printed; the first value may be at 0 or at one step.
+        place: File and line of the header.
+        precision: Unit in the last place of the values, by which the one at this time may be smaller than the largest.
+        first: How long before the stated zero of time the values begin [s].
+    """
+    time = number(stated, place) + first
+    sizes = np.abs(values)
+    at = np.flatnonzero(sizes >= sizes.max() - precision * (1 + 1e-6))
+    allowed = 1.01 * step + 0.51 * printed_precision(stated)
+    if time > first and not np.any(np.abs((at + 0.5) * step - time) <= allowed):
+        raise ValueError(
+            f"{place}: the header states the peak at {time:g} s, but the largest value is at {int(at[0]) * step:g} s: "
+            "the step is wrong, or values are missing or in another order"
+        )
+
+
+def check_duration(count: int, step: float, stated: str, place: str, precision: float = 0.0) -> None:
+    """Raise a ValueError unless a number of values lasts as long as a header states.
+
+    Headers state the time of the last value or that of one step later.
+
+    Args:
+        count: Number of values.
+        step: Step [s].
+        stated: The duration [s] as it is printed.
+        place: File and line of the header.
+        precision: Unit in the last place of the step [s].
+    """
+    told = number(stated, place)
+    allowed = 0.51 * step + printed_precision(stated) + 0.5 * precision * count
+    if told > 0 and abs((count - 0.5) * step - told) > allowed:
+        raise ValueError(
+            f"{place}: the header states a duration of {told:g} s, but {count} values at steps of {step:g} s last "
+            f"{(count - 1) * step:g} s: one of these numbers is damaged"
+        )
+
+
+def stated_count(text: str, place: str) -> int:
+    """Return a number of values that a header states."""
+    if not re.fullmatch(r"\s*\d{1,9}\s*", text, re.ASCII) or int(text) < 2:
+        raise ValueError(f"{place}: the number of values must be a whole number of at least 2, got {text.strip()!r}")
+    return int(text)
+
+
+def stated_step(text: str, place: str, *, is_rate: bool = False) -> float:
+    """Return the step [s] that a header states, or its inverse, the sampling rate [Hz]."""
+    found = number(text.strip(), place)
+    if found <= 0:
+        raise ValueError(f"{place}: the {'sampling rate' if is_rate else 'step'} must be above 0, got {text.strip()!r}")
+    step = checked_step(1.0 / found if is_rate else found, f"{place}: the step")
+    if not SHORTEST_STEP <= step <= LONGEST_STEP:
+        raise ValueError(
+            f"{place}: a step of {step:g} s is not that of a strong-motion record ({SHORTEST_STEP:g} to "
+            f"{LONGEST_STEP:g} s): the header is damaged"
+        )
+    return step

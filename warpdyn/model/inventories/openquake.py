@@ -1,0 +1,240 @@
+"""Inventories as the OpenQuake engine takes them: exposure models of CSV files, with or without their XML."""
+
+from __future__ import annotations
+
+import os
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from warpdyn.foundations.core.checks import one_of, shortened
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.foundations.files.text import existing_file, inside_folder
+from warpdyn.model.inventories.places_of_assets import UNIT_ID, with_places
+from warpdyn.model.inventories.table import checked_inventory, named_rows
+from warpdyn.model.inventories.text_tables import read_csv
+
+# OpenQuake's names of the columns (the engine's manual, "Exposure models").
+OPENQUAKE_NAMES = {
+    "id": "id",
+    "longitude": "lon",
+    "latitude": "lat",
+    "structure_type": "taxonomy",
+    "number": "number",
+}
+# What else the engine's exports (assetcol) and GEM's Global Exposure Model call these columns and costs.
+VALUE = "value-"  # before the names of numbers, areas and costs in the engine's exports
+GEM_NAMES = {"taxonomy": "TAXONOMY", "number": "BUILDINGS", "occupancy": "OCCUPANCY", "area": "TOTAL_AREA_SQM"}
+GEM_COST = "COST_{}_USD"
+AREA = "area"  # of the floors, by which costs per area are taken times
+STRUCTURAL = ("structural",)
+COST_KINDS = ("aggregated", "per_asset", "per_area")
+
+
+def read_openquake(
+    path: str | os.PathLike,
+    *,
+    costs: Sequence[str] = STRUCTURAL,
+    columns: Mapping[str, str] | None = None,
+    places: pd.DataFrame | str | os.PathLike | None = None,
+) -> pd.DataFrame:
+    """Read an exposure model of the OpenQuake engine, or of GEM's Global Exposure Model.
+
+    Args:
+        path: The CSV file, with columns `id`, `lon`, `lat` and `taxonomy` and, if it has them, `number`, `area` and
+            costs, also as the engine exports them (`value-number`, `value-structural`); or a file of GEM's Global
+            Exposure Model (`ID_1`, `TAXONOMY`, `BUILDINGS`, `COST_STRUCTURAL_USD` and so on), which has neither ids
+            nor coordinates; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
+            `<conversions>` and the names of columns in `<exposureFields>`. Case does not matter. All other columns are
+            kept, with tags and occupants.
+        costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). Of an XML file
+            they are taken times the number or the area, as their kind says; of a CSV file alone they are of the whole
+            asset. A file without the default's column has no costs; any other column must be there.
+        columns: Other names of columns by their meaning, as `from_table` takes them.
+        places: Places of assets without coordinates: a table, or its CSV file, with one row per administrative unit:
+            the ids that both have in columns `ID_0`, `ID_1` and so on, `longitude` and `latitude` [degree]. An asset is
+            at the place of its unit. GEM's files are of the first administrative level (`ID_1`), whose centroids
+            boundary data sets have, such as geoBoundaries and GADM.
+
+    Returns:
+        The inventory, as `from_table` returns it: an asset a row, with the `number` of buildings that it stands for.
+        Ids of assets that have none are the file's name and the number of the row. Rows of 0 buildings, which GEM's
+        files have by rounding, are left out, with a warning.
+        Storeys are those of a column that `columns` names, or else of the taxonomy (see `portfolio`).
+
+    Raises:
+        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if a column of `costs` is not
+            there, the XML is no exposure model, holds its assets itself or names files outside its folder; if the
+            file has no coordinates and `places` is missing or lacks a unit; or if there is no such file.
+        TypeError: If `costs` is one name and no sequence of names.
+
+    Example:
+        >>> inventory = wd.inventories.read_openquake("exposure_model.xml", costs=("structural", "nonstructural"))
+        >>> inventory["replacement_cost"].tolist()
+        [1500.0, 220.0]
+    """
+    if not isinstance(costs, list | tuple) or not all(isinstance(name, str) for name in costs):
+        raise TypeError(
+            f"read_openquake: costs must be a sequence of names, such as ('structural',), got {shortened(costs)}"
+        )
+    columns = {} if columns is None else columns
+    if not isinstance(columns, Mapping):
+        raise TypeError(f"read_openquake: columns must be names of columns by their meaning, got {shortened(columns)}")
+    path = existing_file("read_openquake", path)
+    kinds: dict[str, str] = {}
+    fields: dict[str, str] = {}
+    area_kind = "aggregated"
+    if path.suffix.lower() == ".xml":
+        model = _exposure_model(path)
+        kinds = {each.get("name", ""): each.get("type", "") for each in model.iter("costType")}
+        # Costs have the name "value" and their own as the type.
+        of_cost = [
+            (each.get("type") if each.get("oq") == "value" else each.get("oq"), each) for each in model.iter("field")
+        ]
+        fields = {str(name): each.get("input", "") for name, each in of_cost}
+        for name, kind in kinds.items():
+            one_of(f"type of the cost {name!r} in {path}", kind, COST_KINDS)
+        area = model.find("conversions/area")
+        if area is not None:
+            area_kind = area.get("type", "aggregated")
+            one_of(f"type of the area in {path}", area_kind, ("aggregated", "per_asset"))
+        files = [inside_folder(path.parent, name, str(path)) for name in (model.findtext("assets") or "").split()]
+        if not files:
+            raise ValueError(f"{path}: <assets> names no CSV files; assets in the XML itself are not read")
+        table = pd.concat([_exposure_table(file, fields.get("id", "id")) for file in files], ignore_index=True)
+    else:
+        table = _exposure_table(path, "id")
+    names = {str(name).lower(): str(name) for name in table.columns}  # the engine's names are the same in capitals
+    wanted = (*OPENQUAKE_NAMES.values(), "occupancy", *costs, AREA)
+    columns_of = {name: fields.get(name) or _name_in_file(name, names) for name in wanted}
+    table = _with_ids_and_places(str(path), table, columns_of, dict(columns or {}), places)
+    known = {meaning: columns_of[name] for meaning, name in OPENQUAKE_NAMES.items()}
+    if columns_of["occupancy"] in table and columns_of["occupancy"] == GEM_NAMES["occupancy"]:
+        known["occupancy"] = columns_of["occupancy"]
+    known = {m: n for m, n in known.items() if n in table.columns or m in ("id", "longitude", "latitude")}
+    source = known | dict(columns or {})
+    table = _with_buildings(str(path), table, source.get("number", "number"))
+    inventory = checked_inventory(str(path), table, source)
+    return _with_costs(str(path), inventory, costs, columns_of, kinds, area_kind)
+
+
+def _exposure_table(path: Path, identifier: str) -> pd.DataFrame:
+    return read_csv(path, comment="#", identifier=identifier)
+
+
+def _name_in_file(name: str, names: Mapping[str, str]) -> str:
+    """Return what a file calls a column of the engine's or a cost, or the engine's name."""
+    gem = GEM_NAMES.get(name, GEM_COST.format(name.upper()))
+    return next((names[each] for each in (name, VALUE + name, gem.lower()) if each in names), name)
+
+
+def _with_ids_and_places(
+    what: str,
+    table: pd.DataFrame,
+    names: Mapping[str, str],
+    columns: Mapping[str, str],
+    places: pd.DataFrame | str | os.PathLike | None,
+) -> pd.DataFrame:
+    """Return a table with ids and, if places are given, coordinates of its administrative units."""
+    is_of_units = any(UNIT_ID.fullmatch(str(name)) for name in table.columns)
+    has_places = all(columns.get(m, names[n]) in table for m, n in (("longitude", "lon"), ("latitude", "lat")))
+    if places is not None:
+        if has_places:
+            raise ValueError(f"{what} has coordinates of its own: leave out places=")
+        table = with_places(what, table, places)
+    elif is_of_units and not has_places:
+        raise ValueError(
+            f"{what} has no coordinates, but ids of administrative units: give places=, a table (or its CSV file) with "
+            "these ids in a column such as ID_1, longitude and latitude"
+        )
+    if is_of_units and columns.get("id", names["id"]) not in table:
+        table = table.assign(id=[f"{Path(what).stem} {row}" for row in range(1, len(table) + 1)])
+    return table
+
+
+def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame:
+    """Return the rows of a file of GEM's that have buildings; rounding makes numbers below a half 0."""
+    if number != GEM_NAMES["number"] or number not in table:
+        return table
+    is_none = (pd.to_numeric(table[number], errors="coerce") == 0).to_numpy()
+    if is_none.all():
+        raise ValueError(f"{what}: every row has 0 in the column {number}")
+    if is_none.any():
+        warn_caller(
+            f"{what}: {is_none.sum():,} of {len(table):,} rows have 0 buildings, by rounding, and are left out with "
+            "their costs"
+        )
+    return table[~is_none]
+
+
+def _with_costs(
+    what: str,
+    inventory: pd.DataFrame,
+    costs: Sequence[str],
+    places: Mapping[str, str],
+    kinds: Mapping[str, str],
+    area_kind: str,
+) -> pd.DataFrame:
+    """Return an inventory with the costs of each asset as a whole.
+
+    Args:
+        what: The file, in errors.
+        inventory: The inventory.
+        costs: Names of the costs that are summed.
+        places: The columns of these and of the area.
+        kinds: What each cost is of: the asset, a building or an area.
+        area_kind: Whether areas are of the asset or of one building.
+    """
+    if "replacement_cost" in inventory or not costs:
+        return inventory
+    absent = [name for name in costs if places[name] not in inventory]
+    if absent == list(costs) == list(STRUCTURAL):  # nobody asked for costs, and there are none
+        return inventory
+    if absent:
+        known = [*kinds, *(str(name) for name in inventory.columns)]
+        raise ValueError(
+            f"{what}: there is no cost {absent[0]!r}{did_you_mean(absent[0], known)}; "
+            + (f"the kinds of costs are {', '.join(kinds)}, and " if kinds else "")
+            + f"the columns are {', '.join(map(str, inventory.columns))}"
+        )
+    total: Any = 0.0
+    for name in costs:
+        cost, kind = _numbers(what, inventory, places[name]), kinds.get(name, "aggregated")
+        if kind == "per_area":
+            cost = cost * _numbers(what, inventory, places[AREA])
+        if kind == "per_asset" or (kind == "per_area" and area_kind == "per_asset"):
+            cost = cost * inventory["number"]
+        total = total + cost
+    inventory = inventory.assign(replacement_cost=total)
+    return checked_inventory(what, inventory, {})
+
+
+def _exposure_model(path: Path) -> ElementTree.Element:
+    """Return the exposure model of an NRML file, with bare names of elements."""
+    try:
+        # Python's expat takes no outside entities, and from 2.4.1 on none that grow without bounds.
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise ValueError(f"{path} is no XML: {error}") from None
+    for element in root.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.rpartition("}")[2]
+    model = root.find("exposureModel")
+    if model is None:
+        raise ValueError(f"{path} has no <exposureModel>: it is no exposure model of OpenQuake")
+    return model
+
+
+def _numbers(what: str, inventory: pd.DataFrame, column: str) -> pd.Series:
+    """Return a column as numbers, NaN where it is empty."""
+    if column not in inventory:
+        raise ValueError(f"{what}: there is no column {column!r}; the columns are {', '.join(inventory.columns)}")
+    values = pd.to_numeric(inventory[column], errors="coerce")
+    is_text = (values.isna() & inventory[column].notna()).to_numpy()
+    if is_text.any():
+        raise ValueError(f"{what}: {named_rows(inventory, is_text, column)} have no number in the column {column}")
+    return values

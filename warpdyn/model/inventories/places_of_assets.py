@@ -1,0 +1,112 @@
+"""Places of assets that a file has no coordinates of: a join with a table of places, by ids of administrative units."""
+
+from __future__ import annotations
+
+import os
+import re
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.foundations.files.text import check_names
+from warpdyn.model.inventories.text_tables import read_csv
+
+# GEM's exposure files have ID_0 (the country), ID_1 (the first level of administrative units) and so on.
+UNIT_ID = re.compile(r"ID_\d", re.IGNORECASE)
+LONGITUDES, LATITUDES = ("longitude", "lon", "long", "x"), ("latitude", "lat", "y")
+MOST_SHOWN = 3
+LARGEST_ID = 2**53  # up to which floating-point numbers are whole numbers of their own
+
+
+def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.PathLike) -> pd.DataFrame:
+    """Return a table of assets with longitudes and latitudes of their administrative units.
+
+    Args:
+        what: The file of the assets, in errors.
+        table: The assets.
+        places: A table, or its CSV file, with a row per administrative unit: the ids that both tables have in columns
+            ID_0, ID_1 and so on (upper and lower case are alike), and its longitude and latitude [degree].
+
+    Returns:
+        The table with columns `lon` and `lat`.
+
+    Raises:
+        ValueError: If the tables have no column of ids in common, an id is missing, a unit stands twice among the
+            places or is not among them, or a place is not on Earth.
+        TypeError: If `places` is neither a table nor a path.
+    """
+    if isinstance(places, str | os.PathLike):
+        source, found = str(places), read_csv(places)
+    elif isinstance(places, pd.DataFrame):
+        source, found = "places", places
+    else:
+        raise TypeError(f"{what}: places must be a pandas DataFrame or a path of a CSV file, got {places!r}")
+    try:
+        check_names(found.columns)
+    except ValueError as error:
+        raise ValueError(f"{source}: {error}") from None
+    names = {str(name).strip().lower(): name for name in found.columns}
+    own = {str(name).strip().lower(): name for name in table.columns}
+    keys = sorted(name for name in own if UNIT_ID.fullmatch(name) and name in names)
+    if not keys:
+        raise ValueError(
+            f"{what}: the assets have the columns {', '.join(map(str, table.columns))} and {source} has "
+            f"{', '.join(map(str, found.columns))}: both need a column of ids, such as ID_1"
+        )
+    longitude, latitude = (_place_column(source, names, each) for each in (LONGITUDES, LATITUDES))
+    values = [pd.to_numeric(found[name], errors="coerce").to_numpy(np.float64) for name in (longitude, latitude)]
+    bad = ~((np.abs(values[0]) <= 180) & (np.abs(values[1]) <= 90))
+    if bad.any():
+        row = int(bad.argmax())
+        raise ValueError(
+            f"{source}: {bad.sum():,} of {len(found):,} rows have no place on Earth, the first is row {row} with "
+            f"longitude {found[longitude].iloc[row]} and latitude {found[latitude].iloc[row]}"
+        )
+    of_units = _joined(source, found, [names[key] for key in keys])
+    if not of_units.is_unique:
+        twice = of_units[of_units.duplicated()].iloc[0]
+        raise ValueError(
+            f"{source}: the unit {twice!r} of {', '.join(keys).upper()} has two rows: leave one of them out"
+        )
+    of_assets = _joined(what, table, [own[key] for key in keys])
+    row = pd.Index(of_units).get_indexer(of_assets)
+    if np.any(row < 0):
+        unknown = of_assets[row < 0].unique()
+        shown = ", ".join(map(repr, unknown[:MOST_SHOWN])) + (", ..." if unknown.size > MOST_SHOWN else "")
+        raise ValueError(
+            f"{what}: {np.sum(row < 0):,} of {len(table):,} assets are in {unknown.size:,} units of "
+            f"{', '.join(keys).upper()} that {source} has no row of: {shown}"
+        )
+    return table.assign(lon=values[0][row], lat=values[1][row])
+
+
+def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
+    """Return the ids of units as one text each; whole numbers as such, as 11.0 and 11 are one unit."""
+    texts = []
+    for name in columns:
+        values = table[name]
+        missing = values.isna().to_numpy()
+        if missing.any():
+            raise ValueError(
+                f"{what}: {missing.sum():,} of {len(table):,} rows have no {name}, the first is row "
+                f"{int(missing.argmax())}: without it their place is unknown. Complete the ids, or leave these rows out"
+            )
+        if pd.api.types.is_float_dtype(values):
+            known = values.dropna()
+            if ((known == np.floor(known)) & (known.abs() < LARGEST_ID)).all():
+                values = values.astype("Int64")
+        texts.append(values.astype(str).str.strip())
+    whole = texts[0]
+    for each in texts[1:]:
+        whole = whole + "/" + each
+    return whole.reset_index(drop=True)
+
+
+def _place_column(source: str, names: dict[str, object], known: tuple[str, ...]) -> object:
+    """Return the column of the first known name."""
+    for name in known:
+        if name in names:
+            return names[name]
+    raise ValueError(
+        f"{source}: there is no column {known[0]!r}; the columns are {', '.join(map(str, names.values()))}"
+    )

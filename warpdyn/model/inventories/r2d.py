@@ -1,0 +1,208 @@
+"""Inventories as SimCenter's R2D tool takes them: CSV and GeoJSON files."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.foundations.core.checks import one_of, shortened
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.files.text import check_names, existing_file
+from warpdyn.model.inventories.table import FACTORS, checked_inventory
+from warpdyn.model.inventories.text_tables import read_csv
+
+# R2D's names of the columns (SimCenter, R2D user manual, "Asset Definition": buildings).
+R2D_NAMES = {
+    "id": "id",
+    "longitude": "Longitude",
+    "latitude": "Latitude",
+    "storeys": "NumberOfStories",
+    "year": "YearBuilt",
+    "occupancy": "OccupancyClass",
+    "structure_type": "StructureType",
+    "plan_area": "PlanArea",
+    "replacement_cost": "ReplacementCost",
+}
+FARTHEST = 1000.0  # m, of a building's properties from its geometry; footprints are smaller
+METRES_OF_DEGREE = 111_195.0  # of a great circle
+MOST_SHOWN = 3
+ASSET_ID = "AIM_id"  # the id in R2D's files of results
+
+
+def read_r2d(
+    path: str | os.PathLike, *, area_unit: str = "ft2", columns: Mapping[str, str] | None = None
+) -> pd.DataFrame:
+    """Read a CSV file of buildings as SimCenter's R2D tool takes it.
+
+    Args:
+        path: The file, with columns `id`, `Latitude`, `Longitude` and, if it has them, `NumberOfStories`, `YearBuilt`,
+            `OccupancyClass`, `StructureType`, `PlanArea` and `ReplacementCost`; case does not matter. All others are
+            kept under their names.
+        area_unit: Unit of `PlanArea`, which the file does not say: "ft2", as in SimCenter's examples, or "m2". A column
+            `plan_area`, as in files that `write_building_results` wrote, is in m2.
+        columns: Other names of columns by their meaning, as `from_table` takes them.
+
+    Returns:
+        The inventory, as `from_table` returns it, with `plan_area` in m2.
+
+    Raises:
+        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if there is no such file.
+        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
+
+    Example:
+        >>> inventory = wd.inventories.read_r2d("buildings.csv")
+        >>> inventory["plan_area"].round(1).tolist()  # m2
+        [92.9, 185.8]
+    """
+    one_of("area_unit", area_unit, tuple(FACTORS))
+    return _inventory(
+        str(path), read_csv(existing_file("read_r2d", path)), area_unit, {} if columns is None else columns
+    )
+
+
+def read_geojson(
+    path: str | os.PathLike, *, area_unit: str = "ft2", columns: Mapping[str, str] | None = None
+) -> pd.DataFrame:
+    """Read a GeoJSON file (RFC 7946) of buildings as SimCenter's R2D tool and its BRAILS write it.
+
+    The id is the property `id`, or else `AIM_id`, as in R2D's results, or else the feature's own. A building is at the
+    place of its properties `Latitude` and `Longitude`. If they are missing, or are more than 1 km away from its
+    geometry, it is at its point, or at the mean of the corners of its polygon's outer ring; a warning counts the
+    buildings that are moved, and says whether longitude and latitude are exchanged in the properties.
+
+    Args:
+        path: The file, a FeatureCollection of points or polygons whose properties are named as `read_r2d` says.
+        area_unit: Unit of `PlanArea`: "ft2" or "m2"; `plan_area` is in m2.
+        columns: Other names of properties by their meaning, as `from_table` takes them.
+
+    Returns:
+        The inventory, as `from_table` returns it, without the polygons.
+
+    Raises:
+        ValueError, TypeError, OSError: As of `read_r2d`; or if the file is no such JSON, or places are not in degrees.
+
+    Example:
+        >>> inventory = wd.inventories.read_geojson("AnchorageBuildings.geojson")
+        >>> inventory["structure_type"].tolist()
+        ['W1']
+    """
+    one_of("area_unit", area_unit, tuple(FACTORS))
+    with open(existing_file("read_geojson", path), encoding="utf-8-sig") as file:
+        try:
+            told = json.load(file)
+        except (json.JSONDecodeError, UnicodeDecodeError) as error:
+            raise ValueError(f"{path} is no JSON: {error}") from None
+    features = told.get("features") if isinstance(told, dict) else None
+    if not isinstance(features, list) or not all(isinstance(each, dict) for each in features):
+        raise ValueError(f"{path}: there is no list of features: a FeatureCollection is read")
+    _check_degrees(path, told)
+    table = pd.DataFrame.from_records([each.get("properties") or {} for each in features])
+    try:
+        check_names(table.columns)
+    except ValueError as error:
+        raise ValueError(f"{path}: of the properties, {error}") from None
+    names = {str(name).lower(): str(name) for name in table.columns}
+    if "id" not in names and ASSET_ID.lower() not in names:
+        table["id"] = [each.get("id") for each in features]
+    columns = columns or {}
+    own = [columns.get(name, names.get(name)) for name in ("longitude", "latitude")]
+    if None in own or not set(own) <= set(table.columns):
+        places = np.array([_place(path, number, each.get("geometry")) for number, each in enumerate(features)])
+        table["Longitude"], table["Latitude"] = places.reshape(-1, 2).T
+    else:
+        _move_to_geometry(path, table, own, features)
+    return _inventory(str(path), table, area_unit, columns)
+
+
+def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: list[dict]) -> None:
+    """Set places of properties that are far from their geometries to these, with a warning."""
+    has_geometry = np.array([isinstance(each.get("geometry"), dict) for each in features])
+    if not has_geometry.any():
+        return
+    drawn = np.full((len(features), 2), np.nan)
+    for number in np.flatnonzero(has_geometry).tolist():
+        drawn[number] = _place(path, number, features[number]["geometry"])
+    told = np.stack([pd.to_numeric(table[name], errors="coerce").to_numpy(np.float64) for name in names], axis=1)
+    with np.errstate(invalid="ignore"):
+        is_far = _far_apart(told, drawn)
+    is_missing = np.isnan(told).any(axis=1) & has_geometry
+    if is_far.any():
+        is_exchanged = bool(np.all(~_far_apart(told[is_far][:, ::-1], drawn[is_far])))
+        cause = "longitude and latitude are exchanged in the properties" if is_exchanged else "the properties are wrong"
+        warn_caller(
+            f"{path}: of {len(table):,} buildings {_some_ids(table, is_far)} are more than {FARTHEST / 1000:g} km away "
+            f"from their geometries by {names[0]} and {names[1]}: {cause}, and the places of the geometries are taken"
+        )
+    if is_missing.any():
+        warn_caller(
+            f"{path}: of {len(table):,} buildings {_some_ids(table, is_missing)} have no number as {names[0]} or "
+            f"{names[1]}: the places of their geometries are taken"
+        )
+    for axis, name in enumerate(names):
+        table[name] = np.where(is_far | is_missing, drawn[:, axis], told[:, axis])
+
+
+def _some_ids(table: pd.DataFrame, chosen: np.ndarray) -> str:
+    """Return the number of chosen buildings and the ids of some."""
+    ids = table["id"] if "id" in table else pd.Series(np.arange(len(table)))
+    shown = ", ".join(repr(each) for each in ids[chosen][:MOST_SHOWN])
+    return f"{chosen.sum():,} ({shown}{', ...' if chosen.sum() > MOST_SHOWN else ''})"
+
+
+def _far_apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Return which places are farther apart than a building is large, shape [building]; not those of unknown ones."""
+    north = one[:, 1] - other[:, 1]
+    east = (one[:, 0] - other[:, 0] + 180) % 360 - 180
+    return np.hypot(north, east * np.cos(np.radians(other[:, 1]))) * METRES_OF_DEGREE > FARTHEST
+
+
+def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[str, str]) -> pd.DataFrame:
+    """Return a table with R2D's names as an inventory."""
+    names = {str(name).lower(): name for name in table.columns}
+    known = {meaning: names[name.lower()] for meaning, name in R2D_NAMES.items() if name.lower() in names}
+    if "id" not in names and ASSET_ID.lower() in names:
+        known["id"] = names[ASSET_ID.lower()]
+    for meaning in ("id", "longitude", "latitude"):
+        known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error says R2D's name
+    if not isinstance(columns, Mapping) or isinstance(columns, xr.Dataset):
+        raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
+    source = known | dict(columns)
+    inventory = checked_inventory(what, table, source)
+    if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # warpdyn's own is in m2
+        inventory["plan_area"] *= FACTORS[area_unit]
+    return inventory
+
+
+def _check_degrees(path: object, told: Mapping[str, Any]) -> None:
+    """Raise a ValueError unless places are longitudes and latitudes on WGS 84, as RFC 7946 has it."""
+    named = told.get("crs") or {}
+    name = str((named.get("properties") or {}).get("name", "")) if isinstance(named, dict) else ""
+    if name and not name.endswith(("CRS84", ":4326")):
+        raise ValueError(
+            f"{path}: its places are in {name!r}; longitudes and latitudes in degrees are read, of CRS84 or EPSG:4326"
+        )
+
+
+def _place(path: object, number: int, geometry: Any) -> tuple[float, float]:
+    """Return the longitude and latitude of a feature."""
+    kind = geometry.get("type") if isinstance(geometry, dict) else None
+    try:
+        if kind == "Point":
+            longitude, latitude = geometry["coordinates"][:2]
+            return float(longitude), float(latitude)
+        if kind in ("Polygon", "MultiPolygon"):
+            rings = geometry["coordinates"] if kind == "Polygon" else geometry["coordinates"][0]
+            corners = np.array([corner[:2] for corner in rings[0]], dtype=np.float64)[:-1]  # the last is the first
+            return float(corners[:, 0].mean()), float(corners[:, 1].mean())
+    except (LookupError, TypeError, ValueError):
+        kind = f"a {kind} that is not one"
+    raise ValueError(
+        f"{path}: feature {number} has neither Latitude and Longitude nor a point or polygon, but "
+        f"{kind or 'no geometry'}"
+    )

@@ -1,0 +1,239 @@
+"""From the columns of an inventory to archetypes: by Hazus' types and design levels, a mapping or a function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.foundations.core.checks import one_of
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.inventories.table import named_rows
+from warpdyn.model.inventories.taxonomies import MOST_STOREYS, MOST_STOREYS_OF_W1, families, structure_of
+from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_types
+
+# Design levels of buildings from before 1941, of 1941 to 1975 and from after 1975, by the seismic zone of the Uniform
+# Building Code (FEMA, Hazus Earthquake Model Technical Manual, chapter 5, "Guidelines for selection of damage functions
+# for typical buildings based on UBC seismic zone and building age").
+ERAS = (1941, 1976)  # first years of the second and of the third era
+LEVELS = {
+    "4": ("pre", "moderate", "high"),
+    "3": ("pre", "moderate", "moderate"),
+    "2B": ("pre", "low", "moderate"),
+    "2A": ("pre", "low", "low"),
+    "1": ("pre", "pre", "low"),
+    "0": ("pre", "pre", "pre"),
+}
+# Wood houses are better than their age says, in the same table.
+LEVELS_OF_W1 = {
+    "4": ("moderate", "moderate", "high"),
+    "3": ("moderate", "moderate", "moderate"),
+    "2B": ("low", "low", "moderate"),
+    "2A": ("low", "low", "low"),
+    "1": ("low", "low", "low"),
+    "0": ("low", "low", "low"),
+}
+NOT_TO_CODE = ("URM", "C3", "S5")  # unreinforced masonry, and frames filled with it: pre-code at any age
+MOST_TOLD = 8  # unknown types in a message
+
+
+@dataclass(frozen=True, eq=False)
+class Named:
+    """Which archetype each building of an inventory has.
+
+    Args:
+        names: Names of archetypes.
+        code: Index into `names` of each building, -1 where it has none, shape [building].
+        reasons: Why buildings have none, with their number and some of them.
+        hazus: Building type, design level and storeys of names that are Hazus'.
+    """
+
+    names: list[str]
+    code: np.ndarray
+    reasons: list[str]
+    hazus: Mapping[str, tuple[str, str, int]]
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class HazusRule:
+    """The Hazus type of a building by its structure type and storeys, and its design level by its year.
+
+    The type is Hazus' name, with the class of heights ("C1M") or without ("C1": L up to 3 storeys, M up to 7, H above;
+    unreinforced masonry L up to 2), or is the type that is equivalent to a string of GEM's building taxonomy, such as
+    "CR/LFINF+DUL/H:2". Storeys are those of the column; where it has none, those of the string. A ductility or code
+    level of the string (DUH, CDM and so on) is the design level; else it follows from the year and the seismic zone, as
+    the Hazus Earthquake Model Technical Manual has it in chapter 5: in zone 4 high code after 1975, moderate code from
+    1941, pre-code before, but moderate code for W1. Unreinforced masonry (URM) and frames filled with it (C3, S5) are
+    pre-code at any age, since they were not built to a seismic code.
+
+    Args:
+        seismic_zone: Zone of the Uniform Building Code: "4" (coastal California), "3", "2B", "2A", "1" or "0".
+
+    Raises:
+        ValueError: If there is no such zone.
+
+    Example:
+        >>> stock = wd.inventories.portfolio(inventory, wd.inventories.HazusRule(seismic_zone="3"))
+        >>> list(stock.portfolio.archetypes)
+        ['W1 moderate 2', 'C1L moderate 2']
+    """
+
+    seismic_zone: str = "4"
+
+    def __post_init__(self) -> None:
+        one_of("seismic zone", self.seismic_zone, tuple(LEVELS))
+
+    def named(self, inventory: pd.DataFrame) -> Named:
+        """Return the archetype of each building, named by type, level and storeys: "C1M high 5"."""
+        if "structure_type" not in inventory:
+            raise ValueError("HazusRule: the inventory has no column structure_type")
+        column = inventory["structure_type"].astype("category")
+        texts, place = column.cat.categories.astype(str), column.cat.codes.to_numpy()
+        said = [structure_of(text) for text in texts]
+        tables = families()
+        family_names = list(tables)
+
+        def of_building(values: list[float], otherwise: float) -> np.ndarray:
+            return np.array([*values, otherwise])[place]  # the code of what is missing is -1, the last
+
+        family = of_building([family_names.index(each.family) if each.family else -1 for each in said], -1).astype(int)
+        storeys = of_building([each.storeys for each in said], np.nan)
+        if "storeys" in inventory:
+            given = inventory["storeys"].to_numpy(dtype=np.float64)
+            storeys = np.where(np.isnan(given), storeys, given)
+        reasons = []
+        reasons += _reason(inventory, place < 0, "have no structure type", "")
+        without = (family < 0) & (place >= 0)
+        known = f"known are Hazus' {', '.join(family_names)}, and GEM's taxonomy; archetype_of= names types of your own"
+        reasons += _unknown_types(inventory, without, column, known)
+        has_type = family >= 0
+        reasons += _reason(inventory, has_type & np.isnan(storeys), "have no number of storeys", "structure_type")
+        whole = np.where(np.isnan(storeys), 0, np.minimum(storeys, MOST_STOREYS + 1)).astype(np.int64)
+        types = np.array([*(np.append(tables[name], -1) for name in family_names)])[family, whole]
+        types[~has_type] = -1
+        wrong = has_type & ~np.isnan(storeys) & (types < 0)
+        what = f"have storeys that disagree with their structure type{_allowed_storeys(tables, family[wrong])}"
+        reasons += _reason(inventory.assign(storeys=storeys), wrong, what, "structure_type", "storeys")
+
+        level = of_building([DESIGN_LEVELS.index(each.level) if each.level else -1 for each in said], -1).astype(int)
+        by_age = self._levels_by_age(inventory, types)
+        level = np.where(level >= 0, level, by_age)
+        no_year = (types >= 0) & (level < 0)
+        reasons += _reason(inventory, no_year, "have no year of construction, which decides on their design level", "")
+        self._warn_of_tall_wood(inventory, types, storeys)
+
+        known = (types >= 0) & (level >= 0)
+        key = np.where(known, (types * len(DESIGN_LEVELS) + level) * (MOST_STOREYS + 2) + whole, -1)
+        codes, uniques = pd.factorize(key[known])
+        order = np.argsort(uniques)
+        rank = np.empty_like(order)
+        rank[order] = np.arange(order.size)
+        code = np.full(len(inventory), -1, dtype=np.int32)
+        code[known] = rank[codes]
+        hazus = {}
+        for each in uniques[order].tolist():
+            (kind, lev), n = divmod(each // (MOST_STOREYS + 2), len(DESIGN_LEVELS)), each % (MOST_STOREYS + 2)
+            parts = building_types()[kind], DESIGN_LEVELS[lev], n
+            hazus[" ".join(map(str, parts))] = parts
+        return Named(list(hazus), code, reasons, hazus)
+
+    def _levels_by_age(self, inventory: pd.DataFrame, types: np.ndarray) -> np.ndarray:
+        """Return the number of each building's design level by its year, -1 where that is not known."""
+        old = np.unique(np.concatenate([families()[name] for name in NOT_TO_CODE]))
+        always = np.isin(types, old[old >= 0])
+        level = np.where(always, DESIGN_LEVELS.index("pre"), -1)
+        if "year" not in inventory:
+            return level
+        year = inventory["year"].to_numpy(dtype=np.float64)
+        era = np.searchsorted(ERAS, year, side="right")
+        of_others = np.array([DESIGN_LEVELS.index(each) for each in LEVELS[self.seismic_zone]])
+        of_houses = np.array([DESIGN_LEVELS.index(each) for each in LEVELS_OF_W1[self.seismic_zone]])
+        era = np.minimum(era, len(ERAS))
+        by_year = np.where(types == building_types().index("W1"), of_houses[era], of_others[era])
+        return np.where(always, level, np.where(np.isnan(year), -1, by_year))
+
+    def _warn_of_tall_wood(self, inventory: pd.DataFrame, types: np.ndarray, storeys: np.ndarray) -> None:
+        tall = (types == building_types().index("W1")) & (storeys > MOST_STOREYS_OF_W1)
+        if tall.any():
+            warn_caller(
+                f"{named_rows(inventory.assign(storeys=storeys), tall, 'storeys')} buildings of type W1 have more than "
+                f"{MOST_STOREYS_OF_W1} storeys, which Hazus does not mean by it: such wood buildings are W2"
+            )
+
+
+Rule = HazusRule | Mapping[str, str] | Callable[[pd.DataFrame], object]
+
+
+def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
+    """Return the archetype of each building by a rule.
+
+    Args:
+        rule: A HazusRule; or a mapping from structure types to names; or a function of the inventory that returns the
+            name of each building, None or NaN where it knows none.
+        inventory: The inventory.
+    """
+    if isinstance(rule, HazusRule):
+        return rule.named(inventory)
+    if isinstance(rule, Mapping):
+        if "structure_type" not in inventory:
+            raise ValueError("portfolio: the inventory has no column structure_type, which archetype_of maps")
+        column = inventory["structure_type"].astype("category")
+        place = column.cat.codes.to_numpy()
+        names = list(dict.fromkeys(rule.values()))
+        of_type = [names.index(rule[text]) if text in rule else -1 for text in column.cat.categories]
+        code = np.array([*of_type, -1], dtype=np.int32)[place]
+        reasons = _reason(inventory, place < 0, "have no structure type", "")
+        known = f"archetype_of has {', '.join(map(repr, rule))}"
+        reasons += _unknown_types(inventory, (code < 0) & (place >= 0), column, known)
+    elif callable(rule):
+        returned = pd.Series(rule(inventory))
+        if len(returned) != len(inventory):
+            raise ValueError(
+                f"portfolio: archetype_of returned {len(returned)} names for {len(inventory)} buildings: one each"
+            )
+        chosen = pd.Categorical(returned.to_numpy())
+        names, code = [str(each) for each in chosen.categories], chosen.codes.astype(np.int32)
+        reasons = _reason(inventory, code < 0, "have no name from archetype_of", "")
+    else:
+        raise TypeError(f"archetype_of must be a HazusRule, a mapping or a function, got {type(rule).__name__}")
+    used = np.flatnonzero(np.bincount(code[code >= 0], minlength=len(names)))
+    renumbered = np.full(len(names) + 1, -1, dtype=np.int32)
+    renumbered[used] = np.arange(used.size)
+    return Named([names[place] for place in used], renumbered[code], reasons, {})
+
+
+def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Series, known: str) -> list[str]:
+    """Return a reason that counts the buildings of each unknown type, the most frequent first, and what is known."""
+    if not unknown.any():
+        return []
+    counts = column[unknown].value_counts()
+    counts = counts[counts > 0]
+    told = ", ".join(f"{name!r} ({count:,})" for name, count in list(counts.items())[:MOST_TOLD])
+    more = f" and {counts.size - MOST_TOLD:,} more types" if counts.size > MOST_TOLD else ""
+    return [f"{np.count_nonzero(unknown):,} are of unknown types: {told}{more} ({known})"]
+
+
+def _allowed_storeys(tables: Mapping[str, np.ndarray], families_of_rows: np.ndarray) -> str:
+    """Return in brackets the storeys that each type of some rows may have, for a few types."""
+    if not families_of_rows.size:
+        return ""
+    names = [list(tables)[place] for place in np.unique(families_of_rows)]
+    spans = [(name, np.flatnonzero(tables[name] >= 0)) for name in names[:MOST_TOLD]]
+    told = ", ".join(f"{name} has {span.min()} to {span.max()}" for name, span in spans)
+    return f" ({told}{', ...' if len(names) > MOST_TOLD else ''})"
+
+
+def _reason(inventory: pd.DataFrame, bad: np.ndarray, what: str, *columns: str) -> list[str]:
+    """Return a reason with the number of buildings and some of them, with their values of columns."""
+    if not bad.any():
+        return []
+    shown = [name for name in columns if name]
+    if len(shown) > 1:
+        rows = inventory.loc[bad, shown].astype(str).agg(", ".join, axis=1) if bad.sum() < 10_000 else None
+        if rows is not None:
+            return [f"{named_rows(inventory.assign(_shown=rows), bad, '_shown')} {what}"]
+    return [f"{named_rows(inventory, bad, shown[0] if shown else '')} {what}"]

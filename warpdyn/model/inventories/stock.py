@@ -1,0 +1,271 @@
+"""From an inventory to a portfolio: its archetypes, their limits, and which building is which row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.foundations.core.checks import check_kind, one_of, shortened
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
+from warpdyn.model.inventories.rules import HazusRule, Rule, named_by
+from warpdyn.model.inventories.table import named_rows
+from warpdyn.model.scene.portfolio import Archetype, Portfolio, named as of_archetype
+from warpdyn.model.scene.scatter import Scatter
+from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_types, hazus_drift_limits
+from warpdyn.model.structures.shear_building import ShearBuilding
+
+REFUSE, LEAVE_OUT = "refuse", "leave out"
+
+
+@dataclass(frozen=True, eq=False)
+class BuildingStock:
+    """The portfolio of an inventory.
+
+    Args:
+        portfolio: One building for each row of the inventory that has an archetype.
+        limits: Storey drift ratio limits [1] of each archetype, as `damage_shares` takes them.
+        rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building].
+        left_out: Rows that have no archetype, counted from 0.
+        inventory_ids: Ids of the inventory, in its own order.
+
+    Example:
+        >>> stock = wd.inventories.portfolio(inventory)
+        >>> stock.portfolio.buildings, stock.limits["C1L high 2"]["slight"]
+        (3, 0.005)
+        >>> stock.buildings(inventory)["id"].tolist()  # in the order of the portfolio
+        ['a', 'b', 'c']
+        >>> stock.replacement_values(inventory)["C1L high 2"]
+        4000000.0
+    """
+
+    portfolio: Portfolio
+    limits: Mapping[str, Mapping[str, float]]
+    rows: np.ndarray
+    left_out: np.ndarray
+    inventory_ids: pd.api.extensions.ExtensionArray
+
+    def __repr__(self) -> str:
+        left = f", {self.left_out.size:,} buildings left out" if self.left_out.size else ""
+        return f"BuildingStock({self.portfolio!r}{left})"
+
+    @property
+    def id(self) -> np.ndarray:
+        """Id in the inventory of each building of the portfolio, shape [building]."""
+        return self.inventory_ids.to_numpy()[self.rows]
+
+    @property
+    def archetype_index(self) -> np.ndarray:
+        """Index of the archetype of each building of the portfolio, shape [building]."""
+        return np.repeat(np.arange(len(self.portfolio.archetypes), dtype=np.int32), self.portfolio.counts)
+
+    def buildings(self, inventory: pd.DataFrame) -> pd.DataFrame:
+        """Return the rows of the inventory in the order of the portfolio.
+
+        A column of these goes where a value of each building is asked for. A column of the inventory itself does not:
+        its rows are in another order, as a portfolio's buildings stand archetype by archetype.
+
+        Args:
+            inventory: The inventory that the stock was made of.
+
+        Raises:
+            ValueError: If it is another one, whose ids differ.
+
+        Example:
+            >>> labels = {"kind": stock.buildings(inventory)["structure_type"]}
+            >>> by_kind = wd.DamageCounts(stock.limits, over="kind", labels=labels)
+        """
+        self.check(inventory)
+        found = inventory.iloc[self.rows]
+        # Also where both orders are the same one, the index is not that of an inventory as it was read.
+        return found.set_axis(pd.Index(found.index.to_numpy(), name=found.index.name))
+
+    def check(self, inventory: pd.DataFrame) -> None:
+        """Raise a ValueError unless the stock was made of this inventory: as many rows, with the same ids.
+
+        Args:
+            inventory: The inventory.
+
+        Raises:
+            ValueError: If its rows are not as many, or an id differs.
+            TypeError: If `inventory` is not a DataFrame.
+        """
+        check_kind("BuildingStock", "a DataFrame", inventory, pd.DataFrame, argument="inventory")
+        if "id" not in inventory:
+            raise ValueError(
+                f"the inventory has no column 'id', only {', '.join(map(str, inventory.columns))}: give the one that "
+                "the stock was made of"
+            )
+        missing = self.rows.size and self.rows.max() >= len(inventory)
+        if missing or len(inventory) != self.rows.size + self.left_out.size:
+            raise ValueError(
+                f"the inventory has {len(inventory):,} rows, and the stock was made of one with "
+                f"{self.rows.size + self.left_out.size:,}: give the same one"
+            )
+        if self.inventory_ids.equals(inventory["id"].array):
+            return  # without rows that are taken, or text made of Arrow's, where nothing is wrong
+        found, own = inventory["id"].to_numpy()[self.rows], self.id
+        differs = found != own
+        if differs.any():
+            place = int(np.flatnonzero(differs)[0])
+            one, other = found[place : place + 1].tolist()[0], own[place : place + 1].tolist()[0]
+            if (found.astype(str) == own.astype(str)).all():
+                raise ValueError(
+                    f"the ids of the inventory are of type {type(one).__name__}, such as {one!r}, and those that the "
+                    f"stock was made of are of type {type(other).__name__}, such as {other!r}: give the inventory as "
+                    "the reader returned it"
+                )
+            raise ValueError(
+                f"the stock was made of another inventory: {differs.sum():,} ids differ, such as "
+                f"{one!r} in row {self.rows[place]}, which was {other!r}"
+            )
+
+    def replacement_costs(self, inventory: pd.DataFrame) -> np.ndarray:
+        """Return the replacement cost of each building, as `DamageLoss` takes it, shape [building].
+
+        Args:
+            inventory: The inventory that the stock was made of.
+
+        Raises:
+            ValueError: If there is no replacement cost, or some buildings have none or one below 0; the message counts
+                and names them.
+        """
+        self.check(inventory)
+        if "replacement_cost" not in inventory:
+            raise ValueError("replacement_costs: the inventory has no column replacement_cost")
+        cost = inventory["replacement_cost"].to_numpy(dtype=np.float64)[self.rows]
+        missing = np.isnan(cost)
+        if missing.any():
+            named = named_rows(self.buildings(inventory), missing)
+            raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have no replacement cost")
+        if np.any(cost < 0):
+            named = named_rows(self.buildings(inventory), cost < 0, "replacement_cost")
+            raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have a replacement cost below 0")
+        return cost
+
+    def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:
+        """Return the replacement cost of all buildings of each archetype, as `portfolio_losses` takes it.
+
+        Args:
+            inventory: The inventory that the stock was made of.
+
+        Raises:
+            ValueError: As of `replacement_costs`.
+        """
+        cost = self.replacement_costs(inventory)
+        sums = np.bincount(self.archetype_index, cost, minlength=len(self.portfolio.archetypes))
+        return dict(zip(self.portfolio.archetypes, sums.tolist(), strict=True))
+
+
+@suggests_names
+def portfolio(
+    inventory: pd.DataFrame,
+    archetype_of: Rule | None = None,
+    *,
+    archetypes: Mapping[str, Archetype] | None = None,
+    limits: Mapping[str, Mapping[str, float]] | None = None,
+    building: Callable[[str, str, int], ShearBuilding] = ShearBuilding.from_hazus,
+    scatter: Scatter | None = None,
+    correlation: Mapping[tuple[str, str], float] | None = None,
+    unknown: str = REFUSE,
+) -> BuildingStock:
+    """Return the portfolio of an inventory: an archetype for every kind of building in it.
+
+    A row is one building of the portfolio, whatever `number` of buildings it stands for: one history each shows what
+    happens to all of them. The number weighs results: shares of buildings by `DamageCounts(number=...)` or
+    `damage_shares(number=...)`, losses by the replacement cost, which is that of all buildings of the row.
+    Areas change no drift: masses, stiffnesses and strengths of Hazus' buildings are all in proportion to them.
+
+    Args:
+        inventory: What a reader of `wd.inventories` returned, or some of its rows.
+        archetype_of: The rule from columns to archetypes. None for `HazusRule()`, by structure type, storeys and year;
+            or a mapping from structure types to names of archetypes; or a function that takes the inventory and returns
+            the name of each building, None where it knows none. A name is one of `archetypes`, or is a Hazus type with
+            its design level and storeys: "C1M high 5".
+        archetypes: Archetypes of the user's own by name; their `count` is replaced.
+        limits: Storey drift ratio limits [1] by damage state of each of these that has some.
+        building: What makes the building of a Hazus archetype of type, design level and storeys, such as
+            `lambda *of: wd.ShearBuilding.from_hazus(*of, law="hysteretic")`.
+        scatter: What differs among buildings of a Hazus archetype, as an Archetype takes it.
+        correlation: Correlation of pairs of scattered parameters [1], as an Archetype takes it.
+        unknown: What is done with buildings for which the rule finds no archetype: "refuse" (an error that counts and
+            names them) or "leave out" (a warning that does).
+
+    Returns:
+        The portfolio with its archetypes in the order of Hazus' table (or of the names), their limits, and which row
+        each building is.
+
+    Raises:
+        ValueError: If buildings have no archetype, such as those without a type, of a type that Hazus does not have, or
+            with storeys that disagree with it; or if a name is no archetype.
+        TypeError: If an argument is of the wrong kind.
+
+    Example:
+        >>> stock = wd.inventories.portfolio(wd.inventories.read_r2d("buildings.csv"))
+        >>> list(stock.portfolio.archetypes)
+        ['W1 moderate 1', 'C1M high 5']
+    """
+    if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
+        raise TypeError(
+            "portfolio() takes an inventory, as the readers of wd.inventories return it, got "
+            f"{type(inventory).__name__}"
+        )
+    for argument, given in {"scatter": scatter, "correlation": correlation, "archetypes": archetypes}.items():
+        if given is not None and not isinstance(given, Mapping):
+            raise TypeError(f"portfolio: {argument} must be a mapping, got {shortened(given)}")
+    one_of("choice for unknown=", unknown, (REFUSE, LEAVE_OUT))
+    if isinstance(archetype_of, type):
+        raise TypeError(
+            f"portfolio: archetype_of is the class {archetype_of.__name__} itself: give archetype_of="
+            f"{archetype_of.__name__}()"
+        )
+    own, own_limits = archetypes or {}, limits or {}
+    for name, one in own.items():
+        if not isinstance(one, Archetype):
+            raise TypeError(
+                f"portfolio: archetypes[{name!r}] must be an Archetype, such as Archetype(building), got {one!r}"
+            )
+    named = named_by(HazusRule() if archetype_of is None else archetype_of, inventory)
+    is_known = named.code >= 0
+    if not is_known.all():
+        count = np.count_nonzero(~is_known)
+        told = f"{count:,} of {len(inventory):,} buildings have no archetype: {'; '.join(named.reasons)}"
+        if unknown == REFUSE or count == len(inventory):
+            raise ValueError(
+                f"portfolio: {told}. Complete the inventory or the rule, or leave them out: unknown={LEAVE_OUT!r}"
+            )
+        warn_caller(f"portfolio: left out are {told}")
+    counts = np.bincount(named.code[is_known], minlength=len(named.names))
+    made: dict[str, Archetype] = {}
+    found_limits: dict[str, Mapping[str, float]] = {}
+    for name, count in zip(named.names, counts.tolist(), strict=True):
+        with of_archetype(name):
+            if name in own:
+                one = own[name]
+                made[name] = Archetype(one.building, count, one.scatter, one.correlation)
+            else:
+                kind, level, storeys = named.hazus.get(name) or _hazus_parts(name, own)
+                made[name] = Archetype(building(kind, level, storeys), count, scatter or {}, correlation or {})
+                found_limits[name] = hazus_drift_limits(kind, level)
+        if name in own_limits:
+            found_limits[name] = own_limits[name]
+    # Few archetypes fit into 16 bits, whose stable sort takes a time in proportion to the buildings.
+    small = np.int16 if len(made) < 2**15 else np.int32
+    order = np.argsort(np.where(is_known, named.code, len(made)).astype(small), kind="stable")
+    rows, left_out = np.split(order, [int(is_known.sum())])
+    # A copy of what belongs to the user, who may change it in place.
+    return BuildingStock(Portfolio(made), found_limits, rows, left_out, inventory["id"].array.copy())
+
+
+def _hazus_parts(name: str, own: Mapping[str, object]) -> tuple[str, str, int]:
+    """Return building type, design level and storeys of a name such as "C1M high 5"."""
+    parts = name.split(" ")
+    if len(parts) == 3 and parts[0] in building_types() and parts[1] in DESIGN_LEVELS and parts[2].isdigit():
+        return parts[0], parts[1], int(parts[2])
+    raise ValueError(
+        f"portfolio: {name!r} is neither one of archetypes{did_you_mean(name, list(own))} nor a Hazus type with its "
+        "design level and storeys, such as 'C1M high 5'"
+    )

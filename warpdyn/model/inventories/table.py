@@ -1,0 +1,253 @@
+"""The table that all readers of inventories return, and what is wrong with one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.foundations.core.checks import shortened
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.foundations.files.text import check_names
+
+# Columns with a meaning of their own, in their order in the table.
+NEEDED = ("id", "longitude", "latitude")
+COLUMNS = (
+    *NEEDED,
+    "storeys",
+    "year",
+    "occupancy",
+    "structure_type",
+    "plan_area",
+    "replacement_cost",
+    "number",
+)
+TEXTS = ("occupancy", "structure_type")
+NUMBERS = tuple(name for name in COLUMNS if name not in ("id", *TEXTS))
+MOST_SHOWN = 3  # rows that a message names
+FIRST_YEAR, LAST_YEAR = 1000, 2100  # of construction; files say 0 or 9999 of what is not known
+FACTORS = {"m2": 1.0, "ft2": 0.3048**2}  # m2; the international foot
+
+
+def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | None = None) -> pd.DataFrame:
+    """Return the inventory of buildings of a pandas or xarray table.
+
+    Args:
+        table: One row for each asset: a frame, or a dataset of variables along one dimension.
+        columns: The table's names of the columns that have a meaning: `{"storeys": "N_STORIES", ...}`; names that are
+            the same need not be given. The meanings are `id`, `longitude` and `latitude` [degree], which must be there,
+            and `storeys`, `year` of construction, `occupancy`, `structure_type`, `plan_area` [m2 of the building's
+            ground plan], `replacement_cost` of the asset, with all its buildings, in one currency, and `number` of
+            buildings that it stands for (1 where there is no such column).
+
+    Returns:
+        A frame over `building` with these columns, text as categories, and every other column of the table as it was.
+
+    Raises:
+        ValueError: If a column is missing, or rows have values that cannot be: ids that stand twice, latitudes beyond
+            90 degrees, storeys that are no whole number from 1, and the like. One message counts them and names some.
+        TypeError: If `table` is neither a frame nor a dataset.
+
+    Example:
+        >>> frame = pd.DataFrame({"id": ["a"], "longitude": [-122.3], "latitude": [37.8], "floors": [2]})
+        >>> wd.inventories.from_table(frame, {"storeys": "floors"})["storeys"].tolist()
+        [2.0]
+    """
+    if isinstance(table, xr.Dataset):
+        if len(table.dims) != 1:
+            raise ValueError(
+                f"from_table: the dataset must have one dimension, it has {', '.join(map(str, table.dims))}"
+            )
+        table = table.to_dataframe().reset_index()
+    if not isinstance(table, pd.DataFrame):
+        raise TypeError(f"from_table() takes a pandas DataFrame or an xarray Dataset, got {type(table).__name__}")
+    return checked_inventory("from_table", table, {} if columns is None else columns)
+
+
+def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
+    """Return a table as an inventory.
+
+    Args:
+        what: The function or the file, in errors.
+        table: The table, which stays as it is.
+        columns: Its names of columns by their meaning.
+
+    Raises:
+        ValueError: As `from_table` says.
+    """
+    try:
+        check_names(table.columns)
+    except ValueError as error:
+        raise ValueError(f"{what}: {error}") from None
+    if (
+        not isinstance(columns, Mapping)
+        or isinstance(columns, xr.Dataset)
+        or not all(isinstance(name, str) for name in columns.values())
+    ):
+        raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
+    for meaning, name in columns.items():
+        if meaning not in COLUMNS:
+            raise ValueError(
+                f"{what}: unknown column {meaning!r}{did_you_mean(meaning, COLUMNS)}; those with a meaning are "
+                f"{', '.join(COLUMNS)}"
+            )
+        if name not in table.columns:
+            raise ValueError(_no_column(what, str(name), table))
+    source = {name: name for name in COLUMNS if name in table.columns} | dict(columns)
+    for meaning, name in columns.items():
+        others = [other for other, its in source.items() if its == name and other != meaning]
+        if others:
+            raise ValueError(f"{what}: the column {name!r} cannot be both {others[0]!r} and {meaning!r}")
+    for name in NEEDED:
+        if name not in source:
+            raise ValueError(_no_column(what, name, table))
+    if not len(table):
+        raise ValueError(f"{what}: there is no building in it")
+    taken = set(source.values())
+    found: dict[str, Any] = {name: table[source[name]] for name in COLUMNS if name in source}
+    found |= {name: table[name] for name in table.columns if name not in taken and name not in source}
+    return _checked_rows(what, pd.DataFrame(found).reset_index(drop=True).rename_axis("building"))
+
+
+def is_in_inventory_order(values: object) -> bool:
+    """Return whether values are a column of an inventory as it was read, whose rows stand in an order of their own."""
+    index = getattr(values, "index", None)
+    return isinstance(index, pd.RangeIndex) and index.name == "building"
+
+
+def warn_of_inventory_order(what: str, archetypes: int) -> None:
+    """Warn of a column of an inventory that was given for the buildings of a portfolio of several archetypes."""
+    if archetypes > 1:
+        warn_caller(
+            f"{what} is a column of the inventory, in the order of its rows, and a portfolio's buildings stand "
+            "archetype by archetype: give stock.replacement_costs(inventory), or a column of stock.buildings(inventory)"
+        )
+
+
+def _no_column(what: str, name: str, table: pd.DataFrame) -> str:
+    names = [str(each) for each in table.columns]
+    return f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}"
+
+
+def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
+    """Return an inventory with numbers as numbers and text as categories; raise a ValueError if rows are wrong."""
+    problems = []
+    table["id"], twice, has_none = _ids(table["id"])
+    problems += _problem(table, twice, "stand twice (each building has an id of its own)", "")
+    problems += _problem(table, has_none, "have no id", "")
+    for name in NUMBERS:
+        if name not in table:
+            continue
+        given, values = table[name], pd.to_numeric(table[name], errors="coerce").astype("float64")
+        is_text = (values.isna() & given.notna()).to_numpy()
+        problems += _problem(table, is_text, f"have no number in the column {name}", name)
+        table[name] = values
+        bad, rule = RULES[name](values.to_numpy())
+        problems += _problem(table, bad & ~is_text, rule, name)
+    for name in TEXTS:
+        if name in table:
+            table[name] = _without_blanks(table[name].astype("category"))
+    if "number" not in table:
+        table.insert(min(len(COLUMNS) - 1, table.shape[1]), "number", 1.0)
+    if problems:
+        hint = _swapped(table)
+        raise ValueError(f"{what}: of {len(table):,} buildings " + "; ".join(problems) + hint)
+    nowhere = ((table["longitude"] == 0) & (table["latitude"] == 0)).to_numpy()
+    if nowhere.any():
+        warn_caller(
+            f"{what}: of {len(table):,} buildings {named_rows(table, nowhere)} are at longitude 0 and latitude 0, in "
+            "the Atlantic: their places seem to be unknown. Leave these rows out or complete them"
+        )
+    return table
+
+
+def _without_blanks(texts: pd.Series) -> pd.Series:
+    """Return categories without blanks around their names."""
+    names = {name: name.strip() if isinstance(name, str) else name for name in texts.cat.categories}
+    if all(name == bare for name, bare in names.items()):
+        return texts
+    return texts.map(names).astype("category")
+
+
+def _ids(given: pd.Series) -> tuple[pd.Series, np.ndarray, np.ndarray]:
+    """Return ids as text without spaces around it, which of them stand more than once, and which are missing."""
+    if isinstance(given.dtype, np.dtype) and given.dtype.kind in "iu":
+        # Whole numbers differ where their texts do, and are compared much faster.
+        return given.astype(str), _repeated(given), np.zeros(given.size, bool)
+    has_none = given.isna().to_numpy()
+    # Before version 3, pandas makes text of what is missing.
+    ids = given.astype(str).str.strip().mask(has_none)
+    has_none = has_none | (ids.isna() | (ids == "")).to_numpy()
+    return ids, _repeated(ids) & ~has_none, has_none
+
+
+def _repeated(values: pd.Series) -> np.ndarray:
+    """Return which values stand more than once."""
+    # Whether there is any such value is found in half the time that finding them takes.
+    return np.zeros(values.size, bool) if values.is_unique else values.duplicated(keep=False).to_numpy()
+
+
+def named_rows(table: pd.DataFrame, bad: np.ndarray, column: str = "") -> str:
+    """Return the number of some rows and the ids of a few of them, with their values of a column."""
+    rows = np.flatnonzero(bad)
+    shown = []
+    for row in rows[:MOST_SHOWN]:
+        name = table["id"].iloc[row]
+        value = f" ({table[column].iloc[row]})" if column else ""
+        shown.append((repr(name) if isinstance(name, str) and name else f"row {row}") + value)
+    return f"{rows.size:,} ({', '.join(shown)}{', ...' if rows.size > MOST_SHOWN else ''})"
+
+
+def _problem(table: pd.DataFrame, bad: np.ndarray, what: str, column: str) -> list[str]:
+    return [f"{named_rows(table, bad, column)} {what}"] if bad.any() else []
+
+
+def _swapped(table: pd.DataFrame) -> str:
+    """Return a hint if all places would be on Earth with longitude and latitude exchanged, or from -180 degrees on."""
+    beyond = table["latitude"].abs() > 90
+    fits = table["longitude"].abs().max() <= 90
+    if beyond.any() and fits:
+        return "; longitude and latitude seem to be exchanged"
+    is_full_circle = table["longitude"].max() > 180 and table["longitude"].between(0, 360).all() and not beyond.any()
+    return "; longitudes seem to be from 0 to 360: subtract 360 from those above 180" if is_full_circle else ""
+
+
+def _within(low: float, high: float, what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
+    return lambda values: (~((values >= low) & (values <= high)), f"have {what} outside {low:g} to {high:g} degrees")
+
+
+def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
+    # What is not known may be left out, or be 0 as in files of SimCenter's: who needs it says so.
+    return lambda values: (
+        ~np.isnan(values) & ~((values >= 0) & np.isfinite(values)),
+        f"have a {what} below 0 or infinite",
+    )
+
+
+def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
+    whole = (values >= 1) & (values == np.floor(values)) & np.isfinite(values)
+    return ~np.isnan(values) & ~whole, "have storeys that are no whole number from 1"
+
+
+def _years(values: np.ndarray) -> tuple[np.ndarray, str]:
+    bad = ~np.isnan(values) & ~((values >= FIRST_YEAR) & (values <= LAST_YEAR) & (values == np.floor(values)))
+    return (
+        bad,
+        f"have a year outside {FIRST_YEAR} to {LAST_YEAR}, or no whole number (leave it empty if it is not known)",
+    )
+
+
+# What is wrong with a column's values, and how a message says so.
+RULES: Mapping[str, Callable[[np.ndarray], tuple[np.ndarray, str]]] = {
+    "longitude": _within(-180, 180, "a longitude"),
+    "latitude": _within(-90, 90, "a latitude"),
+    "storeys": _storeys,
+    "year": _years,
+    "plan_area": _at_least_zero("plan area"),
+    "replacement_cost": _at_least_zero("replacement cost"),
+    "number": lambda values: (~((values > 0) & np.isfinite(values)), "have a number of buildings not above 0"),
+}

@@ -1,0 +1,122 @@
+"""What an inventory's text says of a building's structure: names of Hazus, or strings of GEM's building taxonomy."""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_class, building_types
+
+MOST_STOREYS = 50  # that a type of Hazus has here
+WOOD, MOST_STOREYS_OF_W1 = "wood", 2  # Hazus Technical Manual, table 5.1: W1 has 1 to 2 storeys
+HEIGHT_CLASSES = "LMH"
+
+# Materials and lateral systems of GEM's building taxonomy (Brzev et al. 2013, GEM Building Taxonomy Version 2.0; Silva
+# et al. 2022, Earthquake Spectra 38(1), of version 3), and Hazus' types of the same structure (Technical Manual,
+# chapter 5, model building types). What Hazus has no type of, as confined masonry, adobe and bamboo, stands nowhere
+# here.
+_GEM = {
+    ("W", "LFM"): WOOD,
+    ("W", "LWAL"): WOOD,
+    ("W", ""): WOOD,
+    ("S", "LFM"): "S1",
+    ("S", "LFBR"): "S2",
+    ("S", "LDUAL"): "S4",
+    ("S", "LFINF"): "S5",
+    ("CR", "LFM"): "C1",
+    ("CR", "LWAL"): "C2",
+    ("CR", "LDUAL"): "C2",
+    ("CR", "LFINF"): "C3",
+    ("CR+PC", "LWAL"): "PC1",
+    ("CR+PC", "LDUAL"): "PC2",
+    ("MUR", "LWAL"): "URM",
+    ("MUR", ""): "URM",
+    # Reinforced masonry is of two types, which differ by their floors.
+    ("MR", "LWAL", "FW"): "RM1",
+    ("MR", "LWAL", "FME"): "RM1",
+    ("MR", "LWAL", "FC"): "RM2",
+}
+# Details of a material that Hazus has no type of: heavy timber, bamboo, wattle and daub; adobe and stone.
+_WITHOUT_TYPE = {"W": ("WHE", "WBB", "WWD", "WLO"), "MUR": ("ADO", "ST99", "STRUB", "STDRE", "STON")}
+_LEVELS = {
+    "CDN": "pre",
+    "CDL": "low",
+    "CDM": "moderate",
+    "CDH": "high",
+    "DNO": "pre",
+    "DUL": "low",
+    "DUM": "moderate",
+    "DUH": "high",
+}
+_HEIGHT = re.compile(r"(?:^|[/+])H(?:EX|APP|BET)?:(\d+)(?:[-,](\d+))?(?=[/+]|$)")
+
+
+@dataclass(frozen=True)
+class Structure:
+    """What a text says of a structure.
+
+    Args:
+        family: A key of `families()`, or nothing where Hazus has no equivalent.
+        storeys: Number of storeys, NaN where the text does not say it.
+        level: Design level, or nothing where the text does not say it.
+    """
+
+    family: str = ""
+    storeys: float = np.nan
+    level: str = ""
+
+
+@functools.cache
+def families() -> Mapping[str, np.ndarray]:
+    """Return, of each name that a structure may have, the number of its Hazus type by storeys, -1 where it has none.
+
+    A name is a type ("C1M"), a type without its class of heights ("C1") or "wood", which is W1 up to two storeys and
+    W2 above. Each array has the shape [storeys from 0 to 50]; numbers are places in `building_types()`.
+    """
+    found: dict[str, np.ndarray] = {}
+    for place, name in enumerate(building_types()):
+        row = building_class(name, DESIGN_LEVELS[0])
+        storeys = slice(int(row["min_storeys"]), int(row["max_storeys"]) + 1)
+        bare = name[:-1] if name[-1] in HEIGHT_CLASSES and name != "MH" else name
+        for each in dict.fromkeys((name, bare)):
+            found.setdefault(each, np.full(MOST_STOREYS + 1, -1))[storeys] = place
+    small, large = found["W1"].copy(), found["W2"]
+    found[WOOD] = np.where(np.arange(MOST_STOREYS + 1) > MOST_STOREYS_OF_W1, large, small)
+    return MappingProxyType(found)
+
+
+def structure_of(text: str) -> Structure:
+    """Return what a text says, by Hazus' names or by GEM's taxonomy."""
+    name = text.strip()
+    if name.upper() in families():
+        return Structure(name.upper())
+    segments = [segment.split("+") for segment in name.split("/")]
+    atoms = {atom for segment in segments for atom in segment}
+    level = next((level for atom, level in _LEVELS.items() if atom in atoms), "")
+    height = _HEIGHT.search(name)
+    # A range of storeys stands for the middle one, the higher of two.
+    storeys = np.ceil(np.mean([float(each) for each in height.groups() if each])) if height else np.nan
+    return Structure(_family(segments), float(storeys), level)
+
+
+def _family(segments: list[list[str]]) -> str:
+    """Return the Hazus family of the segments of a string of GEM's taxonomy."""
+    for place, (material, *details) in enumerate(segments):
+        if material not in ("W", "S", "CR", "MUR", "MR"):
+            continue
+        if set(details) & set(_WITHOUT_TYPE.get(material, ())):
+            return ""
+        heads = [segment[0] for segment in segments[place + 1 :]]
+        system = next((head for head in heads if re.fullmatch(r"L[A-Z]+", head)), "")
+        floor = next((head for head in heads if head in ("FW", "FME", "FC")), "")
+        if material == "S" and "SL" in details:
+            return "S3"  # light-gauge members, whatever their system
+        if material == "CR" and "PC" in details:
+            material = "CR+PC"
+        return _GEM.get((material, system)) or _GEM.get((material, system, floor), "")
+    return ""

@@ -1,0 +1,74 @@
+"""Tables of text: CSV files, of which every row is read whole or none is."""
+
+from __future__ import annotations
+
+import csv
+import os
+import warnings
+from itertools import islice
+
+import pandas as pd
+
+from warpdyn.foundations.files.text import check_names, check_separator
+
+
+def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier: str = "id") -> pd.DataFrame:
+    """Return the table of a CSV file, with names of columns as they are but for spaces around them.
+
+    Args:
+        path: The file, UTF-8, with or without a mark of its byte order.
+        comment: What lines before the names of the columns begin with, if there are any.
+        identifier: The column, in any case, that is text: "007" is another building than "7".
+
+    Raises:
+        ValueError: If it is empty, its columns are not separated by commas, it has a column twice (also with a name
+            that differs in upper and lower case or in blanks alone), or a row has more or fewer values than there are
+            columns. The message names the file.
+        FileNotFoundError: If there is no such file.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            lines = iter(file)
+            skipped, line = 0, next(lines, "")
+            while comment and line.startswith(comment):
+                skipped, line = skipped + 1, next(lines, "")
+        if not line.strip():
+            raise ValueError("it is empty: there are no names of columns")
+        check_separator(line)
+        names = next(csv.reader([line], skipinitialspace=True), [])
+        check_names(names)
+        ids: dict[str, type] = {name: str for name in names if name.strip().lower() == identifier.lower()}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # of values that would be dropped
+            try:
+                table = pd.read_csv(
+                    path,
+                    encoding="utf-8-sig",
+                    skipinitialspace=True,
+                    index_col=False,
+                    skiprows=skipped,
+                    dtype=ids,
+                    low_memory=False,
+                )
+            except pd.errors.ParserWarning:
+                _check_lengths(path, len(names), skipped)
+                raise
+        if len(table.columns) and table.iloc[:, -1].isna().any():
+            _check_lengths(path, len(names), skipped)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path} is no text in UTF-8: {error}") from None
+    except (ValueError, pd.errors.ParserWarning, csv.Error) as error:
+        raise ValueError(f"{path}: {error}") from None
+    return table.rename(columns=lambda name: str(name).strip())
+
+
+def _check_lengths(path: str | os.PathLike, columns: int, skipped: int) -> None:
+    """Raise a ValueError if a row has fewer or more values than there are columns."""
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        rows = csv.reader(islice(file, skipped, None), skipinitialspace=True)
+        for row in rows:
+            if row and len(row) != columns:
+                raise ValueError(
+                    f"line {skipped + rows.line_num} has {len(row)} values and there are {columns} columns: correct "
+                    "the line"
+                )

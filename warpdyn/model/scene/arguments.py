@@ -1,0 +1,47 @@
+"""What is told of the arguments of a function of a scene, where Python would only count them."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
+
+from warpdyn.foundations.core.near_misses import refuse_unknown
+from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.structure import Structure
+
+P = ParamSpec("P")
+R = TypeVar("R")
+# What is looked for by other names than near ones.
+OTHER_NAMES = {"samples": "structures", "count": "structures", "workers": "threads"}
+BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+
+
+def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
+    """Let a function whose first argument is a scene tell what is wrong with what it is called with.
+
+    Raises:
+        TypeError: If the first argument is no scene, there are too many by place, or one has an unknown name.
+    """
+    known = inspect.signature(function).parameters
+    names = {name: name for name in known} | {word: name for word, name in OTHER_NAMES.items() if name in known}
+    most = sum(parameter.kind in BY_PLACE for parameter in known.values())
+
+    @functools.wraps(function)
+    def checked(*given: P.args, **named: P.kwargs) -> R:
+        name = function.__name__
+        scene = given[0] if given else named.get("scene")
+        refuse_unknown(name, named, known, names)
+        if (given or "scene" in named) and not isinstance(scene, Scene):
+            kinds = ", ".join(type(each).__name__ for each in given) or type(scene).__name__
+            is_part = any(isinstance(each, Structure | Excitation) for each in (*given, scene))
+            hint = f"; give {name}(Scene(structure, excitation))" if is_part else ""
+            raise TypeError(f"{name}() takes a Scene, got {kinds}{hint}")
+        if len(given) > most:
+            by_name = ", ".join(list(known)[most:])
+            raise TypeError(f"{name}() takes {most} by place, got {len(given)} arguments; give by name: {by_name}")
+        return function(*given, **named)
+
+    return checked

@@ -1,0 +1,69 @@
+"""Correlation between the random parameters of a scene: its check, and the factor that applies it to normals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import real_number
+from warpdyn.model.scene.scatter import RandomScatter, Scatter
+from warpdyn.model.structures.structure import Structure
+
+Correlation = Mapping[tuple[str, str], float]
+
+
+def check_correlation(structure: Structure, scatter: Scatter, correlation: Correlation) -> None:
+    """Raise an error that names the pair whose correlation does not fit the scatter of a structure."""
+    if not isinstance(correlation, Mapping):
+        raise TypeError(f"correlation must map pairs of names to values, got {correlation!r}")
+    if correlation and structure.is_many:
+        raise ValueError(
+            f"correlation of {', '.join(map(str, correlation))}: a scene with a Portfolio takes none: each archetype "
+            "has its own, Archetype(building, count, scatter, correlation)"
+        )
+    for pair, value in correlation.items():
+        if (
+            not isinstance(pair, tuple)
+            or len(pair) != 2
+            or pair[0] == pair[1]
+            or any(not isinstance(scatter.get(name), RandomScatter) for name in pair)
+        ):
+            raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
+        if not abs(real_number(f"correlation of {pair}", value)) <= 1:
+            raise ValueError(f"correlation of {pair} must be from -1 to 1, got {value}")
+        if (pair[1], pair[0]) in correlation:
+            raise ValueError(f"correlation of {pair} is given twice")
+    correlation_factor(structure, scatter, correlation)
+
+
+def correlation_factor(
+    structure: Structure, scatter: Scatter, correlation: Correlation
+) -> tuple[list[tuple[str, int]], np.ndarray]:
+    """Return the random variables as (parameter, storey) and the lower factor L of their correlation matrix L L^T.
+
+    Two parameters have their correlation at the same storey; at different storeys it is multiplied by the geometric
+    mean of their storey correlations. A parameter drawn once for the building has its correlation with every storey.
+    """
+    random = {name: spread for name, spread in scatter.items() if isinstance(spread, RandomScatter)}
+    variables = [(name, i) for name, spread in random.items() for i in range(spread.variables(structure.dofs))]
+    matrix = np.eye(len(variables))
+    for row, (p, i) in enumerate(variables):
+        for column, (q, j) in enumerate(variables[:row]):
+            value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
+            if i != j and random[p].per == random[q].per == "storey":
+                value *= np.sqrt(random[p].storey_correlation * random[q].storey_correlation)
+            matrix[row, column] = matrix[column, row] = value
+    if not variables:
+        return variables, matrix
+    eigenvalues, vectors = np.linalg.eigh(matrix)
+    if eigenvalues[0] < -1e-10:
+        raise ValueError(
+            f"the correlations contradict each other: their matrix has eigenvalue {eigenvalues[0]:.3g}; "
+            "lower a correlation between parameters, or raise a storey_correlation"
+        )
+    # QR of the symmetric root gives a triangular factor also for correlations of exactly 1, where Cholesky fails.
+    factor = np.asarray(np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r")).T
+    factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
+    factor[np.abs(factor) < 1e-14] = 0.0
+    return variables, factor

@@ -1,0 +1,54 @@
+"""How many structures a function draws from a scene, and warnings of numbers that are hardly meant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.designs import OneMotionPerStructure, Stripes
+from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.scene.scatter import GivenValues
+from warpdyn.model.scene.scene import Scene
+
+ADVISED = 16  # structures in messages: as many as the default study of README draws
+
+
+def number_of_structures(function: str, scene: Scene, structures: int | None) -> int:
+    """Return the number of structures to draw, and warn if it is hardly meant.
+
+    Args:
+        function: The public function, for messages.
+        scene: The scene.
+        structures: What the caller asked for. None for as many as the scene lists, and for one if it lists none.
+    """
+    if structures is not None or scene.structure.is_many:
+        _warn_of_copies(scene, structures)
+        return 1 if structures is None else structures
+    if scene.structures_given:
+        return scene.structures_given
+    design = scene.excitation
+    drawn = [name for name, spread in scene.scatter.items() if not isinstance(spread, GivenValues)]
+    what = f"{', '.join(map(repr, drawn))} {'are' if len(drawn) > 1 else 'is'} scattered"
+    if not drawn and isinstance(design, OneMotionPerStructure) and len(design.motions) > 1:
+        what = f"each structure has a motion drawn from {len(design.motions)}"
+    elif not drawn:
+        return 1
+    warn_caller(
+        f"{function}: structures= is missing and {what}, so one random structure is run and the results have no "
+        f"variability among structures. Give {function}(..., structures={ADVISED}), or structures=1 if you want one"
+    )
+    return 1
+
+
+def _warn_of_copies(scene: Scene, structures: object) -> None:
+    """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
+    design = scene.excitation
+    is_drawn = scene.structure.is_many or scene.scatter or not design.is_design
+    one_each = isinstance(design, OneMotionPerStructure | MotionsAtSites)
+    one_each |= isinstance(design, Stripes) and design.structures_per_motion == 1
+    if is_drawn or one_each or not isinstance(structures, int | np.integer) or structures < 2:
+        return
+    warn_caller(
+        f"nothing is scattered, so that all {structures} structures are the same: each history is run {structures} "
+        "times, and statistics count it so often; leave out `structures`, or give the scene a scatter"
+    )

@@ -1,0 +1,223 @@
+"""What is implausible in a scene and in the step of its run, found before anything is drawn or compiled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.designs import OneMotionPerStructure, Stripes
+from warpdyn.model.ground_motions.event_sequences import EventSequence
+from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
+from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.model.ground_motions.intensity_measures import (
+    AriasIntensity,
+    AverageSpectralAcceleration,
+    CumulativeAbsoluteVelocity,
+    IntensityMeasure,
+    PeakGroundDisplacement,
+    PeakGroundVelocity,
+    SpectralAcceleration,
+)
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.ground_motions.pair_measures import GeometricMean
+from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions
+from warpdyn.model.scene.building_plausibility import add_building
+from warpdyn.model.scene.portfolio import Portfolio
+from warpdyn.model.scene.scatter import GivenValues, RandomFactor, RandomValue, Scatter, central, combined
+from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.linear_system import LinearSystem
+from warpdyn.model.structures.shear_building import ShearBuilding
+from warpdyn.model.structures.structure import Structure
+
+FREE = 1e-12  # squared frequency of a free motion, which rounding leaves, over the highest
+MOST_GIVEN = 1024  # given structures that are looked at; of more, as many evenly spread
+LONGEST_FORCE_STEP = 1.0  # s: forces are not recorded, but given at a few points
+# Bands of levels by the class of the measure, if it is no acceleration.
+LEVEL_BANDS: dict[type[IntensityMeasure], str] = {
+    PeakGroundVelocity: "velocity_level",
+    PeakGroundDisplacement: "displacement_level",
+    AriasIntensity: "arias_level",
+    CumulativeAbsoluteVelocity: "absolute_velocity_level",
+}
+PEAK_FACTOR = 3.0  # of a Gaussian process, the peak over the standard deviation, about
+
+
+def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step: float | None = None) -> None:
+    """Give one warning of all that is implausible in a scene and the step that it is run with.
+
+    Args:
+        scene: The scene.
+        step: Integration step [s]; None where it is chosen.
+        longest_step: Upper bound of chosen steps [s]; None for none.
+    """
+    findings = PlausibilityFindings()
+    structure, excitation = scene.structure, scene.excitation
+    parts: list[tuple[str, Structure, Scatter]]
+    if isinstance(structure, Portfolio):
+        parts = [(f" of archetype {n!r}", a.building, a.scatter) for n, a in structure.archetypes.items()]
+    else:
+        parts = [("", structure, scene.scatter)]
+    period = 0.0
+    is_shaken = excitation.is_design or isinstance(excitation, EventSequence | FilteredNoise)
+    for where, one, scatter in parts:
+        period = max(period, _add_structure(findings, one, scatter, where, is_shaken=is_shaken))
+        if isinstance(one, ShearBuilding):
+            _add_start_and_forces(findings, excitation, one)
+    _add_excitation(findings, excitation)
+    for given in (step, longest_step):
+        if isinstance(given, int | float) and period > 0:
+            # No method resolves a vibration in steps as long as its period.
+            findings.add("integration_step", given, f", with a first period of {period:.3g} s,", high=period)
+    if scene.tail is not None:
+        findings.add("tail", scene.tail)
+    if scene.record_from > 0 and (scene.tail is not None or not excitation.has_tail):
+        # What is left of the run must show at least one vibration.
+        where = f", which leaves less than the first period of {period:.3g} s of the run's {scene.shortest_run:.4g} s,"
+        latest = max(scene.shortest_run - period, 1e-3 * scene.record_from)
+        findings.add("record_from", scene.record_from, where, high=latest)
+    if scene.collapse_drift_ratio is not None:
+        findings.add("collapse_drift_ratio", scene.collapse_drift_ratio)
+    findings.warn()
+
+
+def _add_structure(
+    findings: PlausibilityFindings, structure: Structure, scatter: Scatter, where: str, *, is_shaken: bool
+) -> float:
+    """Add what is implausible in a structure and its scatter; return its longest first period [s]."""
+    for name, spread in scatter.items():
+        if isinstance(spread, RandomFactor | RandomValue):
+            low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # the median, and 2 % above
+            if isinstance(spread, RandomFactor):
+                findings.add("random_factor", [low, high], f" of {name}{where}")
+                continue
+            nominal = np.abs(structure.nominal_values[name])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ratios = np.array([low, high])[:, None] / np.where(nominal > 0, nominal, np.nan).ravel()
+            # A random variable about 0, such as a damping ratio of down to nothing, has a small median.
+            findings.add("random_value", np.abs(ratios), f" of {name}{where}")
+    if isinstance(structure, LinearSystem):
+        matrices = {name: structure.parameters[name] for name in structure.parameters}
+        factors = central(structure, scatter)
+        if any(not factor > 0 for name, factor in factors.items() if name != "damping"):
+            return 0.0  # the run refuses them
+        matrices |= {name: matrices[name] * factor for name, factor in factors.items()}
+        return _add_linear_system(findings, matrices, is_shaken=is_shaken)
+    assert isinstance(structure, ShearBuilding)
+    return add_building(findings, structure, _values(structure, scatter), where, is_shaken=is_shaken)
+
+
+def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
+    """Return a building's parameters, the medians of random ones, shape [row, storey] or [row]; a row a given one."""
+    given = {name: spread for name, spread in scatter.items() if isinstance(spread, GivenValues)}
+    count = min((len(spread.values) for spread in given.values()), default=1)
+    rows = np.unique(np.linspace(0, count - 1, min(count, MOST_GIVEN)).astype(int))
+    values = dict(building.parameters) | central(
+        building, {name: spread for name, spread in scatter.items() if name not in given}
+    )
+    found = {name: np.broadcast_to(value, (rows.size, *np.shape(value))) for name, value in values.items()}
+    for name, spread in given.items():
+        found[name] = combined(building.nominal_values[name], spread, np.empty((0, rows.size)), rows).T
+    return found
+
+
+def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np.ndarray], *, is_shaken: bool) -> float:
+    """Add what is implausible in a system of matrices; return its first period [s]."""
+    mass, damping, stiffness = matrices["mass"], matrices["damping"], matrices["stiffness"]
+    factor = np.linalg.inv(np.linalg.cholesky(mass))
+    squared, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
+    first = int((squared > FREE * squared[-1]).argmax())  # of the modes that are no free motions
+    omega, shape = float(np.sqrt(squared[first])), factor.T @ shapes[:, first]
+    period = 2 * np.pi / omega
+    findings.add("first_period", period)
+    ratio = float(shape @ damping @ shape) / (2 * omega)
+    if damping.any():
+        findings.add("damping_ratio", ratio)
+    elif is_shaken:
+        findings.add("no_damping", 0.0)
+    return period
+
+
+def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation, building: ShearBuilding) -> None:
+    """Add an initial state or forces that are implausible for a building."""
+    height, mass = building.parameters["height"], building.parameters["mass"]
+    if isinstance(excitation, FreeVibration | HarmonicForce | ForceHistory):
+        displacement, velocity = excitation.initial_state(building.dofs)
+        findings.add("initial_drift_ratio", np.abs(np.diff(displacement, prepend=0.0)) / height, along="storey")
+        leads_to = np.abs(velocity).max() * building.fundamental_period / (2 * np.pi)
+        findings.add("initial_velocity", leads_to / height.sum())
+    if isinstance(excitation, HarmonicForce | ForceHistory):
+        at_each = np.abs(excitation.amplitude if isinstance(excitation, HarmonicForce) else excitation.values)
+        at_each = np.atleast_2d(at_each).max(axis=0)
+        if at_each.any():
+            findings.add("force_over_weight", at_each.max() / (STANDARD_GRAVITY * mass.sum()))
+            shear = np.cumsum(at_each[::-1])[::-1]  # in each storey, of forces that act one way
+            findings.add("drift_ratio_of_force", (shear / building.parameters["stiffness"] / height).max())
+
+
+def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
+    """Add what is implausible in what shakes the structures."""
+    if isinstance(excitation, ForceHistory):
+        findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
+    if isinstance(excitation, FilteredNoise):
+        process = excitation.spectrum.recursion(excitation.interval)
+        for name in ("ground_damping_ratio", "filter_damping_ratio"):
+            if hasattr(excitation.spectrum, name):
+                findings.add("ground_damping_ratio", getattr(excitation.spectrum, name), f" ({name}) of the noise")
+        peak = PEAK_FACTOR * np.linalg.norm(process.output @ process.start) * excitation.envelope_at_nodes().max()
+        findings.add("record_step", excitation.interval, " of the noise")
+        findings.add("peak_ground_acceleration", peak, " of the noise")
+        return
+    designs = excitation.events if isinstance(excitation, EventSequence) else {"": excitation}
+    strongest = []
+    for event, design in designs.items():
+        if not isinstance(design, Excitation) or not design.is_design:
+            continue
+        where = f" of event {event!r}" if event else ""
+        motions = [motion for motion in design.motions if isinstance(motion, GroundMotion)]
+        add_motions(findings, motions, where)
+        if not isinstance(design, Stripes):  # which are scaled to their levels, whatever their unit
+            add_weakest_motions(findings, motions, where)
+        if isinstance(measure := getattr(design, "measure", None), IntensityMeasure):
+            _add_measure(findings, measure, where)
+        if isinstance(design, Stripes):
+            _add_levels(findings, design, where)
+            strongest.append(np.inf)  # scaled motions are as strong as their levels say
+        else:
+            scale = (
+                np.asarray(design.scale) if isinstance(design, OneMotionPerStructure | MotionsAtSites) else np.ones(1)
+            )
+            findings.add("scale_factor", np.median(scale), where)
+            peak, of = (
+                np.array([motion.peak_ground_acceleration for motion in motions]),
+                getattr(design, "motion", None),
+            )
+            # A motion is as strong as its own factor makes it, where it is known which motion has which.
+            strongest.append(scale.max() * peak.max() if of is None else (scale * peak[np.asarray(of)]).max())
+    # A weak aftershock is none too weak, and one strong motion suffices.
+    if strongest and max(strongest) < np.inf:
+        findings.add("strongest_motion", max(strongest))
+
+
+def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:
+    """Add levels that are implausible for the measure, and factors that take the motions there."""
+    levels, is_acceleration = np.asarray(stripes.levels), stripes.intensity_units == "g"
+    measure = stripes.measure.measure if isinstance(stripes.measure, GeometricMean) else stripes.measure
+    band = "intensity_level" if is_acceleration else LEVEL_BANDS.get(type(measure))
+    if band:  # a user's own measure has none
+        findings.add(band, levels, where)
+        findings.add(f"lowest_{band}", levels.min(), where)
+    motion, level = stripes.places
+    factors = (levels[level] / stripes.intensities[motion]) ** (1 / stripes.measure.power)
+    findings.add("scale_factor" if is_acceleration else "scale_factor_to_level", np.median(factors), where)
+
+
+def _add_measure(findings: PlausibilityFindings, measure: IntensityMeasure, where: str) -> None:
+    if isinstance(measure, SpectralAcceleration):
+        findings.add("measure_period", measure.period, where)
+    elif isinstance(measure, AverageSpectralAcceleration):
+        findings.add("measure_period", measure.periods, where)

@@ -1,0 +1,191 @@
+"""Portfolios: many buildings of different storeys and laws, as archetypes and how many buildings there are of each."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import whole_number
+from warpdyn.foundations.core.description import html_table
+from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.output_variables import KIND_ATTRIBUTES, KIND_OF_ARCHETYPES
+from warpdyn.model.scene.correlation import check_correlation
+from warpdyn.model.scene.scatter import GivenValues, Scatter, check_scatter
+from warpdyn.model.structures.shear_building import ShearBuilding, numbered_storeys
+from warpdyn.model.structures.structure import Structure
+
+MOST_BUILDINGS = 2**31 - 1  # they are counted in 32 bits
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class Archetype:
+    """Buildings of one kind: as many storeys, one law, one kind of damping.
+
+    Args:
+        building: The nominal building.
+        count: How many buildings there are of it; None for as many as `scatter` lists, or one.
+        scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue or
+            GivenValues, one for each building, which hold a table of single buildings.
+        correlation: Correlation of pairs of scattered parameters [1], as a Scene takes it.
+
+    Raises:
+        ValueError, TypeError: If an argument is of another kind, or the scatter does not fit the building or the count.
+
+    Example:
+        >>> archetype = wd.Archetype(building, count=20, scatter=scatter)
+        >>> archetype.count
+        20
+    """
+
+    building: ShearBuilding
+    count: int | None = None
+    scatter: Scatter = field(default_factory=dict)
+    correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.building, ShearBuilding):
+            given = self.building
+            got = f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
+            raise TypeError(f"building must be a ShearBuilding, got {got}")
+        if self.count is not None:
+            whole_number("count", self.count, 1, MOST_BUILDINGS)
+        check_scatter(self.building, self.scatter)
+        check_correlation(self.building, self.scatter, self.correlation)
+        self.buildings()  # the lengths of lists agree with it
+
+    def buildings(self) -> int:
+        """Return how many buildings there are of it: `count`, or as many as the scatter lists, or one."""
+        listed = {key: len(spread.values) for key, spread in self.scatter.items() if isinstance(spread, GivenValues)}
+        count = next(iter(listed.values()), 1) if self.count is None else int(self.count)
+        for key, length in listed.items():
+            if length != count:
+                raise ValueError(f"scatter[{key!r}] lists {length} buildings, and there are {count}: they must agree")
+        return count
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class Portfolio(Structure):
+    """Buildings of several archetypes, numbered from 0 in the order of these.
+
+    What is drawn of a building depends on the seed, its archetype and its number alone.
+
+    Args:
+        archetypes: Archetype by name.
+
+    Attributes:
+        counts: How many buildings there are of each archetype, shape [archetype].
+        first: Number of the first of them.
+
+    Raises:
+        ValueError, TypeError: If there is no archetype, or one is not valid; the message names the archetype.
+
+    Example:
+        >>> stiffer = wd.ShearBuilding(1e5, 6e7, 3.0, law=law, **damped)
+        >>> town = wd.Portfolio({"old": wd.Archetype(building, 20, scatter), "new": wd.Archetype(stiffer, 5, scatter)})
+        >>> town.buildings
+        25
+    """
+
+    family = "chain"
+    demand = "drift"
+    is_many = True
+    parameters = FrozenMapping({})
+    parameter_table = FrozenMapping({})
+
+    archetypes: Mapping[str, Archetype]
+    counts: np.ndarray = field(init=False, repr=False)
+    first: np.ndarray = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.archetypes, Mapping) or not self.archetypes:
+            raise TypeError(f"archetypes must map names to at least one Archetype, got {self.archetypes!r}")
+        counts = []
+        for name, archetype in self.archetypes.items():
+            if not isinstance(name, str) or not name:
+                raise TypeError(f"the name of an archetype must be text, got {name!r}")
+            with named(name):
+                if not isinstance(archetype, Archetype):
+                    raise TypeError(f"it must be an Archetype, got {type(archetype).__name__}")
+                counts.append(archetype.buildings())
+        object.__setattr__(self, "archetypes", FrozenMapping(dict(self.archetypes)))
+        if sum(counts) > MOST_BUILDINGS:
+            raise ValueError(f"archetypes have {sum(counts)} buildings, and a portfolio at most {MOST_BUILDINGS}")
+        object.__setattr__(self, "counts", np.array(counts))
+        object.__setattr__(self, "first", np.cumsum(counts) - counts)
+
+    @property
+    def buildings(self) -> int:
+        """How many there are."""
+        return int(self.counts.sum())
+
+    @property
+    def storeys(self) -> np.ndarray:
+        """Storeys of each archetype, shape [archetype]."""
+        return np.array([archetype.building.storeys for archetype in self.archetypes.values()])
+
+    @property
+    def dofs(self) -> int:
+        """Storeys of the highest."""
+        return int(self.storeys.max())
+
+    @property
+    def nominal_values(self) -> Mapping[str, np.ndarray]:
+        """Nothing: each archetype has values of its own."""
+        return {}
+
+    def is_by_storey(self, name: str) -> bool:
+        """Return False: a portfolio has no parameters."""
+        return False
+
+    def input_name(self, name: str) -> str:
+        """Return a parameter's own name."""
+        return name
+
+    def chosen(self) -> dict[str, Any]:
+        """Return the archetypes."""
+        told = {}
+        for (name, archetype), count in zip(self.archetypes.items(), self.counts, strict=True):
+            of_scene = {"scatter": archetype.scatter, "correlation": archetype.correlation}
+            told[name] = {"count": int(count), "structure": archetype.building, **of_scene}
+        return {"archetypes": told}
+
+    def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
+        """Return `storey` and, where accelerations are recorded, `floor`, up to the highest building's.
+
+        If an archetype has isolators or a tuned mass damper, the kind of each archetype's storeys follows.
+        """
+        coordinates = numbered_storeys(self.dofs, recorders)
+        buildings = [each.building for each in self.archetypes.values()]
+        if all(building.own_storeys.all() for building in buildings):
+            return coordinates
+        kinds = np.zeros((len(buildings), self.dofs), dtype=np.int8)
+        for row, building in zip(kinds, buildings, strict=True):
+            row[: building.storeys] = building.storey_kinds
+        return coordinates | {KIND_OF_ARCHETYPES: (("archetype", "storey"), kinds, KIND_ATTRIBUTES)}
+
+    def _repr_html_(self) -> str:
+        heads = ("archetype", "buildings", "storeys", "law", "damping", "scatter")
+        rows = [
+            (name, int(count), each.building.storeys, each.building.law, each.building.damping, ", ".join(each.scatter))
+            for (name, each), count in zip(self.archetypes.items(), self.counts, strict=True)
+        ]
+        return html_table(repr(self), rows, heads)
+
+    def __repr__(self) -> str:
+        return f"Portfolio({self.buildings} buildings of {len(self.archetypes)} archetypes)"
+
+
+@contextmanager
+def named(archetype: str) -> Iterator[None]:
+    """Put the archetype's name before the message of an error."""
+    try:
+        yield
+    except (ValueError, TypeError) as error:
+        raise type(error)(f"archetype {archetype!r}: {error}") from error

@@ -1,0 +1,187 @@
+"""From a scene's JSON back to what it describes: the inverse of `description`, for what is warpdyn's own."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection, Mapping, Sequence
+from inspect import Parameter, signature
+from typing import Any
+
+import numpy as np
+
+from warpdyn.foundations.core.description import NAMED_BY_SHAPE
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
+from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.scene import distributions, scatter
+from warpdyn.model.scene.portfolio import Archetype, Portfolio
+from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding
+
+OWN: dict[str, Any] = {
+    each.__name__: each
+    for each in (
+        *(designs.Stripes, designs.Cloud, designs.OneMotionPerStructure, event_sequences.EventSequence),
+        *(filtered_noise.FilteredNoise, filtered_noise.WhiteNoise, filtered_noise.KanaiTajimi),
+        *(filtered_noise.CloughPenzien, filtered_noise.JenningsEnvelope),
+        *(HarmonicForce, ForceHistory, FreeVibration, MotionsAtSites),
+        *(intensity_measures.PeakGroundAcceleration, intensity_measures.PeakGroundVelocity),
+        *(intensity_measures.PeakGroundDisplacement, intensity_measures.AriasIntensity),
+        *(intensity_measures.CumulativeAbsoluteVelocity, intensity_measures.SignificantDuration),
+        *(intensity_measures.SpectralAcceleration, intensity_measures.AverageSpectralAcceleration),
+        *(pair_measures.GeometricMean, pair_measures.RotatedSpectralAcceleration),
+        *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues),
+        *(distributions.Normal, distributions.Lognormal, distributions.Uniform),
+    )
+}
+SCENE_KEYS = (
+    *("structure", "excitation", "scatter", "correlation", "sampling", "recorders", "collapse_drift_ratio"),
+    *("tail", "record_from", "title"),
+)
+ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
+BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
+
+
+def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]) -> dict[str, Any]:
+    """Return the arguments of the Scene that some JSON describes; arguments and errors as of `Scene.from_json`."""
+    if not isinstance(text, str):
+        raise TypeError(f"from_json() takes the text of a dataset's attribute 'scene', got {type(text).__name__}")
+    try:
+        told = json.loads(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"from_json(): this is no JSON ({error}); give a dataset's attribute 'scene'") from None
+    if not isinstance(told, dict) or not {"structure", "excitation"} <= told.keys():
+        raise ValueError("from_json(): this describes no scene; give a dataset's attribute 'scene'")
+    _check_keys(told, "the scene", SCENE_KEYS, ("structure", "excitation"))
+    is_empty = isinstance(motions, list | tuple) and not motions
+    found = Rebuilding(() if is_empty else checked_motions(motions))
+    return {
+        **told,
+        "structure": found.structure(told["structure"], "structure"),
+        "excitation": found.value(told["excitation"], "excitation"),
+        "scatter": found.value(told.get("scatter", {}), "scatter"),
+        "correlation": _pairs(told.get("correlation", {})),
+    }
+
+
+def _check_keys(told: object, where: str, allowed: Collection[str], needed: Collection[str]) -> None:
+    """Raise a ValueError that names the key that a part of the JSON lacks, or has and should not."""
+    if not isinstance(told, Mapping):
+        keys = f" with {', '.join(needed)}" if needed else ""
+        raise ValueError(f"from_json(): {where} must be a JSON object{keys}, got {told!r}")
+    for key in needed:
+        if key not in told:
+            raise ValueError(f"from_json(): {where} has no {key!r}; it has {', '.join(map(repr, told))}")
+    for key in told if allowed else ():
+        if key not in allowed:
+            hint = did_you_mean(key, list(allowed))
+            raise ValueError(f"from_json(): {where} has unknown {key!r}{hint}; allowed are {', '.join(allowed)}")
+
+
+def _made(kind: Any, inner: dict[str, Any], where: str) -> Any:
+    """Return an object of a class from what the JSON says of its arguments."""
+    taken = signature(kind).parameters
+    if kind is designs.Stripes and "levels_in_g" in inner:
+        raise ValueError(
+            f"from_json(): {where} is of an earlier warpdyn, whose Stripes called their levels 'levels_in_g': rename "
+            "this key to 'levels' in the JSON; the values stay as they are"
+        )
+    needed = [name for name, each in taken.items() if each.default is Parameter.empty]
+    _check_keys(inner, where, list(taken), needed)
+    return kind(**inner)
+
+
+def _pairs(correlation: Mapping[str, float]) -> dict[tuple[str, ...], float]:
+    _check_keys(correlation, "correlation", (), ())
+    return {tuple(names.split(" ")): value for names, value in correlation.items()}
+
+
+class Rebuilding:
+    """Objects from what JSON says of them.
+
+    Args:
+        motions: The ground motions that descriptions may be of.
+    """
+
+    def __init__(self, motions: Sequence[GroundMotion]) -> None:
+        self.by_digest = {motion.description()["digest"]: motion for motion in motions}
+
+    def value(self, told: Any, where: str) -> Any:
+        """Return a value; `where` says in errors which it is."""
+        if isinstance(told, str) and told.startswith(NAMED_BY_SHAPE):
+            raise ValueError(
+                f"from_json(): the values of {where} are not in the JSON, which says of long arrays their shape alone "
+                f"({told.removeprefix(NAMED_BY_SHAPE)}): build this scene from its own parts"
+            )
+        if isinstance(told, list):
+            return [self.value(each, f"{where}[{place}]") for place, each in enumerate(told)]
+        if not isinstance(told, dict):
+            return np.nan if told is None and ".values" in where else told
+        if {"name", "step", "samples"} <= told.keys():
+            return self.motion(told)
+        inner = {name: self.value(each, f"{where}.{name}") for name, each in told.items() if name != "type"}
+        if "type" not in told:
+            return inner
+        if told["type"] not in OWN:
+            raise ValueError(
+                f"from_json(): {where} was a {told['type']!r}, which is not warpdyn's own: build this scene from its "
+                "own parts"
+            )
+        return _made(OWN[told["type"]], inner, where)
+
+    def motion(self, told: dict[str, Any]) -> GroundMotion:
+        """Return the ground motion of a description, which tells its samples by their digest."""
+        if told.get("digest") not in self.by_digest:  # older files have none
+            given = f"none of the {len(self.by_digest)} given has" if self.by_digest else "give motions= that have"
+            raise ValueError(
+                f"from_json(): the JSON does not hold the samples of motion {told['name']!r} ({told['samples']} at "
+                f"{told['step']:g} s, from {told['source'] or 'an array'}): {given} these samples"
+            )
+        return self.by_digest[told["digest"]]
+
+    def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LinearSystem | Portfolio:
+        """Return a structure."""
+        _check_keys(told, where, (), ("type",))
+        rest = dict(told)
+        kind = rest.pop("type")
+        if kind == "Portfolio":
+            _check_keys(rest, where, (), ("archetypes",))
+            _check_keys(rest["archetypes"], f"{where}.archetypes", (), ())
+            return Portfolio({name: self.archetype(each, name) for name, each in rest["archetypes"].items()})
+        if kind == "LinearSystem":
+            rest.pop("law", None)
+            return _made(LinearSystem, rest, where)
+        if kind != "ShearBuilding":
+            raise ValueError(
+                f"from_json(): {where} was a {kind!r}, which is not warpdyn's own: build this scene from its own parts"
+            )
+        _check_keys(rest, where, (), BUILDING_KEYS)
+        law, own_laws = rest.pop("law"), rest.pop("storey_laws", None)
+        devices, added = tuple(rest.pop("devices", ())), rest.pop("added_storeys", ())
+        chosen: dict[str, Any] = {
+            name: tuple(rest.pop(name)) for name in ("damping_modes", "damped_storeys") if name in rest
+        }
+        chosen |= {"damping": rest.pop("damping"), "devices": devices, "law": own_laws or law.split("+")[0]}
+        # JSON has no NaN, which stands where a storey's law does not take a parameter.
+        chosen |= {name: self._numbers(value, f"{where}.{name}") for name, value in rest.items()}
+        building = ShearBuilding(**chosen)
+        building.own_storeys[[storey - 1 for storey in added]] = False
+        return building
+
+    def _numbers(self, told: object, where: str) -> np.ndarray:
+        """Return the values of a building's parameter."""
+        try:
+            return np.array(told, dtype=float)
+        except (TypeError, ValueError):
+            raise ValueError(f"from_json(): {where} must be numbers, got {told!r}") from None
+
+    def archetype(self, told: dict[str, Any], name: str) -> Archetype:
+        """Return an archetype of a portfolio."""
+        where = f"archetype {name!r}"
+        _check_keys(told, where, ARCHETYPE_KEYS, ARCHETYPE_KEYS)
+        building = self.structure(told["structure"], where)
+        if not isinstance(building, ShearBuilding):
+            raise ValueError(f"from_json(): {where} is no ShearBuilding")
+        correlation: Any = _pairs(told["correlation"])
+        return Archetype(building, told["count"], self.value(told["scatter"], f"{where}.scatter"), correlation)

@@ -1,0 +1,272 @@
+"""Scatter: how the structures of a scene differ, as random or given values of their parameters."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers
+from warpdyn.foundations.core.frozen_values import FrozenArrays
+from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
+from warpdyn.model.scene.distributions import Distribution
+from warpdyn.model.structures.structure import Structure
+
+
+class ParameterScatter(ABC):
+    """How one parameter differs from structure to structure."""
+
+    def variables(self, storeys: int) -> int:
+        """Return how many random variables it has in a structure of so many storeys."""
+        return 0
+
+    def rows(self, count: int) -> np.ndarray | slice:
+        """Return the indices of all structures whose values are given, or else of so many structures."""
+        return np.arange(count)
+
+    @abstractmethod
+    def problem(self, name: str, structure: Structure) -> str | None:
+        """Return why it does not fit a parameter of a structure; None if it does."""
+
+    @abstractmethod
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
+        """Return the parameter's values.
+
+        Args:
+            nominal: Nominal value, shape [storey] or [].
+            normals: Standard normal values of its random variables, shape [variable, structure].
+            structures: Indices of the structures.
+
+        Returns:
+            Values of shape [storey, structure] or [structure].
+        """
+
+
+@dataclass(frozen=True)
+class RandomScatter(ParameterScatter):
+    """Scatter by a random variable; a subclass says how the variable applies to the nominal value.
+
+    Args:
+        distribution: Distribution of the random variable.
+        per: "building" (one draw for all storeys) or "storey" (one draw each).
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
+
+    Raises:
+        ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all storeys.
+    """
+
+    distribution: Distribution
+    per: str = "building"
+    storey_correlation: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.distribution, Distribution):
+            raise TypeError(f"distribution must be Normal, Lognormal or Uniform, got {self.distribution!r}")
+        one_of("per", self.per, ("building", "storey"))
+        if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
+            raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
+        if self.storey_correlation and self.per == "building":
+            raise ValueError("storey_correlation needs per='storey': one draw for the building is common to all")
+
+    def variables(self, storeys: int) -> int:
+        """Return how many random variables it has in a structure of so many storeys."""
+        return storeys if self.per == "storey" else 1
+
+    def problem(self, name: str, structure: Structure) -> str | None:
+        """Return why it does not fit a parameter of a structure; None if it does."""
+        if self.per == "storey" and not structure.is_by_storey(name):
+            return f"scatter[{name!r}]: {name} has no values by storey; use per='building'"
+        return None
+
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
+        """Return the parameter's values, as the base class says."""
+        drawn = self.distribution.from_standard_normal(normals)
+        return self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
+
+    @abstractmethod
+    def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+        """Return the parameter's values from its nominal value and the drawn numbers, which broadcast."""
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class RandomFactor(RandomScatter):
+    """A random factor that multiplies the nominal value of a parameter.
+
+    Args:
+        distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
+        per: "building" (one draw for all storeys) or "storey" (one draw each).
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
+
+    Raises:
+        TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
+
+    Example:
+        >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
+        >>> correlation = {("stiffness", "yield_force"): 0.7}
+        >>> wd.Scene(building, stripes, {"stiffness": own, "yield_force": own}, correlation).sampling
+        'sobol'
+    """
+
+    def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+        """Return the nominal value times the drawn factors."""
+        return nominal * drawn
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class RandomValue(RandomScatter):
+    """A random value that replaces the nominal value of a parameter.
+
+    Args:
+        distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
+        per: "building" (one draw for all storeys) or "storey" (one draw each).
+        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
+
+    Raises:
+        TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
+
+    Example:
+        >>> wd.Scene(building, stripes, {"damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}).sampling
+        'sobol'
+    """
+
+    def problem(self, name: str, structure: Structure) -> str | None:
+        """Return why it does not fit a parameter of a structure; None if it does."""
+        return super().problem(name, structure) or _unscaled(name, structure)
+
+    def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+        """Return the drawn values in place of the nominal one."""
+        return np.broadcast_to(drawn, np.broadcast_shapes(nominal.shape, drawn.shape))
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class GivenValues(FrozenArrays, ParameterScatter):
+    """Given values, one for each structure: a design of experiments, or samples drawn elsewhere.
+
+    Args:
+        values: The parameter's values in its units, shape [structure] or, if it has one a storey, [structure, storey];
+            of a LinearSystem the factors on its matrix, shape [structure]. A storey whose law does not take the
+            parameter may have NaN throughout.
+
+    Raises:
+        ValueError: If a value is not finite or the shape is another.
+
+    Example:
+        >>> strengths = wd.GivenValues([[2.5e5, 2e5], [3e5, 2e5], [3.5e5, 2.5e5]])  # N, a row a structure
+        >>> wd.Scene(building, stripes, {"yield_force": strengths}).structures_given
+        3
+    """
+
+    def __repr__(self) -> str:
+        return f"GivenValues(of {len(self.values)} structures)"
+
+    values: Any  # like an array when given, an array once it is checked
+
+    def __post_init__(self) -> None:
+        values = real_numbers("GivenValues.values", self.values)
+        if values.ndim not in (1, 2) or not values.size:
+            raise ValueError(
+                f"GivenValues.values must have shape [structure] or [structure, storey], got {values.shape}"
+            )
+        left_out = np.isnan(values).all(axis=0) & (values.ndim == 2)
+        finite_numbers("GivenValues.values", np.where(left_out, 0.0, values))
+        values.flags.writeable = False
+        object.__setattr__(self, "values", values)
+
+    def rows(self, count: int) -> slice:
+        """Return what stands for all structures whose values are given, without a copy of them."""
+        return slice(None)
+
+    def problem(self, name: str, structure: Structure) -> str | None:
+        """Return why the values do not fit a parameter of a structure; None if they do."""
+        by_storey = structure.is_by_storey(name)
+        if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
+            wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
+            return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
+        missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
+        for storey in np.flatnonzero(missing):
+            return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}"
+        return None
+
+    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
+        """Return the given values of the structures."""
+        values = self.values[structures]
+        return np.broadcast_to(values.T, (*nominal.shape, len(values)))
+
+
+def _unscaled(name: str, structure: Structure) -> str | None:
+    """Return why a value cannot replace a matrix; None for a structure whose parameters are not matrices."""
+    if structure.is_scaled:
+        return f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor"
+    return None
+
+
+Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues]
+SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
+
+
+def check_scatter(structure: Structure, scatter: Scatter) -> None:
+    """Raise an error that names the entry of a scatter that does not fit the structure."""
+    if not isinstance(scatter, Mapping):
+        raise TypeError(f"scatter must map names to values, got {scatter!r}")
+    if scatter and structure.is_many:
+        raise ValueError(
+            f"scatter of {', '.join(scatter)}: a scene with a Portfolio takes none: each archetype has its own, "
+            "Archetype(building, count, scatter)"
+        )
+    allowed = ", ".join(structure.parameter_table)
+    for name, spread in scatter.items():
+        if name not in structure.parameter_table:
+            hint = did_you_mean(name, list(structure.parameter_table))
+            raise ValueError(f"scatter names unknown parameter {name!r}{hint}; {structure!r} has {allowed}")
+        if not isinstance(spread, ParameterScatter):
+            raise TypeError(
+                f"scatter[{name!r}] must be a RandomFactor, a RandomValue or GivenValues, got {spread!r}: a value that "
+                f"all structures have is the structure's own {name}, one for each structure is GivenValues([...]), and "
+                f"a dispersion is RandomFactor(Lognormal(1.0, dispersion))"
+            )
+        problem = spread.problem(name, structure)
+        if problem:
+            raise ValueError(problem)
+
+
+def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
+    """Return the medians of the scattered parameters, of shape [storey] or []."""
+    return {name: np.median(values, axis=0) for name, values in _at(structure, scatter, np.zeros(1)).items()}
+
+
+def representative(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
+    """Return values of the scattered parameters that are equal only where all values that can be drawn are equal.
+
+    They are the values at two places of each distribution, or all given values, of shape [value, storey] or [value].
+    """
+    return _at(structure, scatter, np.array([0.0, 1.0]))
+
+
+def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the scattered parameters at some standard normal values of their distributions, or all given values."""
+    values, nominal = {}, structure.nominal_values
+    for name, spread in scatter.items():
+        normals = np.broadcast_to(z, (spread.variables(structure.dofs), z.size))
+        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size)).T
+    return values
+
+
+def combined(
+    nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
+) -> np.ndarray:
+    """Return a parameter's values as `ParameterScatter.draw` does, NaN at storeys whose law does not take it."""
+    values = spread.draw(nominal, normals, structures)
+    taken = storeys_with(nominal)
+    return values if taken is None else np.where(taken[:, None], values, np.nan)
+
+
+def storeys_with(nominal: np.ndarray) -> np.ndarray | None:
+    """Return which storeys have a law that takes the parameter of this nominal value; None if all have."""
+    missing = np.isnan(nominal)
+    return ~missing if missing.any() else None

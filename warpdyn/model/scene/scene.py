@@ -1,0 +1,245 @@
+"""Scenes: a structure, its excitation, the scatter of its parameters and what is recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+
+from warpdyn.engine.kernels.output_table import RECORDERS
+from warpdyn.foundations.core.checks import one_of, real_number
+from warpdyn.foundations.core.description import html_table, to_json
+from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.ground_motions.designs import excitation_of
+from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.scene.correlation import check_correlation
+from warpdyn.model.scene.rebuilding import arguments_of_scene
+from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
+from warpdyn.model.structures.structure import Structure
+
+
+def _described(given: object) -> str:
+    """Return what was given in words."""
+    return f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
+
+
+def _instead_of_structure(given: object) -> str:
+    """Return what to give instead, where a structure is at hand."""
+    if isinstance(given, type) and issubclass(given, Structure):
+        return f"; give one, as {given.__name__}(...)"
+    return "; give its `portfolio`" if isinstance(getattr(given, "portfolio", None), Structure) else ""
+
+
+def _instead_of_excitation(given: object) -> str:
+    """Return what to give instead, where an excitation is at hand."""
+    if isinstance(given, type) and issubclass(given, Excitation):
+        return f"; give one, as {given.__name__}(...)"
+    if isinstance(given, list | tuple) and given and all(isinstance(each, GroundMotion) for each in given):
+        return "; give Cloud(motions) to run them as they are, or Stripes(motions, levels, measure)"
+    return ""
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False, repr=False)
+class Scene:
+    """Everything that decides what a run computes, except how it is integrated.
+
+    Args:
+        structure: A ShearBuilding or a LinearSystem; or a Portfolio of many buildings, each with a scatter of its own.
+        excitation: Stripes, Cloud, OneMotionPerStructure or MotionsAtSites ground motions, or an EventSequence of them;
+            FilteredNoise; HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
+        scatter: How structures differ: parameter name -> RandomFactor, RandomValue or GivenValues.
+        correlation: Correlation of pairs of scattered parameters [1], (name, name) -> -1 to 1, of the underlying
+            normals.
+        sampling: "sobol" (scrambled; the default), whose medians vary least from seed to seed, "latin_hypercube" or
+            "monte_carlo", which is the default, and the only one, of a portfolio.
+        recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
+            "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
+            and "energy".
+        collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses: there it ends, with the demands up to
+            there, no residual drift, its `time_of_collapse` and its `storey_of_collapse`. Storeys may have capacities
+            of their own (`drift_capacity` and `drift_ratio_capacity` of a ShearBuilding). None for none, but for 0.5
+            where a building has a `gravity_load` and no such capacities.
+        tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None for long enough
+            to read each structure's residual drift.
+        record_from: Start time of the recorders [s] from the start of the run, or of each event of an EventSequence:
+            peaks and their times are those of the states from then on, so that a steady state is recorded without its
+            transient. Residual drifts, energies, collapses and histories are of the whole run. A sample that collapses
+            earlier keeps its peaks up to the collapse.
+        title: Title of the dataset.
+
+    Raises:
+        ValueError, TypeError: If a part is unknown or the parts do not fit each other.
+
+    Example:
+        >>> scene = wd.Scene(building, wd.Cloud(motions), scatter, recorders=("drift",))
+        >>> run = wd.simulate(scene, structures=3)
+        >>> int((run["status"] == 0).sum())  # samples that are ok
+        24
+    """
+
+    structure: Structure
+    excitation: Excitation
+    scatter: Scatter = field(default_factory=dict)
+    correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    sampling: str = None  # type: ignore[assignment]  # a name once it is checked
+    recorders: tuple[str, ...] = None  # type: ignore[assignment]  # a tuple once it is checked
+    collapse_drift_ratio: float | None = None
+    tail: float | None = None
+    record_from: float = 0.0
+    title: str = "warpdyn ensemble"
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.structure, Structure):
+            raise TypeError(
+                "structure must be a ShearBuilding, a LinearSystem or a Portfolio, got "
+                f"{_described(self.structure)}{_instead_of_structure(self.structure)}"
+            )
+        excitation = excitation_of(self.excitation)
+        if not isinstance(excitation, Excitation):
+            raise TypeError(
+                "excitation must be Stripes, Cloud, OneMotionPerStructure, MotionsAtSites, EventSequence, "
+                "GroundMotion, FilteredNoise, HarmonicForce, ForceHistory or FreeVibration, "
+                f"got {_described(self.excitation)}{_instead_of_excitation(self.excitation)}"
+            )
+        object.__setattr__(self, "excitation", excitation)
+        if self.structure.is_many and not excitation.is_design:
+            kind = type(excitation).__name__
+            raise TypeError(
+                "the excitation of a portfolio must be Stripes, Cloud, OneMotionPerStructure or MotionsAtSites, "
+                f"got {kind}"
+            )
+        excitation.check_fits(self.structure)
+        if self.sampling is None:
+            object.__setattr__(self, "sampling", "monte_carlo" if self.structure.is_many else "sobol")
+        one_of("sampling", self.sampling, SAMPLING)
+        if self.structure.is_many and self.sampling != "monte_carlo":
+            raise ValueError(
+                f"sampling of a portfolio must be 'monte_carlo', got {self.sampling!r}: "
+                "its buildings are drawn one by one"
+            )
+        known = RECORDERS[self.structure.family]
+        recorders = tuple(known) if self.recorders is None else self.recorders
+        if not isinstance(recorders, tuple | list):
+            raise TypeError(f"recorders must be a tuple of recorders, such as ('drift',), got {recorders!r}")
+        if not isinstance(self.title, str):
+            raise TypeError(f"title must be text, got {self.title!r}")
+        for name in recorders:
+            one_of(f"recorder of a {type(self.structure).__name__}", name, known)
+        object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))
+        limit = self.collapse_drift_ratio
+        if limit is not None:
+            real_number("collapse_drift_ratio", limit, above=0)
+            if self.structure.family != "chain":
+                raise ValueError("collapse_drift_ratio needs storeys: take a ShearBuilding, or leave it out")
+        if self.tail is not None:
+            real_number("tail [s]", self.tail, least=0)
+            if not self.excitation.has_tail and self.tail > 0:
+                kind = type(self.excitation).__name__
+                warn_caller(
+                    f"the tail of {self.tail:g} s is left out: nothing follows a {kind}, which has its own duration"
+                )
+        record_from = real_number("record_from [s]", self.record_from, least=0)
+        object.__setattr__(self, "record_from", record_from)
+        if record_from > 0 and record_from >= self.shortest_run:
+            raise ValueError(
+                f"record_from is {record_from:g} s, but the shortest sample ends at {self.shortest_run:g} s, so that "
+                "nothing would be recorded of it. Give an earlier record_from, or a longer excitation"
+            )
+        check_scatter(self.structure, self.scatter)
+        check_correlation(self.structure, self.scatter, self.correlation)
+        object.__setattr__(self, "scatter", FrozenMapping(dict(self.scatter)))
+        object.__setattr__(self, "correlation", FrozenMapping(dict(self.correlation)))
+
+    @property
+    def central_parameters(self) -> dict[str, np.ndarray]:
+        """The medians of the scattered parameters, of shape [storey] or []."""
+        return central(self.structure, self.scatter)
+
+    @property
+    def representative_parameters(self) -> dict[str, np.ndarray]:
+        """Values of the scattered parameters that are equal only where all values that can be drawn are equal."""
+        return representative(self.structure, self.scatter)
+
+    @property
+    def sampling_of_structures(self) -> str:
+        """How structures are sampled: as `sampling` says, or "given" where nothing is drawn."""
+        is_drawn = self.structure.is_many or any(not isinstance(s, GivenValues) for s in self.scatter.values())
+        return self.sampling if is_drawn else "given"
+
+    @property
+    def collapse_limit(self) -> float | None:
+        """The storey drift ratio at which a sample ends, given or by default; None for none."""
+        if self.collapse_drift_ratio is not None or self.structure.is_many:
+            return self.collapse_drift_ratio
+        return self.structure.default_collapse_drift_ratio
+
+    @property
+    def shortest_run(self) -> float:
+        """Duration of the shortest motion, or of a load without samples, with the tail where it is given [s]."""
+        known: Any = self.excitation  # noise and loads that are formulas have a duration
+        lengths = [motion.step * (len(motion.values) - 1) for motion in known.motions] or [known.duration]
+        return min(lengths) + (self.tail or 0.0 if known.has_tail else 0.0)
+
+    @property
+    def structures_given(self) -> int:
+        """How many structures the scene lists values or motions of; 0 if any number can be drawn."""
+        listed = [len(spread.values) for spread in self.scatter.values() if isinstance(spread, GivenValues)]
+        return max([*listed, self.excitation.structures_given])
+
+    def description(self) -> dict[str, object]:
+        """Return what the scene's JSON says."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+    def to_json(self) -> str:
+        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset.
+
+        Example:
+            >>> scene.to_json()[:40]
+            '{"structure":{"type":"ShearBuilding","la'
+        """
+        return to_json(self)
+
+    @classmethod
+    def from_json(cls, text: str, motions: GroundMotion | Sequence[GroundMotion] = ()) -> Self:
+        """Return the scene that a dataset's attribute `scene` describes; it runs to the same bits.
+
+        Args:
+            text: The JSON.
+            motions: The ground motions of the scene, in any order, and others: the JSON holds digests of their samples.
+
+        Raises:
+            ValueError: If a motion is missing, an array of the scene is so long that the JSON holds its shape alone, or
+                a part was an object of the user's own; the message names it.
+            TypeError: If `text` is no text, or a motion is no GroundMotion.
+
+        Example:
+            >>> same = wd.Scene.from_json(run.attrs["scene"], motions)
+            >>> again = wd.simulate(same, structures=3, seed=run.attrs["seed"])
+            >>> bool((again["peak_storey_drift_ratio"] == run["peak_storey_drift_ratio"]).all())
+            True
+        """
+        return cls(**arguments_of_scene(text, motions))
+
+    def __repr__(self) -> str:
+        scattered = f", scatter of {', '.join(self.scatter)}" if self.scatter else ""
+        return f"Scene({self.structure!r}, {self.excitation!r}{scattered})"
+
+    def _repr_html_(self) -> str:
+        rows: list[tuple[object, ...]] = [("structure", repr(self.structure)), ("excitation", repr(self.excitation))]
+        rows += [(f"scatter of {name}", repr(spread)) for name, spread in self.scatter.items()]
+        rows += [(f"correlation of {' and '.join(pair)}", value) for pair, value in self.correlation.items()]
+        limit = "none" if self.collapse_limit is None else self.collapse_limit
+        rows += [
+            ("sampling", self.sampling),
+            ("recorders", ", ".join(self.recorders)),
+            ("collapse drift ratio", limit),
+            ("tail", "as long as it takes" if self.tail is None else f"{self.tail:g} s"),
+            ("recorded from", f"{self.record_from:g} s"),
+        ]
+        return html_table(f"Scene: {self.title}", rows)

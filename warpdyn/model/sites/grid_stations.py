@@ -1,0 +1,122 @@
+"""Stations of SimCenter's EventGrid.csv: their places, and the rows of each station's file."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.files.text import check_names, check_separator, existing_file, inside_folder
+from warpdyn.model.ground_motions.records.units import unit_factor
+from warpdyn.model.inventories.text_tables import read_csv
+from warpdyn.model.sites.places import check_degrees
+
+MOTIONS, GRID_COLUMNS = "TH_file", ("GP_file", "Longitude", "Latitude")
+MOST_SHOWN = 3
+MISSING = ("", "nan", "na", "n/a", "null")
+
+
+def read_stations(
+    function: str,
+    path: str | os.PathLike,
+) -> tuple[Path, list[str], tuple[np.ndarray, np.ndarray], list[list[dict[str, str]]]]:
+    """Return the grid's file, the names and places of its points, and the rows of each point's file."""
+    is_folder = isinstance(path, str | os.PathLike) and os.fspath(path) != "" and Path(path).is_dir()
+    file = existing_file(function, Path(path) / "EventGrid.csv" if is_folder else path)
+    table = read_csv(file)
+    for name in GRID_COLUMNS:
+        if name not in table:
+            raise ValueError(f"{file}: there is no column {name!r}; the columns are {', '.join(table.columns)}")
+    if not len(table):
+        raise ValueError(f"{file}: there is no grid point in it")
+    unnamed = [f"row {row + 1}" for row in np.flatnonzero(table["GP_file"].isna())]
+    if unnamed:
+        raise ValueError(f"{file}: {named_points(unnamed)} of {len(table):,} grid points have no GP_file")
+    names = table["GP_file"].astype(str).tolist()
+    places = [
+        np.array(
+            [number_of_station(f"{file}: {name} of {of}", each) for of, each in zip(names, table[name], strict=True)]
+        )
+        for name in GRID_COLUMNS[1:]
+    ]
+    twice = pd.DataFrame({"name": names, "lon": places[0], "lat": places[1]}).duplicated().to_numpy()
+    if twice.any():
+        raise ValueError(f"{file}: the grid point {names[int(twice.argmax())]} stands twice: remove one of its rows")
+    kept = ~(np.isnan(places[0]) | np.isnan(places[1]))
+    warn_of_points_left_out(file, names, kept, "no longitude or latitude")
+    names = [name for name, is_kept in zip(names, kept, strict=True) if is_kept]
+    longitude, latitude = (each[kept] for each in places)
+    check_degrees(str(file), longitude, latitude)
+    files = {name: inside_folder(file.parent, name, str(file)) for name in dict.fromkeys(names)}
+    missing = [name for name in names if not files[name].is_file()]
+    if missing:
+        raise ValueError(f"{file}: {named_points(missing)} of {len(names):,} grid points have no file")
+    read = {name: _rows_of_station(source) for name, source in files.items()}
+    empty = [name for name, rows in read.items() if not rows]
+    if empty:
+        raise ValueError(f"{file}: {named_points(empty)} of {len(names):,} grid points have no motions in their file")
+    counts = {name: len(rows) for name, rows in read.items()}
+    others = [name for name, count in counts.items() if count != counts[names[0]]]
+    if others:
+        raise ValueError(
+            f"{file}: {names[0]} has {counts[names[0]]} rows, and {named_points(others)} of {len(names):,} points have "
+            "other numbers: each point has a row for each earthquake"
+        )
+    return file, names, (longitude, latitude), [read[name] for name in names]
+
+
+def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why: str) -> None:
+    """Warn of points that are left out; raise a ValueError if none is left."""
+    if kept.all():
+        return
+    left = [name for name, is_kept in zip(names, kept, strict=True) if not is_kept]
+    if not kept.any():
+        raise ValueError(f"{file}: all of {len(names):,} grid points ({names[0]}, ...) have {why}")
+    warn_caller(
+        f"{file}: {named_points(left)} of {len(names):,} grid points have {why} and are left out: buildings take the "
+        "points around them"
+    )
+
+
+def _rows_of_station(path: Path) -> list[dict[str, str]]:
+    # Not pandas, which takes a millisecond for each of thousands of such files.
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        reader = csv.DictReader(file, skipinitialspace=True)
+        try:
+            reader.fieldnames = [name.strip() for name in reader.fieldnames or ()]
+            check_separator(reader.fieldnames[0] if len(reader.fieldnames) == 1 else ",")
+            check_names(reader.fieldnames)
+            rows = list(reader)
+        except (UnicodeDecodeError, ValueError, csv.Error) as error:
+            raise ValueError(f"{path}: {error}") from None
+    if any(None in row for row in rows):
+        raise ValueError(f"{path}: a row has more values than there are columns")
+    return rows
+
+
+def number_of_station(what: str, word: object, *, above: float | None = None, least: float | None = None) -> float:
+    """Return a number, NaN where it is missing; raise a ValueError if it is none, infinite or out of its bound."""
+    text = str(word).strip()
+    try:
+        value = np.nan if text.lower() in MISSING else float(text)
+    except ValueError:
+        value = np.inf
+    if np.isinf(value) or (above is not None and value <= above) or (least is not None and value < least):
+        bound = f" above {above:g}" if above is not None else "" if least is None else f" of at least {least:g}"
+        raise ValueError(f"{what} must be a finite number{bound}, got {word!r}")
+    return value
+
+
+def acceleration_factor(unit: str, where: str) -> float:
+    """Return the factor from a unit of acceleration, also as R2D writes it ("inps2"), to m/s2."""
+    return unit_factor(re.sub(r"^([a-z]+)ps2$", r"\1/s2", str(unit).strip(), flags=re.IGNORECASE), where)
+
+
+def named_points(names: list[str]) -> str:
+    """Return a number of names and some of them."""
+    return f"{len(names):,} ({', '.join(names[:MOST_SHOWN])}{', ...' if len(names) > MOST_SHOWN else ''})"

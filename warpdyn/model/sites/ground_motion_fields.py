@@ -1,0 +1,177 @@
+"""OpenQuake's ground motion fields: intensities at sites in each event of a calculation, as CSV files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.foundations.core.checks import whole_number
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.files.text import existing_file
+from warpdyn.model.inventories.text_tables import read_csv
+from warpdyn.model.sites.intensity_fields import field_dataset
+
+# Names of columns, as the engine writes them now and wrote them before.
+EVENTS, SITES = ("event_id", "eid"), ("custom_site_id", "site_id", "sid")
+PREFIX = "gmv_"
+# What the engine gives intensities in, and what we make of them: accelerations stay in g.
+UNITS = {"PGA": ("g", 1.0), "SA": ("g", 1.0), "AvgSA": ("g", 1.0), "PGV": ("m s-1", 0.01), "PGD": ("m", 0.01)}
+MOST_SHOWN = 3
+MOST_VALUES = 2**28  # of a field, 2 GiB
+
+
+def read_ground_motion_field(
+    fields: str | os.PathLike,
+    sites: str | os.PathLike,
+    *,
+    events: int | Sequence[int] | str | os.PathLike | None = None,
+) -> xr.Dataset:
+    """Read ground motion fields of the OpenQuake engine.
+
+    The engine leaves out sites where an event is weaker than its `minimum_intensity`, and events that are weaker at
+    all sites: the intensity there is taken as 0. The engine numbers events from 0, so that every number up to the
+    largest in the file is an event; of weak events after it only `events` can tell.
+
+    Args:
+        fields: The CSV file of the fields (gmf-data), with columns `event_id`, `gmv_PGA`, `gmv_SA(0.3)` and so on, and
+            `site_id` or `custom_site_id`.
+        sites: The CSV file of the sites (sitemesh), with the same column of sites, `lon` and `lat`.
+        events: Number of events of the calculation, whose ids are then 0 to one less; or the ids of its events, or the
+            CSV file of its events with a column `event_id`. None takes the ids from 0 to the largest one in `fields`;
+            a warning counts those without rows.
+
+    Returns:
+        Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point): accelerations in g, velocities in m/s,
+        displacements in m, other measures as they are, without a unit; with the coordinates `longitude`, `latitude`
+        and `point_name`. `scale_records` takes one of them.
+
+    Raises:
+        ValueError: If a column is missing, a site of the fields is not among the sites, an event not among `events`, a
+            site or a value stands twice, or a value is below 0 or not finite. The message names the file.
+        FileNotFoundError: If there is no such file.
+        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
+
+    Example:
+        >>> shaking = wd.sites.read_ground_motion_field("gmf-data_1.csv", "sitemesh_1.csv")
+        >>> shaking["SA(1.0)"].values  # g, by earthquake and point
+        array([[0.3, 0.4],
+               [0.2, 0. ]])
+    """
+    values, mesh = (
+        read_csv(existing_file("read_ground_motion_field", path, argument), comment="#")
+        for argument, path in (("fields", fields), ("sites", sites))
+    )
+    event = _column(fields, values, EVENTS)
+    site = _column(fields, values, [name for name in SITES if name in mesh] or SITES)
+    for name in (site, "lon", "lat"):
+        if name not in mesh:
+            raise ValueError(f"{sites}: there is no column {name!r}; the columns are {', '.join(mesh.columns)}")
+    names = mesh[site].astype(str)
+    if names.duplicated().any():
+        raise ValueError(f"{sites}: site {names[names.duplicated()].iloc[0]!r} stands twice")
+    measures = [name for name in values.columns if name.startswith(PREFIX)]
+    if not measures or not len(values):
+        raise ValueError(
+            f"{fields}: there are no columns {PREFIX}<measure>, or no rows; the columns are {list(values)}"
+        )
+    missing = values[[event, site]].isna().any(axis=1).to_numpy()
+    if missing.any():
+        raise ValueError(
+            f"{fields}: row {int(missing.argmax()) + 1} below the names of the columns has no event or site"
+        )
+    place = pd.Index(names).get_indexer(values[site].astype(str))
+    if np.any(place < 0):
+        unknown = values[site].astype(str)[place < 0].unique()
+        raise ValueError(f"{fields}: {unknown.size:,} sites ({', '.join(unknown[:MOST_SHOWN])}) are not in {sites}")
+    earthquakes = _events(fields, values[event], events, len(names))
+    number = pd.Index(earthquakes).get_indexer(values[event])
+    cell = number.astype(np.int64) * len(names) + place
+    if pd.Series(cell).duplicated().any():
+        twice = int(np.flatnonzero(pd.Series(cell).duplicated())[0])
+        raise ValueError(f"{fields}: site {values[site].iloc[twice]} has event {values[event].iloc[twice]} twice")
+    silent = len(names) - np.unique(place).size
+    if silent:
+        first = names[np.setdiff1d(np.arange(len(names)), place)[0]]
+        warn_caller(f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: they are taken as 0")
+    made = {}
+    for column in measures:
+        given = pd.to_numeric(values[column], errors="coerce").to_numpy(dtype=np.float64)
+        bad = ~(np.isfinite(given) & (given >= 0))
+        if bad.any():
+            raise ValueError(
+                f"{fields}: {np.count_nonzero(bad):,} values of {column} are no intensities, the first is "
+                f"{values[column].iloc[int(np.argmax(bad))]} at site {values[site].iloc[int(np.argmax(bad))]}"
+            )
+        name = _measure_name(column.removeprefix(PREFIX))
+        unit, factor = UNITS.get(name.partition("(")[0], ("", 1.0))
+        field = np.zeros((earthquakes.size, len(names)))
+        field.ravel()[cell] = factor * given
+        made[name] = (field, unit)
+    lon, lat = (pd.to_numeric(mesh[name], errors="coerce").to_numpy(dtype=np.float64) for name in ("lon", "lat"))
+    return field_dataset(str(sites), lon, lat, made, names.tolist(), [str(each) for each in earthquakes])
+
+
+def _events(
+    fields: str | os.PathLike, found: pd.Series, events: int | Sequence[int] | str | os.PathLike | None, sites: int
+) -> np.ndarray:
+    """Return the ids of all events, increasing, of which `found` are those that have rows."""
+    ids = pd.to_numeric(found, errors="coerce").to_numpy(np.float64)
+    if not np.all((ids >= 0) & (ids == np.floor(ids)) & (ids < 2**62)):
+        row = int(np.argmin((ids >= 0) & (ids == np.floor(ids))))
+        raise ValueError(f"{fields}: the event {found.iloc[row]!r} is no whole number of at least 0")
+    last = int(ids.max())
+    if isinstance(events, str | os.PathLike):
+        path = existing_file("read_ground_motion_field", events)
+        table = read_csv(path, comment="#")
+        every = _distinct_events(str(path), table[_column(path, table, EVENTS)])
+    elif isinstance(events, Sequence | np.ndarray):
+        every = _distinct_events("read_ground_motion_field: events", pd.Series(events))
+    else:
+        count = last + 1 if events is None else whole_number("read_ground_motion_field: events", events, 1)
+        if count * sites > MOST_VALUES:
+            raise ValueError(
+                f"{fields}: the largest event id is {last:,}, and {count:,} events at {sites:,} sites are more than "
+                f"{MOST_VALUES:,} values: give events=, the file of the calculation's events, or divide the files"
+            )
+        every = np.arange(count, dtype=np.float64)
+    unknown = np.setdiff1d(ids, every)
+    if unknown.size:
+        raise ValueError(f"{fields}: the event {unknown[0]:g} is not among the events, {every[0]:g} to {every[-1]:g}")
+    silent = np.setdiff1d(every, ids)
+    if silent.size:
+        shown = ", ".join(f"{each:g}" for each in silent[:MOST_SHOWN]) + (", ..." if silent.size > MOST_SHOWN else "")
+        after = "" if events is not None else f"; of events after {last:,} give their number, as in events={last + 1}"
+        warn_caller(
+            f"{fields}: {silent.size:,} of {every.size:,} events ({shown}) have no row: their intensities are taken as "
+            f"0 at all sites{after}"
+        )
+    return every.astype(np.int64)
+
+
+def _distinct_events(what: str, ids: pd.Series) -> np.ndarray:
+    """Return ids of events, increasing, once they are whole numbers of which none repeats."""
+    found = pd.to_numeric(ids, errors="coerce").to_numpy(np.float64)
+    good = found.size > 0 and bool(np.all((found >= 0) & (found == np.floor(found)) & (found < 2**62)))
+    if not good or np.unique(found).size < found.size:
+        raise ValueError(f"{what}: ids of events must be whole numbers of at least 0, each once")
+    return np.sort(found)
+
+
+def _measure_name(text: str) -> str:
+    """Return a measure's name, with the period of a spectral acceleration as a decimal number."""
+    name, _, period = text.partition("(")
+    try:
+        return f"SA({float(period.rstrip(')'))})" if name == "SA" else text
+    except ValueError:
+        return text
+
+
+def _column(path: object, table: pd.DataFrame, names: tuple[str, ...] | list[str]) -> str:
+    for name in names:
+        if name in table:
+            return name
+    raise ValueError(f"{path}: there is no column {' or '.join(names)}; the columns are {', '.join(table.columns)}")

@@ -1,0 +1,184 @@
+"""Fields of an intensity measure at the points of a grid: their dataset, and records that are scaled to them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import check_kind, unmasked, whole_number
+from warpdyn.foundations.core.random_numbers import Purpose
+from warpdyn.foundations.core.units import IN_G, STANDARD_GRAVITY
+from warpdyn.model.ground_motions.intensity_measures import (
+    IntensityMeasure,
+    PeakGroundAcceleration,
+    PeakGroundDisplacement,
+    PeakGroundVelocity,
+    SpectralAcceleration,
+)
+from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.model.sites.motion_grid import MotionGrid
+from warpdyn.model.sites.places import check_degrees
+
+MOST_SHOWN = 3
+PEAKS: Mapping[str, IntensityMeasure] = {
+    "PGA": PeakGroundAcceleration(),
+    "PGV": PeakGroundVelocity(),
+    "PGD": PeakGroundDisplacement(),
+}
+# Factors from units of fields to those of the measures.
+FACTORS = {
+    ("g", "m s-2"): STANDARD_GRAVITY,
+    ("m s-2", "m s-2"): 1.0,
+    ("m s-1", "m s-1"): 1.0,
+    ("m", "m"): 1.0,
+}
+_SPECTRAL = re.compile(r"SA\((\d+(?:\.\d+)?)\)")
+
+Record = GroundMotion | tuple[GroundMotion, GroundMotion]
+
+
+def measure_named(name: str) -> IntensityMeasure | None:
+    """Return the measure of a field by OpenQuake's name: PGA, PGV, PGD or SA(period in s, damped by 5 %)."""
+    spectral = _SPECTRAL.fullmatch(name)
+    if spectral and float(spectral[1]) > 0:
+        return SpectralAcceleration(float(spectral[1]))
+    return PEAKS.get(name)
+
+
+def field_dataset(
+    what: str,
+    longitude: np.ndarray,
+    latitude: np.ndarray,
+    fields: Mapping[str, tuple[np.ndarray, str]],
+    points: Sequence[str] | None = None,
+    earthquakes: Sequence[str] | None = None,
+    attributes: Mapping[str, object] | None = None,
+) -> xr.Dataset:
+    """Return the dataset of intensity fields.
+
+    Args:
+        what: The file, in errors.
+        longitude: Longitudes of the points [degree], shape [point].
+        latitude: Latitudes [degree].
+        fields: Values of shape [earthquake, point] and their unit, nothing where it is not known, by name.
+        points: Names of the points; None where they have none.
+        earthquakes: Names of the earthquakes; None to number them.
+        attributes: Attributes of the dataset.
+
+    Raises:
+        ValueError: If a place is not on Earth.
+    """
+    check_degrees(what, longitude, latitude)
+    variables = {}
+    for name, (values, units) in fields.items():
+        said = {"long_name": name} | ({"units": units} if units else {}) | ({"comment": IN_G} if units == "g" else {})
+        variables[name] = (("earthquake", "point"), values, said)
+    count = next(iter(fields.values()))[0].shape[0]
+    names = [str(each) for each in (range(count) if earthquakes is None else earthquakes)]
+    coordinates = {
+        "longitude": ("point", longitude, {"standard_name": "longitude", "units": "degrees_east"}),
+        "latitude": ("point", latitude, {"standard_name": "latitude", "units": "degrees_north"}),
+        "earthquake": ("earthquake", np.array(names, dtype=str), {"long_name": "name of the earthquake"}),
+    }
+    if points is not None:
+        coordinates["point_name"] = ("point", np.array(points, dtype=str), {"long_name": "name of the point"})
+    return xr.Dataset(variables, coordinates, attributes)
+
+
+def scale_records(
+    field: xr.DataArray, motions: Sequence[Record], *, seed: int = 0, record: ArrayLike | None = None
+) -> MotionGrid:
+    """Return motions at the points of an intensity field: in each earthquake one record, scaled to the field's values.
+
+    All points have the same record in an earthquake, so that buildings share it. A pair of components is scaled by one
+    factor, so that the geometric mean of both has the field's value.
+
+    Args:
+        field: Values of a measure, dimensions `earthquake` and `point`, as the readers of `wd.sites` and
+            `correlated_fields` return them: `wd.sites.read_shakemap("grid.xml")["SA(1.0)"]`.
+        motions: Records to choose from: motions, or pairs of components, as `records.pairs` returns them.
+        seed: Seed of the choice: records come in a random order, each once before any comes again.
+        record: Index into `motions` of each earthquake instead, shape [earthquake].
+
+    Returns:
+        The grid of motions; `at` makes the design of buildings.
+
+    Raises:
+        ValueError: If the field's measure or unit is not known, values are below 0 or not finite, or a motion has no
+            intensity to scale.
+        TypeError: If `field` is no DataArray, or a motion is none.
+
+    Example:
+        >>> shaking = wd.sites.read_shakemap("grid.xml")
+        >>> grid = wd.sites.scale_records(shaking["SA(1.0)"], motions, seed=1)
+        >>> grid.scale.shape  # point, earthquake, component
+        (4, 1, 1)
+    """
+    check_kind("scale_records", "a DataArray of intensities", field, xr.DataArray, argument="field")
+    name = str(field.name)
+    measure = measure_named(name)
+    if measure is None:
+        raise ValueError(f"scale_records: the field is named {name!r}; it must be PGA, PGV, PGD or SA(period in s)")
+    factor = FACTORS.get((str(field.attrs.get("units")), measure.units))
+    if factor is None or set(field.dims) != {"earthquake", "point"}:
+        allowed = " or ".join(ours for ours, theirs in FACTORS if theirs == measure.units)
+        raise ValueError(
+            f"scale_records: {name} must have the dimensions earthquake and point and be in {allowed}, it has "
+            f"{', '.join(map(str, field.dims))} and is in {field.attrs.get('units')!r}"
+        )
+    values = field.transpose("earthquake", "point").values.astype(np.float64)
+    bad = ~(np.isfinite(values) & (values >= 0))
+    if bad.any():
+        at = np.argwhere(bad)
+        shown = ", ".join(f"{values[e, p]:g} at point {p} of earthquake {e}" for e, p in at[:MOST_SHOWN])
+        raise ValueError(f"scale_records: {len(at):,} values of {name} are no intensities: {shown}")
+    if isinstance(motions, list | tuple):
+        pairs = [each if isinstance(each, tuple) else (each,) for each in motions]
+    else:
+        single: Any = motions
+        pairs = [(each,) for each in checked_motions(single)]
+    if not pairs:
+        raise ValueError("scale_records: motions is empty: give at least one GroundMotion")
+    if len({len(each) for each in pairs}) != 1:
+        raise ValueError("scale_records: motions must be single ones or pairs of components, all of one kind")
+    flat = checked_motions([motion for pair in pairs for motion in pair])
+    of_motion = measure.values(flat).reshape(len(pairs), -1)
+    if not np.all(of_motion > 0):
+        silent = flat[int(np.argmin(of_motion.ravel()))].name
+        raise ValueError(f"scale_records: motion {silent!r} has no {name} to scale: leave it out")
+    of_record = np.exp(np.log(of_motion).mean(axis=1))
+    chosen = _chosen(record, values.shape[0], len(pairs), whole_number("seed", seed, 0))
+    components = of_motion.shape[1]
+    shape = (values.shape[1], values.shape[0], components)
+    motion = np.broadcast_to(chosen[:, None] * components + np.arange(components), shape)
+    scale = np.broadcast_to((values * factor / of_record[chosen, None]).T[:, :, None], shape)
+    points = field["point_name"].values if "point_name" in field.coords else np.arange(shape[0])
+    return MotionGrid(
+        field["longitude"].values,
+        field["latitude"].values,
+        flat,
+        motion.astype(np.int32),
+        scale,
+        [str(each) for each in points],
+        [str(each) for each in field["earthquake"].values],
+        measure,
+    )
+
+
+def _chosen(record: ArrayLike | None, earthquakes: int, records: int, seed: int) -> np.ndarray:
+    """Return the record of each earthquake, shape [earthquake]."""
+    if record is None:
+        random = np.random.default_rng([seed, Purpose.RECORDS_OF_EARTHQUAKES])
+        rounds = -(-earthquakes // records)
+        return np.concatenate([random.permutation(records) for _ in range(rounds)])[:earthquakes]
+    chosen = unmasked("record", record)
+    if chosen.shape != (earthquakes,) or chosen.dtype.kind not in "iu" or chosen.min() < 0 or chosen.max() >= records:
+        raise ValueError(
+            f"scale_records: record must index {records} records from 0, one for each of {earthquakes} earthquakes"
+        )
+    return chosen

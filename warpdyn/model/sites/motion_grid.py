@@ -1,0 +1,210 @@
+"""Motions at the points of a grid, and the design in which buildings take them from the points near them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+import xarray as xr
+
+from warpdyn.foundations.core.checks import (
+    check_dataset,
+    check_kind,
+    check_memory,
+    one_of,
+    real_number,
+    unmasked,
+    whole_number,
+)
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.random_numbers import Purpose, uniform_rows
+from warpdyn.foundations.core.thread_pool import cores, in_parts
+from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.inventories.stock import BuildingStock
+from warpdyn.model.sites.places import inverse_distance_weights, nearest_points
+
+DRAW, MEAN = "draw", "mean"
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class MotionGrid:
+    """Ground motions at the points of a grid, in some earthquakes.
+
+    Args:
+        longitude: Longitudes of the points [degree], shape [point].
+        latitude: Latitudes of the points [degree], shape [point].
+        motions: The motions.
+        motion: Index into these, shape [point, earthquake, component].
+        scale: Factor on the motion [1], of the same shape.
+        points: Names of the points.
+        earthquakes: Names of the earthquakes.
+        measure: The intensity measure that labels samples.
+
+    Example:
+        >>> longitude, latitude = np.array([-122.3, -122.2]), np.array([37.8, 37.8])
+        >>> motion, scale = np.array([[[0]], [[1]]]), np.ones((2, 1, 1))  # by point, earthquake and component
+        >>> grid = wd.sites.MotionGrid(longitude, latitude, motions, motion, scale, ["west", "east"], ["quake"])
+        >>> grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3).samples_per_structure
+        25
+    """
+
+    longitude: np.ndarray
+    latitude: np.ndarray
+    motions: Sequence[GroundMotion]
+    motion: np.ndarray
+    scale: np.ndarray
+    points: Sequence[str]
+    earthquakes: Sequence[str]
+    measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+
+    def __repr__(self) -> str:
+        points, earthquakes, components = self.motion.shape
+        both = ", both components" if components == 2 else ""
+        return f"MotionGrid({points:,} points, {earthquakes} earthquakes of {len(self.motions)} motions{both})"
+
+    def at(
+        self,
+        inventory: pd.DataFrame,
+        rows: BuildingStock | np.ndarray | None = None,
+        *,
+        draws: int | None = None,
+        neighbours: int = 4,
+        choice: str = DRAW,
+        reach: float | None = None,
+        seed: int = 0,
+    ) -> MotionsAtSites:
+        """Return the design in which buildings take their motions from the grid points nearest to them.
+
+        Each building weighs its nearest points by one over the square of their distance. By default each draw takes one
+        of these points with that probability, as SimCenter's NearestNeighborEvents does (which takes distances in
+        degrees, and we on the sphere), so that buildings side by side may be under motions of different points. A
+        building's draws depend on the seed and its row in the inventory alone.
+
+        Args:
+            inventory: The buildings, as a reader of `wd.inventories` returned them.
+            rows: The stock that was made of the inventory, for its buildings in the order of the portfolio, or the row
+                of each building; None for all rows in their order, which is not that of a stock's portfolio.
+            draws: How many times each building draws, 25 in SimCenter's Bay Area testbed: draw `i` is of earthquake
+                `i`, with the first again after the last. None for as many as there are earthquakes.
+            neighbours: How many points are near.
+            choice: "draw", or "mean": the factors' weighted mean, where all points have the same motion in an
+                earthquake, as `scale_records` makes them.
+            reach: How far a building may be from the nearest point [m]; None for the grid's spacing, which is the
+                median distance of a point to its third neighbour.
+            seed: Seed of the draws.
+
+        Returns:
+            The excitation for a Scene of the portfolio.
+
+        Raises:
+            ValueError: If buildings are farther from the grid than that, the stock was made of another inventory, or an
+                argument is out of its range.
+            TypeError: If `inventory` is none.
+
+        Example:
+            >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
+            >>> design = grid.at(inventory, stock, draws=25, neighbours=2, reach=20e3, seed=1)
+            >>> region = wd.Scene(stock.portfolio, design, recorders=("drift",))
+        """
+        check_kind("MotionGrid.at", "an inventory", inventory, pd.DataFrame, argument="inventory")
+        one_of("choice", choice, (DRAW, MEAN))
+        count = len(self.earthquakes) if draws is None else whole_number("draws", draws, 1)
+        neighbours, seed = whole_number("neighbours", neighbours, 1), whole_number("seed", seed, 0)
+        reach = None if reach is None else real_number("reach [m]", reach, above=0)
+        if isinstance(rows, BuildingStock):
+            rows.check(inventory)
+            rows = rows.rows
+        # A number of each building of the inventory and each draw, and of each building that is chosen its point.
+        check_memory(f"draws={count} of {len(inventory)} buildings", 8 * count * len(inventory), "take fewer draws")
+        every = np.arange(len(inventory))
+        if rows is not None:
+            rows = np.asarray(rows) if isinstance(rows, list | tuple | np.ndarray | pd.Series) else np.zeros(0)
+            if rows.ndim != 1 or not rows.size or rows.dtype.kind not in "iub":
+                raise TypeError(
+                    "MotionGrid.at: rows must be a BuildingStock, or numbers or a mask of the inventory's rows"
+                )
+        rows = every if rows is None else every[unmasked("rows", rows)]  # so that a mask chooses rows, too
+        grid = self.longitude, self.latitude
+        index, distance = nearest_points("MotionGrid.at", inventory, rows, *grid, neighbours, reach)
+        earthquake = np.arange(count) % len(self.earthquakes)
+        if choice == MEAN:
+            if np.any(self.motion != self.motion[:1]):
+                raise ValueError("MotionGrid.at: choice='mean' needs the same motion at all points of an earthquake")
+            scale, weights = np.zeros((rows.size, *self.scale.shape[1:])), inverse_distance_weights(distance)
+            for near in range(index.shape[1]):
+                scale += weights[:, near, None, None] * self.scale[index[:, near]]
+            motion = np.broadcast_to(self.motion[0], scale.shape)
+            site = np.broadcast_to(np.arange(rows.size)[:, None], (rows.size, count))
+        else:
+            motion, scale = self.motion, self.scale
+            site = _drawn_points(index, distance, rows, len(inventory), count, seed)
+        return MotionsAtSites(self.motions, motion, scale, site, earthquake, self.earthquakes, self.measure)
+
+
+def _drawn_points(
+    index: np.ndarray, distance: np.ndarray, rows: np.ndarray, buildings: int, draws: int, seed: int
+) -> np.ndarray:
+    """Return a point for each building and draw, with the probability of its weight, shape [building, draw]."""
+    # A row's numbers stand at a place of the stream that its number alone decides on.
+    random = uniform_rows(seed, Purpose.GRID_POINTS, buildings, draws)
+    found = np.empty((rows.size, draws), np.min_scalar_type(index.max()))
+
+    def fill(part: slice) -> None:
+        own, near = random[rows[part]], index[part].astype(found.dtype)
+        bounds = np.cumsum(inverse_distance_weights(distance[part]), axis=1)[:, :-1]
+        found[part] = near[:, :1]
+        for bound, point in zip(bounds.T, near[:, 1:].T, strict=True):
+            np.copyto(found[part], point[:, None], where=own >= bound[:, None])
+
+    in_parts(fill, rows.size, cores())
+    return found
+
+
+def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
+    """Return a run under motions at sites with the draw, the earthquake and the site of each sample.
+
+    Args:
+        run: What `simulate` returned, or some of its samples.
+        design: The excitation of its scene.
+
+    Returns:
+        The run with the coordinates `draw_index`, `earthquake_index` and `site_index` along `sample`, and
+        `earthquake_name` along `earthquake`. `damage_shares(run, limits, events=run["draw_index"])` counts buildings
+        by draw, by the worse of both components.
+
+    Raises:
+        ValueError: If the run is not of that design.
+        TypeError: If an argument is of the wrong kind.
+
+    Example:
+        >>> design = wd.MotionsAtSites(motions, [[[0]], [[1]]], 1.0, site=[[0, 0], [1, 1], [1, 0]])
+        >>> run = wd.simulate(wd.Scene(stock.portfolio, design, recorders=("drift",)))
+        >>> labelled = wd.sites.label_samples(run, design)
+        >>> labelled["site_index"].values.tolist()
+        [0, 0, 1, 1, 1, 0]
+    """
+    check_dataset("label_samples", run, "sample", advice="give what simulate() returned", argument="run")
+    check_kind("label_samples", "the MotionsAtSites of the run", design, MotionsAtSites, argument="design")
+    site = np.asarray(design.site)
+    structure, place = np.divmod(run["sample"].values.astype(np.int64), design.samples_per_structure)
+    if structure.size and structure.max() >= site.shape[0]:
+        raise ValueError(f"label_samples: the run has more structures than the {site.shape[0]:,} of the design")
+    draw = place // design.components
+    units = {"units": "1"}
+    coordinates = {
+        "draw_index": (draw, "index of the draw"),
+        "earthquake_index": (np.asarray(design.earthquake)[draw], "index along the dimension earthquake"),
+        "site_index": (site[structure, draw], "index of the site of the design"),
+    }
+    labelled = {
+        name: ("sample", at.astype(np.int32), units | {"long_name": text}) for name, (at, text) in coordinates.items()
+    }
+    names = np.array(list(design.names or ()), dtype=str)
+    return run.assign_coords(
+        labelled | {"earthquake_name": ("earthquake", names, {"long_name": "name of the earthquake"})}
+    )

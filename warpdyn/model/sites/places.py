@@ -1,0 +1,133 @@
+"""Places on Earth: distances, the grid points nearest to buildings, and whether buildings lie within a grid."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+from scipy.spatial import cKDTree
+
+from warpdyn.foundations.core.thread_pool import cores, in_parts
+from warpdyn.model.inventories.table import named_rows
+
+EARTH_RADIUS = 6_371_008.8  # m, the mean radius of WGS 84 (Moritz 2000, Journal of Geodesy 74, R1)
+BESIDE = 3  # of a grid's points, the neighbour whose distance is the spacing: that of the wider side of a cell
+
+
+def unit_vectors(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
+    """Return places [degree] as points of the unit sphere, shape [place, 3]: their chords know no date line."""
+    lon, lat = np.radians(longitude), np.radians(latitude)
+    return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
+
+
+def arc(chord: np.ndarray) -> np.ndarray:
+    """Return distances on the surface of the Earth [m] of chords of the unit sphere."""
+    return 2 * EARTH_RADIUS * np.arcsin(np.minimum(chord / 2, 1.0))
+
+
+def check_degrees(what: str, longitude: np.ndarray, latitude: np.ndarray) -> None:
+    """Raise a ValueError unless all points are places on Earth [degree].
+
+    Args:
+        what: The function or the file, in the message.
+        longitude: Longitudes, shape [point].
+        latitude: Latitudes.
+    """
+    for name, values, most in (("longitude", longitude, 180), ("latitude", latitude, 90)):
+        bad = np.flatnonzero(~(np.abs(values) <= most))
+        if bad.size:
+            fits = np.all(np.abs(longitude) <= 90) and np.all(np.abs(latitude) <= 180)
+            hint = ": longitude and latitude seem to be exchanged" if fits else ""
+            raise ValueError(
+                f"{what}: {bad.size:,} of {values.size:,} grid points have a {name} outside -{most} to {most} degrees, "
+                f"the first is point {bad[0]} with {values[bad[0]]:g}{hint}"
+            )
+
+
+def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
+    """Return the distances on the surface of the Earth between all pairs of places [m], shape [place, place].
+
+    Chords are the lengths of differences of unit vectors: 1 minus the cosine of an angle would lose angles below 1e-8,
+    which are distances below 0.1 m, to rounding.
+    """
+    square = np.zeros((longitude.size, longitude.size))
+    for axis in unit_vectors(longitude, latitude).T:
+        square += (axis[:, None] - axis) ** 2
+    return arc(np.sqrt(square))
+
+
+def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
+    """Return the spacing of grid points [m], infinite of a single place: the median distance to the third neighbour.
+
+    On a rectangular grid it is the longer side of a cell, if that is at most twice the other. Points at one place count
+    as one.
+    """
+    distinct = np.unique(longitude + 1j * latitude)
+    if distinct.size == 1:
+        return np.inf
+    points = unit_vectors(distinct.real, distinct.imag)
+    count = min(BESIDE + 1, distinct.size)  # with the point itself
+    chord, _ = cKDTree(points).query(points, k=count, workers=-1)
+    return float(np.median(arc(chord[:, -1])))
+
+
+def nearest_points(
+    what: str,
+    inventory: pd.DataFrame,
+    rows: np.ndarray,
+    longitude: np.ndarray,
+    latitude: np.ndarray,
+    neighbours: int,
+    reach: float | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the grid points nearest to each building, and their distances.
+
+    Args:
+        what: The function, in errors.
+        inventory: Buildings, with columns `id`, `longitude` and `latitude` [degree].
+        rows: Row of each building, counted from 0.
+        longitude: Longitudes of the grid points [degree], shape [point].
+        latitude: Latitudes of these [degree].
+        neighbours: How many points; all of a smaller grid.
+        reach: How far a building may be from the nearest of them [m]; None for the grid's spacing.
+
+    Returns:
+        Indices of the points, the nearest first, and great-circle distances [m], both of shape [building, neighbour].
+
+    Raises:
+        ValueError: If buildings are farther from the nearest grid point; the message counts and names them, and says if
+            longitude and latitude seem to be exchanged.
+    """
+    tree = cKDTree(unit_vectors(longitude, latitude))
+    count = min(neighbours, longitude.size)
+    places = [inventory[name].to_numpy(dtype=np.float64) for name in ("longitude", "latitude")]
+    distance = np.empty((rows.size, count))
+    index = np.empty(distance.shape, np.intp)
+
+    def find(part: slice) -> None:
+        own = unit_vectors(*(each[rows[part]] for each in places))
+        chord, index[part] = tree.query(own, k=[*range(1, count + 1)])
+        distance[part] = arc(chord)
+
+    in_parts(find, rows.size, cores())
+    most = grid_spacing(longitude, latitude) if reach is None else reach
+    outside = distance[:, 0] > most
+    if outside.any():
+        latitude_first = (each[rows[outside]] for each in reversed(places))
+        swapped, _ = tree.query(unit_vectors(*latitude_first), k=1, workers=-1)
+        hint = "; longitude and latitude seem to be exchanged" if np.all(arc(swapped) <= most) else ""
+        allowed = f"{'its spacing' if reach is None else 'reach'} is {most / 1000:.2f} km"
+        raise ValueError(
+            f"{what}: {named_rows(inventory.iloc[rows], outside)} of {rows.size:,} buildings lie outside the grid, "
+            f"up to {distance[:, 0].max() / 1000:.1f} km from its nearest point, and {allowed}; it spans longitudes "
+            f"{longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to {latitude.max():g}{hint}"
+        )
+    return index, distance
+
+
+def inverse_distance_weights(distance: np.ndarray) -> np.ndarray:
+    """Return the weight of each neighbour in proportion to one over its squared distance, shape [building, neighbour].
+
+    A building at a grid point has that point alone.
+    """
+    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # a micrometre, against which all else weighs nothing
+    return weight / weight.sum(axis=1, keepdims=True)

@@ -1,0 +1,121 @@
+"""The bilinear curve that replaces a capacity curve up to its peak."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import finite_numbers
+from warpdyn.foundations.core.messages import warn_caller
+
+SECANT_SHARE = 0.6  # share of the yield strength at which the secant gives a curve's initial stiffness
+
+
+def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float, float, float]:
+    """Return yield displacement, yield strength and hardening ratio of the bilinear curve that replaces a curve.
+
+    It ends at the curve's peak, has the same area up to there, and its initial stiffness is the curve's secant at
+    0.6 of the yield strength (ASCE 41-17, section 7.4.3.2.4, up to the peak). A curve of a yield and an ultimate point
+    is returned unchanged. Of several solutions the one with the lowest strength is taken; if there is none, an
+    elastic-perfectly-plastic curve at the peak, with a warning.
+
+    Args:
+        displacement: Displacements [m], increasing, with or without the origin, shape [point].
+        capacity: Forces [N] or accelerations [m/s2] there, shape [point].
+
+    Raises:
+        ValueError: If the curve starts below zero, folds back, has no rise or stiffens.
+    """
+    x, y = checked_curve(displacement, capacity)
+    peak = _peak(y)
+    if peak < 2:
+        raise ValueError("the capacity curve needs a yield point and another one, higher or as high, after it")
+    given_peak = peak - (x.size - np.size(displacement))  # index in the caller's curve, which may lack the origin
+    x, y = x[: peak + 1], y[: peak + 1]
+    end, top = x[-1], y[-1]
+    area = np.trapezoid(y, x)
+
+    def yield_displacement(strength: float) -> float:
+        share = SECANT_SHARE * strength
+        after = int(np.argmax(y >= share))
+        place = x[after - 1] + (share - y[after - 1]) * (x[after] - x[after - 1]) / (y[after] - y[after - 1])
+        return place / SECANT_SHARE
+
+    def excess(strength: float) -> float:
+        """Return twice the difference of the two curves' areas, over the area of the rectangle around the curve."""
+        return strength / top - yield_displacement(strength) / end + 1 - 2 * area / (top * end)
+
+    straight = 0.5 * top * end
+    if area < straight * (1 + 1e-9):
+        what = "is a straight line" if area > straight * (1 - 1e-9) else "stiffens"
+        raise ValueError(
+            f"the capacity curve {what} on its way to its peak, point {given_peak}: no bilinear curve of a hardening "
+            "ratio below 1 has its area; it needs a yield point above the line from the origin to its peak"
+        )
+    if x.size == 3:
+        at, strength = x[1], y[1]
+    elif (strength := _first_root(excess, y, top)) is not None:
+        at = yield_displacement(strength)
+    else:
+        warn_caller(
+            f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: taken as "
+            f"elastic-perfectly-plastic, at that peak, with {1 + excess(top) * 0.5 * top * end / area:.3g} of the area"
+        )
+        return yield_displacement(top), float(top), 0.0
+    return float(at), float(strength), float((top - strength) / (end - at) * at / strength)
+
+
+def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: float) -> float | None:
+    """Return the lowest strength at which the excess area is zero, or None.
+
+    The excess rises and may fall again. It is linear between the strengths whose secant points are points of the curve;
+    where the curve falls before its peak, it jumps at such a strength.
+    """
+    from scipy.optimize import brentq  # which takes a tenth of a second to import, and few scenes need
+
+    ends = np.unique(capacity / SECANT_SHARE)
+    ends = np.append(ends[(ends > 0) & (ends < top)], top)
+    for begin, end in pairwise([0.0, *ends]):
+        begin += 1e-9 * (end - begin)  # beyond a jump
+        if excess(begin) * excess(end) <= 0:
+            return brentq(excess, begin, end, xtol=1e-15 * top, rtol=1e-14)
+    # By rounding, the root of an elastic-perfectly-plastic curve may be missed at the end.
+    return top if abs(excess(top)) <= 1e-12 else None
+
+
+def _peak(capacity: np.ndarray) -> int:
+    """Return the last point of the largest capacity, the end of a plateau."""
+    return int(np.flatnonzero(capacity == capacity.max())[-1])
+
+
+def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Return the curve, with the origin as its first point.
+
+    Raises:
+        ValueError: If the curve starts below zero, folds back, has a negative capacity or none.
+    """
+    x, y = finite_numbers("displacement", displacement), finite_numbers("capacity", capacity)
+    if x.ndim != 1 or x.shape != y.shape or not x.size:
+        raise ValueError(
+            f"displacement and capacity must be of one shape [point], got shapes {np.shape(x)} and {np.shape(y)}"
+        )
+    if x[0] < 0 or y[0] < 0 or (x[0] == 0 and y[0] != 0) or (x[0] > 0 and y[0] == 0):
+        raise ValueError(
+            f"the capacity curve starts at ({x[0]:g}, {y[0]:g}), point 0; it must start at the origin or at a point of "
+            "positive displacement and capacity"
+        )
+    for point in np.flatnonzero(np.diff(x) <= 0) + 1:
+        raise ValueError(
+            f"the capacity curve folds back at point {point}: its displacement {x[point]:g} is not above "
+            f"{x[point - 1]:g} before it"
+        )
+    for point in np.flatnonzero(y < 0):
+        raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0")
+    if x[0] > 0:
+        x, y = np.append(0.0, x), np.append(0.0, y)
+    if y.max() == 0 or y.size < 3:
+        raise ValueError("the capacity curve needs a yield point and another one, higher or as high, after it")
+    return x, y

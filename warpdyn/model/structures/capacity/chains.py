@@ -1,0 +1,205 @@
+"""Chains of storeys from a capacity curve: what each storey's share of its displacements and forces is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.laws.backbone import LARGEST_LAST_RISE
+from warpdyn.foundations.core.checks import one_of
+from warpdyn.model.structures.capacity.backbones import CORNERS, KINEMATIC, law_parameters
+from warpdyn.model.structures.capacity.bilinear_curve import bilinear_curve, checked_curve
+from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
+from warpdyn.model.structures.modal import chain_stiffness_matrix, modal_properties
+
+CURVES = ("pushover", "spectrum")
+DISTRIBUTIONS = ("triangular", "first_mode", "frame", "soft_storey")
+SOFTENING = ("one_storey", "every_storey")
+# After GEM's Vulnerability Modellers ToolKit: the first mode of frames is the height to this power, up to so many
+# storeys; a soft first storey has this share of the others' stiffness.
+FRAME_EXPONENT, MOST_FRAME_STOREYS = 0.6, 12
+SOFT_STOREY_STIFFNESS = 0.2
+MOST_POINTS = 4
+LARGEST_EXCESS = 0.01  # of a bilinear curve over the given one beyond its peak, over the peak
+
+
+@dataclass(frozen=True)
+class Pushed:
+    """A curve of base shear over roof displacement, and its shares in the storeys.
+
+    Args:
+        displacement: Roof displacements [m], shape [point].
+        base_shear: Base shears [N], shape [point].
+        shear: Storey shears over the base shear, shape [storey].
+        stiffness: Initial storey stiffness [N/m], shape [storey].
+    """
+
+    displacement: np.ndarray
+    base_shear: np.ndarray
+    shear: np.ndarray
+    stiffness: np.ndarray
+
+
+def capacity_chain(
+    displacement: ArrayLike,
+    capacity: ArrayLike,
+    mass: np.ndarray,
+    height: np.ndarray,
+    *,
+    curve: str,
+    distribution: str,
+    law: str,
+    softening: str,
+    unloading_exponent: ArrayLike = 0.0,
+) -> tuple[dict[str, np.ndarray | float], np.ndarray]:
+    """Return parameters of `from_capacity`'s chain, and the storey drifts at the end of the curve [m], shape [storey].
+
+    They are `stiffness` [N/m, storey] and `yield_force` [N, storey], and what the law takes of a backbone.
+
+    Args:
+        displacement: As of `from_capacity`.
+        capacity: As of `from_capacity`.
+        mass: Floor mass [kg], shape [storey].
+        height: Storey height [m], shape [storey].
+        curve: As of `from_capacity`.
+        distribution: As of `from_capacity`.
+        law: Name of the storey law.
+        softening: As of `from_capacity`.
+        unloading_exponent: That of the law `hysteretic`, one value or one a storey.
+    """
+    one_of("capacity curve", curve, CURVES)
+    one_of("distribution over the storeys", distribution, DISTRIBUTIONS)
+    one_of("softening", softening, SOFTENING)
+    hardening: dict[str, float] = {}
+    if law in CORNERS:
+        x, y = _checked_points(displacement, capacity, law)
+    else:
+        at, strength, ratio = bilinear_curve(displacement, capacity)
+        _refuse_falling_branch(displacement, capacity, (at, strength, ratio), law)
+        x, y = checked_curve(displacement, capacity)
+        end = x[y.argmax()]
+        x, y = np.array([at, end]), strength * np.array([1, 1 + ratio * (end / at - 1)])
+        hardening = {"hardening_ratio": ratio}
+    pushed = _distributed(x, y, mass, height, curve, distribution)
+    yield_force = pushed.shear * pushed.base_shear[0]
+    drift = _storey_drifts(pushed, softening, unloading_exponent)
+    chain: dict[str, np.ndarray | float] = {"stiffness": pushed.stiffness, "yield_force": yield_force, **hardening}
+    if law in CORNERS:
+        chain |= law_parameters(law, drift, pushed.base_shear[:, None] * pushed.shear)
+    return chain, drift[-1]
+
+
+def _distributed(
+    x: np.ndarray, y: np.ndarray, mass: np.ndarray, height: np.ndarray, curve: str, distribution: str
+) -> Pushed:
+    """Return the pushover curve of a curve, pushover or spectrum, and the storeys' shares."""
+    storeys = len(mass)
+    uniform = modal_properties(mass, chain_stiffness_matrix(np.ones(storeys))).isel(mode=0)
+    if distribution == "frame":
+        if storeys > MOST_FRAME_STOREYS:
+            raise ValueError(
+                f"distribution 'frame' holds up to {MOST_FRAME_STOREYS} storeys, got {storeys}: take 'first_mode', as "
+                "GEM's toolkit does"
+            )
+        shape = (np.cumsum(height) / height.sum()) ** FRAME_EXPONENT
+    elif distribution == "soft_storey" and storeys > 1:
+        relative = np.array([SOFT_STOREY_STIFFNESS, *np.ones(storeys - 1)])
+        shape = modal_properties(mass, chain_stiffness_matrix(relative))["shape"].values[0]
+    else:
+        # Lu's and GEM's other chains convert spectra by the first mode of a chain of equal stiffness.
+        shape = uniform["shape"].values
+    period = 2 * np.pi * np.sqrt(x[0] / y[0])
+    if curve == "spectrum":
+        moment = mass @ shape
+        x = x * (moment / (mass @ shape**2) * shape[-1])
+        y = y * (moment**2 / (mass @ shape**2))
+    if distribution != "triangular":
+        shear = storey_shears(mass * shape / (mass @ shape))
+        stiffness = shear * y[0] / (x[0] * np.diff(shape, prepend=0.0) / shape[-1])
+        return Pushed(x, y, shear, stiffness)
+    shear = storey_shears(floor_loads("triangular", mass, height))
+    equal = (float(uniform["period"]) / period) ** 2 if curve == "spectrum" else shear.sum() * y[0] / x[0]
+    # The chain that has a spectrum's period yields at another roof displacement, by some percent.
+    return Pushed(x * (shear.sum() * y[0] / equal / x[0]), y, shear, np.full(storeys, equal))
+
+
+def _storey_drifts(pushed: Pushed, softening: str, unloading_exponent: ArrayLike) -> np.ndarray:
+    """Return the storey drifts at the points of the curve [m], shape [point, storey].
+
+    Up to the peak all storeys move in proportion. Beyond it those drifts of a storey are the ones that it has if it
+    softens alone: what is left of the roof displacement when the others have unloaded along their unloading stiffness.
+    Whichever storey softens, the roof then follows the curve.
+    """
+    shear, u, v = pushed.shear, pushed.displacement, pushed.base_shear
+    share = shear / pushed.stiffness * v[0] / u[0]
+    drift = u[:, None] * share
+    peak = _peak(v)
+    if softening == "every_storey" or peak == len(v) - 1:
+        return drift
+    ductility, strength = u[peak] / u[0], v[peak] / v[0]
+    softer = np.minimum(ductility ** np.asarray(unloading_exponent, float), ductility / max(strength, 1.0))
+    given_back = (v[peak] - v[peak + 1 :, None]) * shear / pushed.stiffness * softer
+    others = given_back.sum(axis=1, keepdims=True) - given_back
+    drift[peak + 1 :] = drift[peak] + (u[peak + 1 :, None] - u[peak]) + others
+    return drift
+
+
+def _peak(capacity: np.ndarray) -> int:
+    """Return the last point before the capacity falls, or the last of all."""
+    falls = np.flatnonzero(np.diff(capacity) < 0)
+    return int(falls[0]) if falls.size else len(capacity) - 1
+
+
+def _refuse_falling_branch(
+    displacement: ArrayLike, capacity: ArrayLike, bilinear: tuple[float, float, float], law: str
+) -> None:
+    """Raise a ValueError if a bilinear curve of yield displacement, strength and hardening leaves the given one.
+
+    It is that up to the given curve's peak; beyond, it goes on rising.
+    """
+    x, y, (at, strength, ratio) = np.asarray(displacement, float), np.asarray(capacity, float), bilinear
+    peak = int(np.flatnonzero(y == y.max())[-1])
+    force = strength * (1 + ratio * (x / at - 1))
+    for point in np.flatnonzero(force[peak + 1 :] > y[peak + 1 :] + LARGEST_EXCESS * y[peak]) + peak + 1:
+        falling = ", ".join(repr(name) for name in CORNERS if name not in KINEMATIC)
+        raise ValueError(
+            f"the capacity curve falls after its peak, point {peak}, from {y[peak]:g} to {y[point]:g} at point "
+            f"{point}, where law {law!r} has {force[point]:g}: take a law that falls ({falling}) with a curve of two "
+            "to four points, or leave out the points after the peak"
+        )
+
+
+def _checked_points(displacement: ArrayLike, capacity: ArrayLike, law: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the curve's points without the origin, if they are corners of a backbone.
+
+    Raises:
+        ValueError: If there are other than two to four, a part is stiffer than the first, or one rises after the peak.
+    """
+    x, y = (values[1:] for values in checked_curve(displacement, capacity))
+    given = np.size(displacement) - len(x)  # 1 if the origin was given: messages count the caller's points
+    if len(x) > MOST_POINTS:
+        raise ValueError(
+            f"the capacity curve has {len(x)} points beside the origin; law {law!r} takes two to {MOST_POINTS}, the "
+            "corners of its backbone: give the corners of the curve that replaces it"
+        )
+    rise, length = np.diff(y, prepend=0.0), np.diff(x, prepend=0.0)
+    for point in np.flatnonzero(rise > y[0] / x[0] * length * (1 + 1e-9)):
+        raise ValueError(
+            f"the capacity curve is stiffer before point {point + given} than at first: no part of a backbone may be"
+        )
+    peak = _peak(y)
+    if law in KINEMATIC and peak < len(y) - 1:
+        raise ValueError(
+            f"the capacity curve falls after point {peak + given}, and law {law!r} cannot fall: take 'pinching4', "
+            "'hysteretic' or an IMK law"
+        )
+    for point in np.flatnonzero(rise[peak + 1 :] > 0) + peak + 1:
+        if point < len(y) - 1 or y[point] > LARGEST_LAST_RISE * y[point - 1]:
+            raise ValueError(
+                f"the capacity curve rises again at point {point + given}, from {y[point - 1]:g} to {y[point]:g}, "
+                f"after it has fallen from point {peak + given}: only the last point may lie higher than the one "
+                "before, by 1 % at most"
+            )
+    return x, y

@@ -1,0 +1,234 @@
+"""Undamped modes of a structure, and damping matrices that are based on them."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from scipy.linalg import eigh
+
+from warpdyn.foundations.core.checks import check_dataset, unmasked
+from warpdyn.foundations.core.description import Text
+
+ROUNDINGS = 16  # of a squared frequency that is 0, over the highest and the number of modes
+
+
+def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return squared circular frequencies [rad2/s2], 0 of free motions but for rounding, and shapes of unit modal mass.
+
+    Args:
+        stiffness: Stiffness matrix [N/m], symmetric, shape [dof, dof].
+        mass: Mass matrix [kg], symmetric and positive definite, shape [dof, dof].
+
+    Returns:
+        Shapes [mode] and [dof, mode].
+    """
+    squared, shape = eigh(stiffness, mass)
+    rounding = len(squared) * ROUNDINGS * np.finfo(float).eps * np.abs(squared).max()
+    return np.where(np.abs(squared) <= rounding, 0.0, squared), shape
+
+
+def modal_properties(
+    mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None, *, may_move_freely: bool = False
+) -> xr.Dataset:
+    """Return periods, shapes and participation of the undamped modes, from the lowest frequency up.
+
+    Shapes are scaled so that their largest component is +1; participation factors belong to that scaling.
+    Chopra, Dynamics of Structures, sections 10.2 and 13.2.
+
+    Args:
+        mass: Masses [kg], shape [dof], or mass matrix, symmetric and positive definite, shape [dof, dof].
+        stiffness: Stiffness matrix [N/m], symmetric and positive definite, shape [dof, dof].
+        influence: Displacement of each DOF per unit base displacement, shape [dof]; ones if left out.
+        may_move_freely: Whether the stiffness may be singular, so that some periods are infinite (but not all).
+
+    Returns:
+        Dataset over `mode` and `dof`.
+
+    Raises:
+        ValueError: If a shape does not fit, or a matrix is asymmetric, singular or not positive definite.
+    """
+    mass = unmasked("mass", mass, np.float64)
+    stiffness = unmasked("stiffness", stiffness, np.float64)
+    matrix = np.diag(mass) if mass.ndim == 1 else mass
+    for name, value in (("mass", matrix), ("stiffness", stiffness)):
+        if value.ndim != 2 or value.shape != (len(mass), len(mass)) or value.size == 0:
+            raise ValueError(f"{name} must be square with one row a DOF ({len(mass)}), got shape {value.shape}")
+        _check_symmetric(name, value)
+    least, *_, most = np.linalg.eigvalsh(matrix)[[0, -1]]
+    if least <= len(matrix) * np.finfo(float).eps * most:
+        raise ValueError(f"mass must be positive definite; its least eigenvalue is {least:.6g} kg")
+    influence = np.ones(len(matrix)) if influence is None else unmasked("influence", influence, np.float64)
+    if influence.shape != (len(matrix),) or not np.isfinite(influence).all() or not influence.any():
+        raise ValueError(f"influence must be finite, not all 0, and of shape [{len(matrix)}], got {influence}")
+    eigenvalue, shape = undamped_modes(stiffness, matrix)
+    if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
+        what = "negative" if eigenvalue[0] < 0 else "all 0"
+        raise ValueError(
+            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
+            "parts may move freely, but a system needs a period and no negative stiffness"
+        )
+    if not may_move_freely and eigenvalue[0] <= 0:
+        raise ValueError(
+            f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2 "
+            f"beside a greatest of {eigenvalue[-1]:.6g} (a part of the structure can move freely)"
+        )
+    shape = shape.T  # [mode, dof]
+    shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
+    modal_mass = np.einsum("mi,ij,mj->m", shape, matrix, shape)
+    excitation = shape @ matrix @ influence
+    effective_mass = excitation**2 / modal_mass
+    omega = np.sqrt(eigenvalue)
+    with np.errstate(divide="ignore"):
+        period = 2 * np.pi / omega
+    columns = {
+        "period": (period, "natural period", "s"),
+        "circular_frequency": (omega, "natural circular frequency", "rad s-1"),
+        "participation_factor": (excitation / modal_mass, "modal participation factor", "1"),
+        "effective_mass": (effective_mass, "effective modal mass", "kg"),
+        "effective_mass_ratio": (effective_mass / (influence @ matrix @ influence), "effective modal mass ratio", "1"),
+    }
+    dataset = xr.Dataset({k: ("mode", v, {"long_name": name, "units": unit}) for k, (v, name, unit) in columns.items()})
+    dataset["shape"] = (("mode", "dof"), shape, {"long_name": "mode shape, largest component 1", "units": "1"})
+    return dataset.assign_coords(
+        mode=("mode", np.arange(1, len(omega) + 1), {"long_name": "mode number", "units": "1"}),
+        dof=("dof", np.arange(1, len(omega) + 1), {"long_name": "degree of freedom", "units": "1"}),
+    )
+
+
+def modal_table(modes: xr.Dataset) -> str:
+    """Return the modes as a text table: periods, frequencies, participation, effective masses and their sums.
+
+    Args:
+        modes: What `modal()` of a structure returned, or its first modes.
+
+    Raises:
+        ValueError, TypeError: If it is something else.
+
+    Example:
+        >>> print(wd.modal_table(building.modal()))
+        mode  period [s]  frequency [Hz]  participation  effective mass [t]    share  sum of shares
+           1     0.53208          1.8794         1.1934              183.21  91.60 %        91.60 %
+           2     0.21419          4.6688         0.3613              16.795   8.40 %       100.00 %
+    """
+    check_dataset(
+        "modal_table", modes, "period", "effective_mass_ratio", advice="give building.modal()", argument="modes"
+    )
+    head = ("mode", "period [s]", "frequency [Hz]", "participation", "effective mass [t]", "share", "sum of shares")
+    ratio = 100 * modes["effective_mass_ratio"].values
+    columns = zip(
+        (f"{mode:d}" for mode in modes["mode"].values),
+        (f"{period:.5g}" for period in modes["period"].values),
+        (f"{omega / (2 * np.pi):.5g}" for omega in modes["circular_frequency"].values),
+        (f"{factor:.4f}" for factor in modes["participation_factor"].values),
+        (f"{mass / 1000:.5g}" for mass in modes["effective_mass"].values),
+        (f"{share:.2f} %" for share in ratio),
+        (f"{share:.2f} %" for share in np.cumsum(ratio)),
+        strict=True,
+    )
+    rows = [head, *columns]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
+    return Text(
+        "\n".join("  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)) for row in rows)
+    )
+
+
+def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
+    """Return the stiffness matrices of shear chains on a fixed base.
+
+    Args:
+        storey_stiffness: Storey stiffness [N/m], from the ground up, shape [..., storey]. Storey dampers [N s/m] give
+            damping matrices in the same way.
+
+    Returns:
+        Stiffness [N/m], shape [..., storey, storey].
+
+    Raises:
+        ValueError: If a value is not finite, or there is no storey.
+    """
+    storey_stiffness = np.asarray(storey_stiffness, dtype=np.float64)
+    if storey_stiffness.ndim == 0 or storey_stiffness.shape[-1] == 0 or not np.isfinite(storey_stiffness).all():
+        raise ValueError(f"storey_stiffness must be finite and of shape [..., storey], got {storey_stiffness.shape}")
+    storeys = np.arange(storey_stiffness.shape[-1])
+    matrix = np.zeros((*storey_stiffness.shape, storeys.size))
+    matrix[..., storeys, storeys] = storey_stiffness
+    matrix[..., storeys[:-1], storeys[:-1]] += storey_stiffness[..., 1:]
+    matrix[..., storeys[:-1], storeys[1:]] = matrix[..., storeys[1:], storeys[:-1]] = -storey_stiffness[..., 1:]
+    return matrix
+
+
+def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: np.ndarray | float) -> np.ndarray:
+    """Return damping matrices that give every mode the same damping ratio.
+
+    C = M (sum of 2 zeta w_n phi_n phi_n^T) M with mass-normalised shapes (Chopra, Dynamics of Structures, 11.4.2).
+
+    Args:
+        mass: Masses [kg], shape [..., dof].
+        stiffness_matrix: Stiffness matrices [N/m], symmetric and positive definite, shape [..., dof, dof].
+        ratio: Damping ratio [-], 0 or above, shape [...] or one for all.
+
+    Returns:
+        Damping [N s/m], shape [..., dof, dof].
+
+    Raises:
+        ValueError: If a shape does not fit, a mass is not above 0, a ratio is below 0, or a stiffness matrix is
+            asymmetric or not positive definite.
+    """
+    mass = _positive("mass", mass)
+    stiffness_matrix = np.asarray(stiffness_matrix, dtype=np.float64)
+    if stiffness_matrix.shape != (*mass.shape, mass.shape[-1]):
+        raise ValueError(
+            f"stiffness_matrix must have shape {(*mass.shape, mass.shape[-1])}, got {stiffness_matrix.shape}"
+        )
+    _check_symmetric("stiffness_matrix", stiffness_matrix)
+    ratio = np.asarray(ratio, dtype=np.float64)
+    if ratio.shape not in ((), mass.shape[:-1]) or not (np.isfinite(ratio) & (ratio >= 0)).all():
+        raise ValueError(f"ratio must be finite, 0 or above, and of shape () or {mass.shape[:-1]}, got {ratio}")
+    root = np.sqrt(mass)
+    eigenvalue, shape = np.linalg.eigh(stiffness_matrix / root[..., :, None] / root[..., None, :])
+    if (eigenvalue <= 0).any():
+        where = [int(i) for i in np.argwhere(eigenvalue <= 0)[0][:-1]]
+        raise ValueError(f"stiffness_matrix{where or ''} must be positive definite")
+    scaled = root[..., :, None] * shape
+    return np.einsum("...im,...m,...jm->...ij", scaled, 2 * ratio[..., None] * np.sqrt(eigenvalue), scaled)
+
+
+def rayleigh_coefficients(
+    omega_i: np.ndarray | float, omega_j: np.ndarray | float, ratio: np.ndarray | float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the coefficients of C = a0 M + a1 K for one damping ratio at two frequencies (Chopra, equation 11.4.10).
+
+    Args:
+        omega_i: Circular frequency of one mode [rad/s], shape [...].
+        omega_j: Circular frequency of the other mode [rad/s], shape [...].
+        ratio: Damping ratio at both [-], 0 or above, shape [...].
+
+    Returns:
+        Mass coefficient a0 [1/s] and stiffness coefficient a1 [s], each of the arguments' common shape.
+
+    Raises:
+        ValueError: If a frequency is not finite and above 0, or a ratio is not finite and 0 or above.
+    """
+    omega_i, omega_j = _positive("omega_i", omega_i), _positive("omega_j", omega_j)
+    ratio = np.asarray(ratio, dtype=np.float64)
+    if not (np.isfinite(ratio) & (ratio >= 0)).all():
+        raise ValueError(f"ratio must be finite and 0 or above, got {ratio}")
+    a1 = 2 * ratio / (omega_i + omega_j)
+    return omega_i * omega_j * a1, a1
+
+
+def _positive(name: str, value: np.ndarray | float) -> np.ndarray:
+    value = np.asarray(value, dtype=np.float64)
+    bad = np.argwhere(~(np.isfinite(value) & (value > 0)))
+    if len(bad):
+        where = [int(i) for i in bad[0]]
+        raise ValueError(f"{name}{where or ''} is {value[tuple(bad[0])]}; it must be finite and above 0")
+    return value
+
+
+def _check_symmetric(name: str, matrix: np.ndarray) -> None:
+    if not np.isfinite(matrix).all():
+        raise ValueError(f"{name} must be finite")
+    gap = np.abs(matrix - np.swapaxes(matrix, -1, -2))
+    if (gap > 1e-9 * np.abs(matrix).max(axis=(-2, -1), keepdims=True)).any():
+        where = [int(i) for i in np.unravel_index(gap.argmax(), gap.shape)]
+        raise ValueError(f"{name} must be symmetric; {name}{where} differs from its mirror by {gap.max():.6g}")

@@ -1,0 +1,90 @@
+"""Shear chains of given periods."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import finite_numbers, one_of
+from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
+from warpdyn.model.structures.modal import chain_stiffness_matrix
+
+STIFFNESS_DISTRIBUTIONS = ("uniform", "linear_mode")
+PERIOD_TOLERANCE = 1e-9  # relative
+RESTARTS = 10
+
+
+def chain_of_periods(period: ArrayLike, mass: np.ndarray, height: np.ndarray, distribution: str) -> np.ndarray:
+    """Return the storey stiffnesses [N/m, storey] of `from_periods`' chain; mass and height have shape [storey]."""
+    one_of("stiffness distribution", distribution, STIFFNESS_DISTRIBUTIONS)
+    periods = np.atleast_1d(finite_numbers("period", period))
+    storeys = len(mass)
+    if periods.ndim != 1 or not 1 <= periods.size <= storeys:
+        raise ValueError(f"period must be one to {storeys} periods, one a mode, got shape {np.shape(period)}")
+    for mode in np.flatnonzero(periods <= 0):
+        raise ValueError(f"the period of mode {mode + 1} is {periods[mode]:g} s; it must be above 0")
+    for mode in np.flatnonzero(np.diff(periods) >= 0):
+        raise ValueError(
+            f"periods must fall from mode to mode, but mode {mode + 2} has {periods[mode + 1]:g} s after "
+            f"{periods[mode]:g} s"
+        )
+    shape = np.ones(storeys)
+    if distribution == "linear_mode":
+        # Under the inertia forces of a mode that is linear over the height, every storey has the same drift ratio.
+        shape = storey_shears(floor_loads("triangular", mass, height)) / height
+    stiffness = shape * _scale(shape, mass, periods[0])
+    return stiffness if periods.size == 1 else _bent(stiffness, mass, periods)
+
+
+def _scale(stiffness: np.ndarray, mass: np.ndarray, period: float) -> float:
+    return float((2 * np.pi / period / _frequencies(stiffness, mass)[0]) ** 2)
+
+
+def _frequencies(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Return all circular frequencies [rad/s], rising; by numpy, because describing a scene must not import warp."""
+    root = np.sqrt(mass)
+    return np.sqrt(np.linalg.eigvalsh(chain_stiffness_matrix(stiffness) / np.outer(root, root)))
+
+
+def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarray:
+    """Modify a distribution of stiffness until it has the given first periods.
+
+    The logarithm of the stiffness is that of the start plus a polynomial over the storeys. High terms are scaled down,
+    so that a few periods give a smooth distribution; as many periods as storeys leave every stiffness free.
+    """
+    from scipy.optimize import least_squares  # which takes a tenth of a second to import
+
+    count, storeys = periods.size, start.size
+    place = np.linspace(-1, 1, storeys)
+    basis = np.linalg.qr(np.polynomial.legendre.legvander(place, storeys - 1))[0] / np.arange(1, storeys + 1) ** 2
+    wanted = np.log(2 * np.pi / periods)
+
+    def error(coefficients: np.ndarray) -> np.ndarray:
+        return np.log(_frequencies(start * np.exp(basis @ coefficients), mass)[:count]) - wanted
+
+    def slope(coefficients: np.ndarray) -> np.ndarray:
+        # d(w^2) = drift^2 dk for a mode of unit modal mass, and dk = k times the basis.
+        stiffness = start * np.exp(basis @ coefficients)
+        root = 1 / np.sqrt(mass)
+        square, vectors = np.linalg.eigh(chain_stiffness_matrix(stiffness) * root[:, None] * root)
+        drift = np.diff(root[:, None] * vectors, axis=0, prepend=0.0)[:, :count]
+        return (drift**2 * stiffness[:, None] / (2 * square[:count])).T @ basis
+
+    # The search may end in a local minimum; it then starts again elsewhere.
+    random = np.random.default_rng(0)
+    nearest: Any = None
+    for scale in (0.0, *np.linspace(0.2, 2.0, RESTARTS)):
+        begin = scale * np.arange(1, storeys + 1) * random.normal(size=storeys)
+        found = least_squares(error, begin, slope, max_nfev=100, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        if nearest is None or found.cost < nearest.cost:
+            nearest = found
+        if np.abs(nearest.fun).max() <= PERIOD_TOLERANCE:
+            return start * np.exp(basis @ nearest.x)
+    worst = int(np.abs(nearest.fun).argmax())
+    reached = periods[worst] * np.exp(-nearest.fun[worst])
+    raise ValueError(
+        f"no chain with these masses was found that has these periods: the nearest has {reached:.6g} s instead of "
+        f"{periods[worst]:.6g} s in mode {worst + 1}; ask for fewer periods or others"
+    )

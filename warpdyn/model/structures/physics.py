@@ -1,0 +1,120 @@
+"""Physics of storeys beside their laws and their damping, one row of PHYSICS each, such as P-Delta; and what ends them.
+
+To add one, write its row here and its part of the kernels, with the row's name, in `warpdyn/engine/kernels/parts/`.
+A building has it if it is given its parameters; the kernels of other buildings hold nothing of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from warpdyn.engine.laws import Parameter
+from warpdyn.engine.laws.bounds import first_place, place_of
+
+Values = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Physics:
+    """A force between floors that is no part of a storey law.
+
+    Args:
+        parameters: What a building is given of it, one value a storey; all of them or none.
+        stiffness: What it adds to a storey's stiffness [N/m], from the parameters, [..., storey]; linear in the drift,
+            since exact methods know no more of it.
+        packed: The arrays that its part of the kernels reads, from the parameters, each [..., storey].
+        problem: An error message on parameters that do not go together, or None.
+    """
+
+    parameters: Mapping[str, Parameter]
+    stiffness: Callable[[Values], np.ndarray]
+    packed: Callable[[Values], dict[str, np.ndarray]]
+    problem: Callable[[Values], str | None]
+
+
+def storey_weight_over_height(parameters: Values) -> np.ndarray:
+    """Return the load that each storey carries over its height [N/m], shape [..., storey].
+
+    A storey of height h that carries the load W is pushed outward by the force W / h times its drift, as if a spring of
+    negative stiffness -W / h acted beside its own (Chopra, Dynamics of Structures, section 22.1).
+
+    Args:
+        parameters: Parameters of shear buildings, `gravity_load` among them, each [..., storey].
+    """
+    from_the_top = parameters["gravity_load"][..., ::-1]
+    return np.cumsum(from_the_top, axis=-1)[..., ::-1] / parameters["height"]
+
+
+def _buckling_problem(parameters: Values) -> str | None:
+    """Return an error message on the first storey that buckles under its gravity load, or None."""
+    stiffness, leaning = parameters["stiffness"], storey_weight_over_height(parameters)
+    bad = stiffness - leaning <= 0
+    if not bad.any():
+        return None
+    place = first_place(bad)
+    bounds, loads = (per_height * parameters["height"] for per_height in (stiffness, leaning))
+    bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
+    return (
+        f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: from the top down it must stay "
+        f"below stiffness times height there, {bound:g} N"
+    )
+
+
+PHYSICS = {
+    "p_delta": Physics(
+        parameters={"gravity_load": Parameter("N", "vertical load of the floor that leans with the building", low=0.0)},
+        stiffness=lambda values: -storey_weight_over_height(values),
+        packed=lambda values: {"storey_weight_over_height": storey_weight_over_height(values)},
+        problem=_buckling_problem,
+    ),
+}
+
+
+def physics_of(names: Mapping[str, object]) -> tuple[str, ...]:
+    """Return the rows of PHYSICS of which a building has a parameter."""
+    return tuple(row for row, physics in PHYSICS.items() if physics.parameters.keys() & names.keys())
+
+
+def effective_stiffness(parameters: Values, stiffness: np.ndarray | None = None) -> np.ndarray:
+    """Return the initial, or another, storey stiffness with what physics add to it [N/m], shape [..., storey]."""
+    stiffness = parameters["stiffness"] if stiffness is None else stiffness
+    for row in physics_of(parameters):
+        stiffness = stiffness + PHYSICS[row].stiffness(parameters)
+    return stiffness
+
+
+def physics_problem(parameters: Values) -> str | None:
+    """Return an error message on the first parameters of physics that do not go together, or None."""
+    problems = (PHYSICS[row].problem(parameters) for row in physics_of(parameters))
+    return next((problem for problem in problems if problem), None)
+
+
+# A building may be given either or both; the one that is passed first counts.
+DRIFT_CAPACITIES = {
+    "drift_capacity": Parameter("m", "storey drift at collapse", low=0.0, low_open=True),
+    "drift_ratio_capacity": Parameter("1", "storey drift ratio at collapse", low=0.0, low_open=True),
+}
+# No storey stands that leans by half its height: where gravity pulls and nothing else is said, it collapses there.
+COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY = 0.5
+
+
+def capacities_of(names: Mapping[str, object]) -> dict[str, Parameter]:
+    """Return the rows of DRIFT_CAPACITIES that are among the names."""
+    return {name: parameter for name, parameter in DRIFT_CAPACITIES.items() if name in names}
+
+
+def inverse_drift_capacity(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return one over the drift at which each storey collapses [1/m], shape [..., storey].
+
+    Args:
+        parameters: Parameters of shear buildings, one or both of DRIFT_CAPACITIES among them, each [..., storey].
+    """
+    inverse = []
+    if "drift_capacity" in parameters:
+        inverse.append(1 / parameters["drift_capacity"])
+    if "drift_ratio_capacity" in parameters:
+        inverse.append(1 / (parameters["drift_ratio_capacity"] * parameters["height"]))
+    return np.maximum.reduce(inverse)

@@ -1,0 +1,201 @@
+"""Buildings with an additional storey: isolators below, or a tuned mass damper on the roof."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Self
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.engine.laws import LAWS, Law, Parameter
+from warpdyn.engine.laws.building_law import missing_at
+from warpdyn.engine.laws.lookup import laws_and_values
+from warpdyn.foundations.core.checks import one_of, real_number
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+
+ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
+CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at its displacement capacity
+MASS_RATIO = Parameter(
+    "1", "mass of the damper over that of the first mode", low=0.0, low_open=True, high=1.0, often_in_percent=True
+)
+DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
+
+
+class ProtectedChain:
+    """Methods of a ShearBuilding that add isolators or a tuned mass damper."""
+
+    # Of the ShearBuilding that this is a part of.
+    storeys: int
+    storey_laws: tuple[str, ...]
+    devices: tuple[str, ...]
+    damping: str
+    damped_storeys: tuple[int, int] | None
+    parameters: Mapping[str, np.ndarray]
+
+    own_storeys: np.ndarray  # which storeys are not isolators or a tuned mass damper
+
+    def modal(self) -> xr.Dataset:
+        """Return periods and shapes; the ShearBuilding's own."""
+        raise NotImplementedError
+
+    def on_isolators(
+        self,
+        law: str | Law,
+        base_mass: float,
+        displacement_capacity: float,
+        *,
+        damper_coefficient: float = 0.0,
+        **parameters: float,
+    ) -> Self:
+        """Return the building on isolators, which form an additional first storey below the mass of the base.
+
+        Rayleigh damping stays that of the building on a fixed base, in proportion to the stiffness of its own storeys
+        alone (`damped_storeys`); isolators have only their hysteresis and their own viscous damping. Rayleigh damping
+        in two modes keeps the ratio of the first. Stiffness-proportional damping becomes such damping, too.
+
+        Args:
+            law: Law of the isolators, by name or as an object of its class: "lead_rubber_bearing" (`stiffness` before
+                yield [N/m], `yield_force` [N], `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before
+                sliding [N/m], `friction_coefficient`, `radius` [m]; `weight` [N] is the building's own unless it is
+                given), or "elastic", "bilinear" or "bouc_wen".
+            base_mass: Mass between the isolators and the first storey [kg].
+            displacement_capacity: Displacement at which the isolators fail [m]. The height of their storey is set to
+                ten times that, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a
+                building whose isolators fail has collapsed. That ratio is no drift ratio of the building: a run names
+                the storey (`storey_kind`), and fragility curves and damage shares leave it out.
+            damper_coefficient: Linear viscous damping across the isolators [N s/m].
+            **parameters: Stiffness of the isolators, and what their law takes where it is a name.
+
+        Raises:
+            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
+                or there is P-Delta.
+
+        Example:
+            >>> bearings = wd.laws.LeadRubberBearing(yield_force=1.2e5, post_yield_stiffness=1.2e6)
+            >>> isolated = building.on_isolators(bearings, base_mass=1e5, displacement_capacity=0.4, stiffness=1.2e7)
+            >>> isolated.dofs
+            3
+        """
+        values: dict[str, Any] = dict(parameters)
+        if not isinstance(law, str):
+            (law,), own = laws_and_values(law, parameters)
+            values = own | parameters
+        one_of("law of isolators", law, ISOLATORS)
+        mass = real_number("base_mass [kg]", base_mass, above=0)
+        capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
+        if law == "friction_pendulum":
+            weight = STANDARD_GRAVITY * (mass + self.parameters["mass"].sum())
+            values = {"weight": weight} | values
+        if "gravity_load" in self.parameters:
+            raise ValueError(
+                "a building with a gravity_load takes no isolators: P-Delta across them is in their tested stiffness, "
+                "and their storey has no height for it"
+            )
+        values = {"mass": mass, "height": capacity / CAPACITY_RATIO, **values}
+        return self._with_storey(0, law, values, damper_coefficient)
+
+    def with_tuned_mass_damper(
+        self,
+        mass_ratio: float,
+        frequency_ratio: float | None = None,
+        damping_ratio: float | None = None,
+        *,
+        displacement_capacity: float = 10.0,
+    ) -> Self:
+        """Return the building with a tuned mass damper on its roof: an additional, elastic last storey with a dashpot.
+
+        The defaults are Den Hartog's optimum, which minimises the roof's largest response to a harmonic force without
+        other damping: frequency ratio 1 / (1 + mu), damping ratio sqrt(3 mu / (8 (1 + mu))) (Den
+        Hartog, Mechanical Vibrations, 4th edition, section 3.3; his ratio is over the building's frequency, this one
+        over the damper's own). Rayleigh damping stays that of the building without it, as in `on_isolators`.
+
+        Args:
+            mass_ratio: Mass of the damper over that of the first mode [1], whose shape is 1 at the roof; at most 1.
+            frequency_ratio: Frequency of the damper over the building's first frequency [1].
+            damping_ratio: Damping ratio of the damper [1].
+            displacement_capacity: Displacement from the roof that the damper has room for [m]; the height of its storey
+                is set to ten times that, so that its drift ratio is 0.1 there.
+
+        Raises:
+            ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
+
+        Example:
+            >>> damped = building.with_tuned_mass_damper(mass_ratio=0.02)  # tuned as Den Hartog has it
+            >>> damped.dofs
+            3
+        """
+        ratio = real_number("mass_ratio", mass_ratio)
+        problem = MASS_RATIO.first_violation("mass_ratio", np.array(ratio), ())
+        if problem:
+            raise ValueError(problem)
+        if frequency_ratio is None:
+            frequency_ratio = 1 / (1 + ratio)
+        if damping_ratio is None:
+            damping_ratio = np.sqrt(3 * ratio / (8 * (1 + ratio)))
+        frequency_ratio = real_number("frequency_ratio", frequency_ratio, above=0)
+        damping_ratio = real_number("damping_ratio", damping_ratio, least=0)
+        capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
+        findings = PlausibilityFindings()
+        findings.add("tuned_mass_ratio", ratio)
+        findings.add("tuned_frequency_ratio", frequency_ratio)
+        if damping_ratio > 0:
+            findings.add("tuned_damping_ratio", damping_ratio)
+        findings.warn()
+        first = self.modal().isel(mode=0)
+        shape = first["shape"].values / first["shape"].values[-1]
+        mass = ratio * float(self.parameters["mass"] @ shape**2)
+        omega = frequency_ratio * float(first["circular_frequency"])
+        own = {"mass": mass, "stiffness": mass * omega**2, "height": capacity / CAPACITY_RATIO}
+        return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
+
+    def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
+        """Return the building with a storey inserted at a place, with its own law, parameters and dashpot."""
+        if self.damping not in DAMPINGS:
+            raise ValueError(
+                f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: this damping is "
+                f"of the whole building and would act on them, too; use one of {', '.join(map(repr, DAMPINGS))}"
+            )
+        dashpot = real_number("damper_coefficient [N s/m]", dashpot, least=0)
+        taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
+        for name in own:
+            if name not in taken:
+                raise ValueError(
+                    f"unknown parameter {name!r}: isolators of law {law!r} take {', '.join(sorted(taken))}"
+                )
+        for name, value in own.items():
+            real_number(f"{name} of the storey", value)
+        laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
+        added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
+        added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
+        # Devices of the building's storeys have zero strength here.
+        added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
+        devices = self.devices
+        values = dict(self.parameters)
+        ratio = values.pop("damping_ratio", None)
+        if dashpot > 0 and "viscous_damper" not in devices:
+            devices = (*devices, "viscous_damper")
+            values["damper_coefficient"] = np.zeros(self.storeys)
+        for name in {*values, *own}:
+            before = values.get(name, np.full(self.storeys, np.nan))
+            new: Any = own.get(name, added.get(name))
+            if new is None and name in LAWS[law].parameters:
+                new = LAWS[law].parameters[name].default
+            elif new is None and name not in ("stiffness", "mass", "height"):
+                new = before[0]  # this law does not use it, or it is a device's parameter, where any value will do
+            if new is None:
+                raise ValueError(missing_at(name, place, law))
+            values[name] = np.insert(before, place, new)
+        if ratio is not None:
+            values["damping_ratio"] = ratio
+        damped, damping = None, self.damping
+        if damping in ("rayleigh", "stiffness_proportional"):
+            damping = "rayleigh"  # with damped_storeys: in proportion to their stiffness alone
+            first, last = self.damped_storeys or (1, self.storeys)
+            damped = (first + (place == 0), last + (place == 0))
+        laws = (*laws[:place], law, *laws[place:])
+        building: type[Any] = type(self)
+        made: Any = building(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)
+        made.own_storeys = np.insert(self.own_storeys, place, False)
+        return made

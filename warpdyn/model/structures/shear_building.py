@@ -1,0 +1,308 @@
+"""Shear buildings, in SI units, checked at construction."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.kernels.registry import recorders as known_recorders
+from warpdyn.engine.laws import LAWS, Device, Law, Parameter
+from warpdyn.engine.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
+from warpdyn.engine.laws.lookup import devices_and_values, laws_and_values
+from warpdyn.engine.laws.parameter import names_of
+from warpdyn.foundations.core.checks import one_of, real_numbers
+from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
+from warpdyn.foundations.core.output_variables import KIND_ATTRIBUTES, STOREY_KIND
+from warpdyn.model.structures.calibration import CalibratedChain
+from warpdyn.model.structures.damping import DAMPING
+from warpdyn.model.structures.linear_system import LinearSystem
+from warpdyn.model.structures.modal import chain_stiffness_matrix, modal_properties
+from warpdyn.model.structures.physics import (
+    COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY,
+    PHYSICS,
+    capacities_of,
+    effective_stiffness,
+    physics_of,
+    physics_problem,
+)
+from warpdyn.model.structures.protection import ProtectedChain
+from warpdyn.model.structures.structure import MAXIMUM_STOREYS, Structure, count_along
+
+__all__ = ["LinearSystem", "ShearBuilding"]
+
+BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
+
+
+@with_suggestions
+class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
+    """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
+
+    `from_hazus`, `from_capacity` and `from_periods` make one from properties of the whole building.
+
+    With gravity loads each storey carries those of its floor and above, W, and its height h gives the P-Delta force
+    W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
+    base shear and storey forces are those of the springs alone: the shear in the columns.
+
+    Args:
+        mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
+        stiffness: Initial storey stiffness [N/m], shape [storey].
+        height: Storey height [m], shape [storey].
+        law: Storey law, one for all storeys or one a storey. An object of a class of `warpdyn.engine.laws` brings its
+            parameters along, as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`; a name, "bilinear" or OpenSees'
+            "Steel01", leaves them to `parameters`. `warpdyn.laws.LAWS` has every law; the help of its class says what
+            it takes.
+        devices: What stands beside the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
+            `Gap` (a stop on either side of the storey's drift) or `OneSidedGap` (one ahead).
+        damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`,
+            whose frequencies are those under gravity, as eigenvalues are after OpenSees' gravity analysis; of mass and
+            initial stiffness without P-Delta, as that of OpenSees' betaKinit, for gravity dissipates nothing);
+            "rayleigh_tangent" (the same of mass and tangent stiffness, OpenSees' betaK: it fades as storeys yield, and
+            is 0 on falling branches, where OpenSees' gives energy); "mass_proportional" or "stiffness_proportional"
+            (initial stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
+        damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
+        damped_storeys: First and last storey with Rayleigh damping, if the others are isolators or a tuned mass damper:
+            the damping is then in proportion to their stiffness alone, with its ratio in the first mode that they would
+            have on a fixed base. A mass-proportional part would damp the displacement of the isolators (Ryan and
+            Polanco 2008, Journal of Structural Engineering 134).
+        gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
+            building (P-Delta); None for no P-Delta.
+        drift_capacity: Storey drift at which the building collapses [m], shape [storey], as of OpenSees' MinMax; None
+            for none.
+        drift_ratio_capacity: The same as a drift ratio [1], shape [storey]; of both, the one that is passed first
+            counts.
+        **parameters: What the damping takes, and laws and devices that are given by name: one value or one a storey,
+            such as `yield_force` [N] and `damping_ratio`. Where laws differ, a value counts in storeys whose law takes
+            it, and is NaN in the others. A storey without a device has 0 for its `slip_force` [N],
+            `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
+
+    Raises:
+        ValueError: If a value is out of bounds, lengths differ, a name is unknown, or a storey buckles under its load.
+        TypeError: If laws or devices are given in another form than above.
+
+    Example:
+        >>> law = wd.laws.Bilinear(yield_force=[3e5, 2e5], hardening_ratio=0.05)
+        >>> building = wd.ShearBuilding(1e5, [4e7, 3e7], 3.0, law=law, damping="rayleigh", damping_ratio=0.05)
+        >>> building.dofs, round(building.fundamental_period, 3)
+        (2, 0.532)
+    """
+
+    family = "chain"
+    demand = "drift"
+
+    def __init__(
+        self,
+        mass: ArrayLike,
+        stiffness: ArrayLike,
+        height: ArrayLike,
+        *,
+        law: str | Law | type[Law] | Sequence[str | Law] = "elastic",
+        devices: Sequence[str | Device] = (),
+        damping: str = "none",
+        damping_modes: tuple[int, int] | None = None,
+        damped_storeys: tuple[int, int] | None = None,
+        gravity_load: ArrayLike | None = None,
+        drift_capacity: ArrayLike | None = None,
+        drift_ratio_capacity: ArrayLike | None = None,
+        **parameters: ArrayLike,
+    ) -> None:
+        one_of("damping", damping, DAMPING)
+        kind = DAMPING[damping]
+        self.storey_laws, of_laws = laws_and_values(law, parameters)
+        self.devices, of_devices = devices_and_values(devices, parameters)
+        parameters = {**parameters, **of_laws, **of_devices}
+        self.law, self.damping = name_of(self.storey_laws, self.devices), damping
+        self.storey_law = law_of_storeys(LAWS, self.storey_laws, self.devices)
+        law = self.law
+        stiff = [device for device in self.devices if device != "viscous_damper"]
+        if kind.follows_tangent and stiff:
+            raise ValueError(
+                f"damping {damping!r} does not go with a {stiff[0]}: its stiffness would damp too; take 'rayleigh'"
+            )
+        given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
+        of_all = {"gravity_load": gravity_load, "drift_capacity": drift_capacity}
+        of_all |= {"drift_ratio_capacity": drift_ratio_capacity}
+        given |= {name: value for name, value in of_all.items() if value is not None}
+        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(
+            {
+                "mass": Parameter("kg", "floor mass", low=0.0, low_open=True),
+                "stiffness": Parameter("N m-1", "initial storey stiffness", low=0.0, low_open=True),
+                "height": Parameter("m", "storey height", low=0.0, low_open=True),
+                **{name: row for each in physics_of(given) for name, row in PHYSICS[each].parameters.items()},
+                **capacities_of(given),
+                **self.storey_law.parameters,
+                **kind.parameters,
+            }
+        )
+        for name in given:
+            if name not in self.parameter_table:
+                others = [repr(other) for other, each in DAMPING.items() if name in each.parameters]
+                if others:
+                    raise ValueError(f"damping {damping!r} takes no {name}: give damping={' or '.join(others)}")
+                takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(self.parameter_table))
+                raise ValueError(
+                    f"unknown parameter {name!r}{hint}: a building of law {law!r} and damping {damping!r} takes {takes}"
+                )
+        arrays = {}
+        for name, value in self._values(given, kind.parameters).items():
+            arrays[name] = real_numbers(name, value)
+            if arrays[name].ndim > 1:
+                raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
+            if not arrays[name].size:
+                raise ValueError(f"{name} is empty: it must be one value or one a storey")
+        several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
+        lengths = {"law": several} | {n: array.size for n, array in arrays.items() if n not in BUILDING_PARAMETERS}
+        longest = max(lengths, key=lambda name: lengths[name])
+        self.storeys = lengths[longest]
+        if several not in (1, self.storeys):
+            raise ValueError(_unequal("law", several, longest, self.storeys))
+        if not 1 <= self.storeys <= MAXIMUM_STOREYS:
+            raise ValueError(f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}")
+        for name, array in arrays.items():
+            taken = None
+            if name in BUILDING_PARAMETERS:
+                if array.size != 1:
+                    raise ValueError(f"{name} must be one value for the building, got {array.size}")
+                arrays[name] = array.reshape(())
+            elif array.ndim and array.size != self.storeys:
+                raise ValueError(_unequal(name, array.size, longest, self.storeys))
+            else:
+                arrays[name] = np.array(np.broadcast_to(array, self.storeys))
+                if several > 1:
+                    arrays[name], taken = self._where_taken(name, arrays[name], is_given=name in given)
+            axes = () if name in BUILDING_PARAMETERS else ("storey",)
+            problem = self.parameter_table[name].first_violation(name, arrays[name], axes, taken=taken)
+            if problem:
+                raise ValueError(problem)
+            arrays[name].flags.writeable = False
+        problem = self.storey_law.problem(arrays) or physics_problem(arrays)
+        if problem:
+            raise ValueError(problem)
+        if caution := self.storey_law.caution(arrays):
+            warn_caller(caution)
+        self.parameters: Mapping[str, np.ndarray] = FrozenMapping(arrays)
+        self.own_storeys = np.ones(self.storeys, dtype=bool)  # not isolators or a tuned mass damper
+        self.inherent_damping = kind.checked(damping, self.storeys, damping_modes, damped_storeys)
+        self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys
+
+    def _values(self, given: Mapping[str, ArrayLike], of_damping: Collection[str]) -> dict[str, ArrayLike]:
+        """Return each parameter's given value or its default.
+
+        Raises:
+            ValueError: If some have neither; the message names them all, and what needs them.
+        """
+        several = len(self.storey_laws) > 1
+        values: dict[str, ArrayLike] = {}
+        missing = []
+        for name, parameter in self.parameter_table.items():
+            # Where laws differ, each law supplies its own default.
+            by_law = several and any(name in LAWS[each].parameters for each in self.storey_laws)
+            value = given.get(name, np.nan if by_law else parameter.default)
+            if value is None:
+                missing.append(name)
+            else:
+                values[name] = value
+        if not missing:
+            return values
+        needing = {f"law {self.law!r}": self.storey_law.parameters, f"damping {self.damping!r}": of_damping}
+        who = [owner for owner, parameters in needing.items() if any(name in parameters for name in missing)]
+        told = ", ".join(f"{name} ({self.parameter_table[name].long_name})" for name in missing)
+        verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
+        needs = "need" if len(who) > 1 else "needs"
+        raise ValueError(f"{told} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}")
+
+    def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return values of a parameter, NaN at storeys whose law does not take it, and which storeys take it."""
+        laws = [law for law in dict.fromkeys(self.storey_laws) if name in LAWS[law].parameters]
+        if not laws:
+            return values, None
+        for law in laws if not is_given else ():
+            default, own = LAWS[law].parameters[name].default, storeys_of(self.storey_laws, law)
+            if default is None:
+                raise ValueError(missing_at(name, own[0], law))
+            values[own] = default
+        takes = np.isin(self.storey_laws, laws)
+        values[~takes] = np.nan
+        return values, takes
+
+    @property
+    def dofs(self) -> int:
+        """Degrees of freedom: one for each storey."""
+        return self.storeys
+
+    @property
+    def nominal_values(self) -> Mapping[str, np.ndarray]:
+        """The parameters."""
+        return self.parameters
+
+    def is_by_storey(self, name: str) -> bool:
+        """Return whether a parameter has one value a storey."""
+        return name not in BUILDING_PARAMETERS
+
+    def input_name(self, name: str) -> str:
+        """Return the parameter's own name."""
+        return name
+
+    def chosen(self) -> dict[str, Any]:
+        """Return laws and damping."""
+        said: dict[str, Any] = {"law": self.law, "damping": self.damping}
+        said |= {"devices": list(self.devices)} if self.devices else {}
+        added = np.flatnonzero(~self.own_storeys) + 1
+        said |= {"added_storeys": added.tolist()} if added.size else {}
+        chosen = {"damping_modes": self.damping_modes, "damped_storeys": self.damped_storeys}
+        said |= {name: list(numbers) for name, numbers in chosen.items() if numbers}
+        return said | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return what tables of notebooks say of it: its first periods and its parameters."""
+        periods = self.modal()["period"].values[:3]
+        return [("first periods", "", periods, "s"), *super().told()]
+
+    def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
+        """Return `storey` and, where accelerations are recorded, `floor`; and the kind of storeys if some are added."""
+        of_kinds = {} if self.own_storeys.all() else {STOREY_KIND: ("storey", self.storey_kinds, KIND_ATTRIBUTES)}
+        return numbered_storeys(self.storeys, recorders) | of_kinds
+
+    @property
+    def storey_kinds(self) -> np.ndarray:
+        """Kind of each storey, an index into STOREY_KINDS, shape [storey]: isolators are below, mass dampers above."""
+        place = np.arange(self.storeys)
+        first = int(np.flatnonzero(self.own_storeys)[0])
+        return np.where(self.own_storeys, 0, np.where(place < first, 1, 2)).astype(np.int8)
+
+    def modal(self) -> xr.Dataset:
+        """Return periods, shapes, participation factors and effective masses of the undamped building."""
+        return modal_properties(self.parameters["mass"], chain_stiffness_matrix(effective_stiffness(self.parameters)))
+
+    @property
+    def default_collapse_drift_ratio(self) -> float | None:
+        """A drift ratio at which no storey stands, where gravity pulls and the storeys have no drift capacities."""
+        is_pulled = "gravity_load" in self.parameters and not capacities_of(self.parameters)
+        return COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY if is_pulled else None
+
+    @property
+    def fundamental_period(self) -> float:
+        """First period of the undamped building [s]."""
+        return float(self.modal()["period"][0])
+
+    def __repr__(self) -> str:
+        return f"ShearBuilding({self.storeys} storeys, law={self.law!r}, damping={self.damping!r})"
+
+
+def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tuple]:
+    """Return `storey` and, where something is recorded of floors, `floor`, counted from the ground up."""
+    coordinates = {"storey": count_along("storey", storeys, "storey, from the ground up")}
+    of_chains = known_recorders()["chain"]
+    if any("floor" in variable.dims for name in recorders for variable in of_chains[name].values()):
+        coordinates["floor"] = count_along("floor", storeys, "floor above the storey")
+    return coordinates
+
+
+def _unequal(name: str, values: int, other: str, others: int) -> str:
+    """Return an error message on two parameters with values for different numbers of storeys."""
+    return f"{name} has {values} values and {other} has {others}: lists of one value a storey must be of one length"
