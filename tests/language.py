@@ -1,0 +1,150 @@
+"""Patterns that make English text hard to read, with what to write instead; `test_language.py` applies them.
+
+    python tests/language.py [FILE or FOLDER ...]      lists the matches
+
+Checked are docstrings, comments and literal text of Python files, and the text of Markdown files.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import sys
+import tokenize
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+UNITS = (
+    "building|degree of freedom|event|floor|history|level|motion|pair|record|region|row|sample|site|state|step|storey|"
+    "structure|thread|year"
+)
+
+# What a machine can find, and what to write instead.
+PATTERNS: dict[str, str] = {
+    r"\bof which\b": "start a new sentence",
+    r"\bof (its|their|one's|your|our|his) own\b": "drop it, or name the owner: each sample's own step",
+    r"\bone's own\b": "name the owner",
+    r"\blikewise\b": "repeat the verb",
+    r"\bso (many|often)\b": "give the number, or the name of the constant",
+    r"\bbut for\b": "except",
+    r"\bas of (?!\d|version|[A-Z])": "repeat the short list, or link to it",
+    r"\b(is|are|was|were|be|been) told\b": "is reported; a warning names it",
+    r"\btold (of|by|from)\b": "reported",
+    r"\btells? (of|what|which|why|how|whether|where|when)\b": "reports, shows, states",
+    r"\b(says?|said) (of|what|which|why|how|whether|where|when|so)\b": "states, reports, shows",
+    r"\b(is|are|was|were) none\b": "is missing, is not a ..., is meaningless",
+    r"\bNone for (none|no)\b": "None: no ...",
+    r"\bwhere there (is|are|was|were) (none|no)\b": "if there is no ...",
+    r"\bfor none\b": "name what is missing",
+    r"\bstands? (in|beside|at|for|there|between|after|before|above|below|alone|under|on|of|by|with)\b": "is in, means",
+    r"\bleave (it|them|out|one) (out|one|of|it)\b": "Remove NAME: name the argument",
+    rf"\b(one|ones|value|values|number|numbers|row|rows|steps?|coefficients?|threads?|times) an? ({UNITS})\b": "per",
+    r"(?:^|(?<=[.;:!?] )|(?<=\n\n))What (?![^.]*\?)": "start with a noun, a function or an actor",
+    r"\b(is|are|be) what\b": "name the thing",
+    r"\b(rungs?|ladders?|climb|climbs|climbed|climbing|glides?|resurrections?|foothold)\b": "use the technical term",
+    r"\bby another hand\b": "independent",
+    r"\bfor want of\b": "because there is no ...",
+    r"\blet go of\b": "released, freed",
+    r"\bgo(es)? on (from|with|to)\b": "resumes, continues",
+    r"\bcomes? to (?!an end|rest)": "equals, reaches",
+    r"\bbeside\b": "next to, in addition to, with",
+    r"\bin however\b": "even with the shortest ...",
+    r"\bthereof\b|\bwhereof\b|\bwhereby\b": "start a new sentence",
+    r"\bin turn\b": "one after another, alternately",
+    r"\bby themselves\b": "separately, independently",
+    r"\bby (itself)\b": "alone, separately",
+    r"\bsuch as are\b": "that are",
+    r"\bis held to\b|\bare held to\b": "must satisfy, is compared with",
+    r"\bhad (?:it|they|there) (?:not )?(?:been|were)\b": "if it had been",
+    r"\bwere (it|they|there)\b": "if it were",
+    r"\b(hardly|scarcely) more\b": "give the number",
+    r"\bcame before\b|\bcame after\b": "name the thing",
+    r"\bas it (is|stands)\b": "unchanged",
+    r"\bas they (are|stand)\b": "unchanged",
+    r"\bwhatever\b(?! the)": "name the cases",
+    r"\bnowhere\b|\bnowise\b|\bnaught\b|\bnought\b": "not",
+    r"\bshall\b|\bwhom\b|\bwhilst\b|\bupon\b|\bamong(st)? those\b": "plain word",
+}
+_COMPILED = [
+    (re.compile(pattern, re.IGNORECASE if "What" not in pattern and "None" not in pattern else 0), advice)
+    for pattern, advice in PATTERNS.items()
+]
+
+
+class Match(NamedTuple):
+    """One match of a pattern: the file, the line, the words found, and the advice."""
+
+    path: Path
+    line: int
+    words: str
+    advice: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}: {self.words!r}: {self.advice}"
+
+
+def texts_of_python(source: str) -> Iterator[tuple[int, str]]:
+    """Yield the first line and the text of each comment block and each literal with a space, f-strings included."""
+    comments: list[tuple[int, str]] = []
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
+        if token.type == tokenize.COMMENT:
+            line, text = token.start[0], token.string.lstrip("#: ")
+            if comments and comments[-1][0] + comments[-1][1].count("\n") == line - 1:
+                comments[-1] = (comments[-1][0], f"{comments[-1][1]}\n{text}")
+            else:
+                comments.append((line, text))
+    yield from comments
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and " " in node.value:
+            yield node.lineno, node.value
+
+
+def texts_of_markdown(source: str) -> Iterator[tuple[int, str]]:
+    """Yield the first line and the text of each paragraph outside of blocks of code."""
+    is_code, start, lines = False, 1, list[str]()
+    for number, line in enumerate([*source.splitlines(), ""], 1):
+        is_fence = line.lstrip().startswith(("```", "~~~", ":::"))
+        if is_fence and line.lstrip().startswith("```"):
+            is_code = not is_code
+        if is_fence or is_code or not line.strip():
+            if lines:
+                yield start, "\n".join(lines)
+            lines = []
+            continue
+        if not lines:
+            start = number
+        lines.append(line)
+
+
+def matches_of(path: Path) -> Iterator[Match]:
+    """Yield the matches in a Python or Markdown file."""
+    source = path.read_text(encoding="utf-8")
+    texts = texts_of_python(source) if path.suffix == ".py" else texts_of_markdown(source)
+    for first, text in texts:
+        without_code = re.sub(r"`[^`\n]*`", lambda found: "`" + "x" * (len(found[0]) - 2) + "`", text)
+        flat = re.sub(r"(?<!\n)\n(?!\n)\s*", " ", without_code)
+        for pattern, advice in _COMPILED:
+            for found in pattern.finditer(flat):
+                line = first + text[: found.start()].count("\n")
+                yield Match(path, line, found[0].strip(), advice)
+
+
+def files_in(paths: list[Path]) -> list[Path]:
+    """Return the Python and Markdown files of some files and folders."""
+    found = [each for path in paths for each in ([path] if path.is_file() else sorted(path.rglob("*")))]
+    return [each for each in found if each.suffix in (".py", ".md") and each.name != "language.py"]
+
+
+if __name__ == "__main__":
+    total = 0
+    for file in files_in(
+        [Path(each) for each in sys.argv[1:]] or [ROOT / "warpdyn", ROOT / "docs", ROOT / "README.md"]
+    ):
+        for match in matches_of(file):
+            print(match)
+            total += 1
+    print(f"{total} matches", file=sys.stderr)
+    sys.exit(total > 0)
