@@ -67,7 +67,7 @@ class Sampler:
             return
         generator = np.random.default_rng([seed, Purpose.POINTS])
         if sampling == "sobol":
-            self._sobol = SobolPoints(len(self.variables), generator)
+            self._sobol = SobolPoints(len(self.variables), generator, structures)
         elif sampling == "latin_hypercube":
             check_memory(
                 f"a Latin hypercube of structures={structures}",
