@@ -237,9 +237,9 @@ SHAKEN = {
     "records in m/s2 taken for g": (
         lambda: run(None, scaled(G)),
         "peak ground acceleration",
-        "taken for g, it would be",
+        "if given in m/s2 and read as g, it would be",
     ),
-    "motion of nothing": (lambda: run(None, scaled(0.0)), "strongest motion is 0 m/s2", "in any unit it is zero"),
+    "motion of nothing": (lambda: run(None, scaled(0.0)), "strongest motion is 0 m/s2", "it is zero in any unit"),
     "records in gal": (lambda: run(None, scaled(100.0)), "peak ground acceleration", "gal"),
     "records in mm/s2": (lambda: run(None, scaled(1000.0)), "peak ground acceleration", "mm/s2"),
     "records in g of a portfolio": (lambda: run(portfolio(), wd.Cloud([scaled(1 / G)])), "strongest motion", "in g"),
@@ -296,12 +296,12 @@ SHAKEN = {
     ),
     "harmonic force in kN": (
         lambda: run(elastic(), wd.HarmonicForce([0.0, 800.0], 6.0, 5.0)),
-        "drift ratio that the largest force leads to at rest",
+        "static drift ratio under the largest force",
         "the force given in kN",
     ),
     "force history in kN": (
         lambda: run(elastic(), wd.ForceHistory(np.full((9, 2), 500.0), 0.1)),
-        "drift ratio that the largest force leads to at rest",
+        "static drift ratio under the largest force",
         "the force given in kN",
     ),
     "step of a record in ms": (lambda: run(None, scaled(1.0, 10.0)), "record step", "10 s", "in ms", "0.01 s"),

@@ -121,7 +121,7 @@ DEVICES = {
     "frequency of a tuned mass damper in Hz": (
         lambda: tuned(0.02, 6.5),
         "frequency_ratio of the tuned mass damper is 6.5 ",
-        "over the building's first frequency",
+        "divide it by the building's first frequency",
     ),
     "damping of a tuned mass damper in percent": (
         lambda: tuned(0.02, 0.97, 10.0),

@@ -38,7 +38,7 @@ import warpdyn as wd
 from warpdyn.campaigns.accuracy import pilot
 from warpdyn.campaigns.running import pushover, simulate as door
 from warpdyn.engine.kernels import build, queues
-from warpdyn.foundations.core.plausible_bands import BANDS
+from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
 
 pytestmark = pytest.mark.fast
@@ -158,7 +158,7 @@ def test_what_is_named_is_not_warned_of():
     mistaken = building(height=3200.0)
     names = re.findall(r"'(\w+)'", str(told(lambda: run(mistaken))[0][0].message).split("meant_as_given(")[1])
     assert "storey_height" in names
-    assert set(names) <= set(BANDS)
+    assert set(names) <= set(CHECKS)
     with wd.meant_as_given(*names):
         assert not told(lambda: run(mistaken))[0]
     with wd.meant_as_given("storey_height"):
@@ -189,7 +189,7 @@ def test_a_function_that_is_meant_as_given_runs_in_several_threads_at_once():
 
 
 def test_meant_as_given_needs_its_block():
-    with pytest.warns(UserWarning, match=r"'no_damping'\) does nothing by itself: write `with ") as caught:
+    with pytest.warns(UserWarning, match=r"'no_damping'\) has no effect alone: write `with ") as caught:
         wd.meant_as_given("no_damping")
     assert caught[0].filename == __file__
 

@@ -1,14 +1,15 @@
-"""What is implausible in a shear building: by what its parameters lead to, which tells wrong units of each of them."""
+"""Implausible values of a shear building, found by what its parameters lead to, such as the first period."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
-from warpdyn.model.scene.device_plausibility import add_devices, add_isolators
 from warpdyn.model.structures.modal import chain_stiffness_matrix
 from warpdyn.model.structures.physics import effective_stiffness, storey_weight_over_height
 from warpdyn.model.structures.protection import CAPACITY_RATIO
@@ -20,116 +21,176 @@ Values = Mapping[str, np.ndarray]
 def add_building(
     findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
 ) -> float:
-    """Add what is implausible in a building; return its longest first period [s], 0 where no row of it has one.
+    """Add implausible values of a building; return its longest first period [s], 0 if no row has a period.
 
     Args:
-        findings: What has been found so far.
+        findings: Findings so far.
         building: The building.
-        values: Its parameters, or those of several of its kind, shape [row, storey] or [row].
-        where: Which building it is, in words, or nothing.
-        is_shaken: Whether ground motions act on it, so that damping is wanted.
+        values: Its parameters, or those of several buildings of its kind, shape [row, storey] or [row].
+        where: The building in words, or "".
+        is_shaken: Whether ground motions act on the building, so that it should have damping.
     """
     is_sound = _has_period(values)
-    if not is_sound.any():  # the run refuses what is out of bounds
+    if not is_sound.any():  # the run reports values that are out of bounds
         return 0.0
-    values = {name: rows[is_sound] for name, rows in values.items()}
-    own = building.own_storeys
-    mass, height = values["mass"], values["height"]
-    weight = STANDARD_GRAVITY * np.cumsum(mass[:, ::-1], axis=1)[:, ::-1]  # above each storey
-    findings.add("storey_height", np.where(own, height, np.nan), where, along="storey")
-    findings.add("displacement_capacity", np.where(own, np.nan, height * CAPACITY_RATIO), where, along="storey")
-    for name in ("mass", "stiffness", "gravity_load"):
-        if name in values:
-            findings.add(f"{name}_of_neighbours", _ratio_to_neighbour(np.where(own, values[name], np.nan)), where)
-    for name, length in (("drift_capacity", height), ("drift_ratio_capacity", np.ones_like(height))):
-        if name in values:
-            findings.add("collapse_drift_ratio", np.where(own, values[name] / length, np.nan), where, along="storey")
-    if "gravity_load" in values:
-        load = values["gravity_load"]
-        findings.add("gravity_load_over_weight", load.sum(axis=1) / weight[:, 0], where)
-        ratio = storey_weight_over_height(values) / values["stiffness"]
-        if load.any():
-            findings.add("stability_coefficient", ratio.max(axis=1), where)
-    period = _first_mode(values)[0]
-    findings.add("first_period", period, where)
-    if own.sum() > 1:  # a single storey may be an oscillator, whose height only divides its drift
-        findings.add("first_period_over_height", period / np.where(own, height, 0.0).sum(axis=1), where)
-    if "yield_force" in values:
-        # Isolators yield, or slide, at the least displacement.
-        strength = np.where(own, values["yield_force"], np.nan)
-        findings.add("yield_drift_ratio", strength / values["stiffness"] / height, where, along="storey")
-        if own[0]:
-            findings.add("yield_base_shear_coefficient", strength[:, 0] / weight[:, 0], where)
-    if "plastic_drift_to_capping" in values:
-        findings.add("plastic_drift_ratio", values["plastic_drift_to_capping"] / height, where, along="storey")
-    if "clearance" in values:
-        clearance = np.where(values["contact_stiffness"] > 0, values["clearance"], np.nan)
-        findings.add("clearance_over_height", np.where(own, clearance / height, np.nan), where, along="storey")
-    if "slip_force" in values:
-        slip = np.where(values["slip_force"] > 0, values["slip_force"], np.nan)  # 0 where there is no damper
-        findings.add("slip_force_over_weight", slip / weight, where, along="storey")
-    add_devices(findings, values, where)
-    add_isolators(findings, building, values, where)
-    if "damper_coefficient" in values and own.all():
-        # On isolators, or under a mass damper, the first mode hardly moves the other storeys' dampers.
-        _add_dampers(findings, values, weight, where)
-    _add_damping(findings, building, values, where, is_shaken=is_shaken)
-    return float(period.max())
+    view = BuildingView(building, {name: rows[is_sound] for name, rows in values.items()}, is_shaken=is_shaken)
+    for name, check in CHECKS.items():
+        try:
+            if check.of_building:
+                findings.add(name, check.of_building(view), where)
+            elif check.of_storeys:
+                findings.add(name, check.of_storeys(view), where, along="storey")
+        except _Absent:
+            continue
+    return float(view.period.max())
 
 
-def _add_damping(
-    findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
-) -> None:
-    """Add a damping ratio that is implausible; that of dashpots is theirs in the first mode."""
-    if "damping_ratio" in values:
-        ratio = values["damping_ratio"]
-    elif "damping_coefficient" in values:
-        ratio = _first_mode_damping(values, values["damping_coefficient"])
-    else:
-        ratio = np.zeros(1)
-    if ratio.any():
-        findings.add("damping_ratio", ratio, where)
-    elif is_shaken and not building.devices and building.own_storeys.all():
-        findings.add("no_damping", ratio, where)
+class _Absent(Exception):
+    """The building has no such parameter, and a check that reads it does not apply."""
 
 
-def _add_dampers(findings: PlausibilityFindings, values: Values, weight: np.ndarray, where: str) -> None:
-    """Add implausible viscous dampers: linear ones by the damping ratio that they add, others by their force."""
-    coefficient, is_linear = values["damper_coefficient"], values["velocity_exponent"] == 1
-    ratio = _first_mode_damping(values, np.where(is_linear, coefficient, 0.0))
-    findings.add("damper_damping_ratio", np.where(ratio > 0, ratio, np.nan), where)  # 0 where there is no damper
-    # The damping ratio of a power of the velocity depends on the amplitude.
-    force = np.where(~is_linear & (coefficient > 0), coefficient, np.nan)
-    findings.add("damper_force_over_weight", force / weight, where, along="storey")
+class BuildingView:
+    """A building, or several buildings of its kind, as the table of plausibility checks reads them.
 
+    Arrays have the shape [row, storey] or [row], and are NaN where a check does not apply.
 
-def _first_mode_damping(values: Values, coefficient: np.ndarray) -> np.ndarray:
-    """Return the damping ratio of the first mode by storeys' dashpots of these coefficients [N s/m], shape [row]."""
-    period, shape = _first_mode(values)
-    drift = np.diff(shape, axis=1, prepend=0.0)
-    modal_mass = (values["mass"] * shape**2).sum(axis=1)
-    return (coefficient * drift**2).sum(axis=1) * period / (4 * np.pi * modal_mass)
+    Args:
+        building: The building.
+        values: Its parameters, shape [row, storey] or [row].
+        is_shaken: Whether ground motions act on it.
+    """
 
+    def __init__(self, building: ShearBuilding, values: Values, *, is_shaken: bool) -> None:
+        self.building, self.values, self.is_shaken = building, values, is_shaken
+        self.own = building.own_storeys
+        self.is_isolated = ~self.own
+        self.is_isolated[1:] &= np.arange(1, self.own.size) < self.own.size - 1  # the last one is a tuned mass damper
+        self.mass_above = np.cumsum(values["mass"][:, ::-1], axis=1)[:, ::-1]
+        self.weight_above = STANDARD_GRAVITY * self.mass_above
 
-def _ratio_to_neighbour(values: np.ndarray) -> np.ndarray:
-    """Return the larger of each two neighbouring values over the smaller, NaN beside none or nothing."""
-    lower, upper = np.where(values > 0, values, np.nan)[:, :-1], np.where(values > 0, values, np.nan)[:, 1:]
-    return np.fmax(lower / upper, upper / lower)
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self.values:
+            raise _Absent(name)
+        return self.values[name]
+
+    def in_own(self, values: np.ndarray) -> np.ndarray:
+        """Return values in the building's own storeys, not in those of isolators and tuned mass dampers."""
+        return np.where(self.own, values, np.nan)
+
+    def in_isolators(self, values: np.ndarray) -> np.ndarray:
+        """Return values in isolators."""
+        return np.where(self.is_isolated, values, np.nan)
+
+    def above_0(self, name: str) -> np.ndarray:
+        """Return the values of a parameter above 0; 0 means that a storey has no such device."""
+        return np.where(self[name] > 0, self[name], np.nan)
+
+    def over_neighbour(self, name: str) -> np.ndarray:
+        """Return the larger of each two neighbouring values of the building's own storeys over the smaller."""
+        values = self.in_own(self.above_0(name))
+        return np.fmax(values[:, :-1] / values[:, 1:], values[:, 1:] / values[:, :-1])
+
+    @cached_property
+    def first_mode(self) -> tuple[np.ndarray, np.ndarray]:
+        """First periods [s], shape [row], infinite if a storey buckles, and undamped mode shapes."""
+        root = np.sqrt(self["mass"])
+        matrix = chain_stiffness_matrix(effective_stiffness(self.values))
+        squared, shapes = np.linalg.eigh(matrix / (root[:, :, None] * root[:, None, :]))
+        with np.errstate(divide="ignore"):
+            return 2 * np.pi / np.sqrt(np.maximum(squared[:, 0], 0.0)), shapes[:, :, 0] / root
+
+    @property
+    def period(self) -> np.ndarray:
+        """First periods [s]."""
+        return self.first_mode[0]
+
+    @property
+    def period_over_height(self) -> np.ndarray:
+        """First periods over the height of two or more storeys [s/m]."""
+        height = np.where(self.own, self["height"], 0.0).sum(axis=1)
+        return np.where(self.own.sum() > 1, self.period / height, np.nan)
+
+    @property
+    def displacement_capacity(self) -> np.ndarray:
+        """Displacement capacities of isolators and tuned mass dampers [m]."""
+        return np.where(self.own, np.nan, self["height"] * CAPACITY_RATIO)
+
+    @property
+    def drift_ratio_capacity(self) -> np.ndarray:
+        """Drift ratios at which storeys collapse."""
+        return (
+            self["drift_capacity"] / self["height"] if "drift_capacity" in self.values else self["drift_ratio_capacity"]
+        )
+
+    @property
+    def stability_coefficient(self) -> np.ndarray:
+        """Largest P-Delta coefficients of buildings with a gravity load."""
+        if not self["gravity_load"].any():
+            return np.full(1, np.nan)
+        return (storey_weight_over_height(self.values) / self["stiffness"]).max(axis=1)
+
+    @property
+    def damping_ratio(self) -> np.ndarray:
+        """Damping ratios of the first mode; those of dampers are not included."""
+        if "damping_ratio" in self.values:
+            return self["damping_ratio"]
+        return self._damping(self["damping_coefficient"]) if "damping_coefficient" in self.values else np.zeros(1)
+
+    @property
+    def needs_damping(self) -> bool:
+        """Whether the building has no damping at all, but ground motions."""
+        is_plain = self.is_shaken and not self.building.devices and self.own.all()
+        return bool(is_plain and not self.damping_ratio.any())
+
+    def _damping(self, coefficient: np.ndarray) -> np.ndarray:
+        """Return the damping ratio of the first mode for dashpots in the storeys [N s/m], shape [row]."""
+        period, shape = self.first_mode
+        drift = np.diff(shape, axis=1, prepend=0.0)
+        modal_mass = (self["mass"] * shape**2).sum(axis=1)
+        return (coefficient * drift**2).sum(axis=1) * period / (4 * np.pi * modal_mass)
+
+    @property
+    def is_power_damper(self) -> np.ndarray:
+        """Where viscous dampers have a force that is a power of the velocity, not proportional to it."""
+        return (self["damper_coefficient"] > 0) & (self["velocity_exponent"] < 1)
+
+    @property
+    def damper_damping_ratio(self) -> np.ndarray:
+        """Damping ratios that linear viscous dampers add to the first mode.
+
+        The first mode hardly moves the dampers of a building on isolators or under a tuned mass damper.
+        """
+        is_linear = (self["velocity_exponent"] == 1) & self.own.all()
+        ratio = self._damping(np.where(is_linear, self["damper_coefficient"], 0.0))
+        return np.where(ratio > 0, ratio, np.nan)
+
+    @property
+    def damper_force(self) -> np.ndarray:
+        """Forces at 1 m/s of dampers in isolators and, if their force is a power of the velocity, in storeys [N].
+
+        The damping ratio that a power of the velocity adds depends on the amplitude.
+        """
+        is_checked = self.is_isolated | (self.own.all() & (self["velocity_exponent"] != 1))
+        return np.where(is_checked, self.above_0("damper_coefficient"), np.nan)
+
+    @property
+    def isolated_period(self) -> np.ndarray:
+        """Periods of the rigid building on its isolators, with their stiffness after yield [s]."""
+        values, after = self.values, np.full(self["stiffness"].shape, np.nan)
+        laws = self.building.storey_laws * (self.own.size if len(self.building.storey_laws) == 1 else 1)
+        for storey, law in enumerate(laws):
+            if law == "lead_rubber_bearing":
+                after[:, storey] = values["post_yield_stiffness"][:, storey]
+            elif law == "friction_pendulum":
+                after[:, storey] = values["weight"][:, storey] / values["radius"][:, storey]
+            elif law in ("bilinear", "bouc_wen"):
+                after[:, storey] = (values["hardening_ratio"] * values["stiffness"])[:, storey]
+            elif law == "elastic":
+                after[:, storey] = values["stiffness"][:, storey]
+        return self.in_isolators(2 * np.pi * np.sqrt(self.mass_above / np.where(after > 0, after, np.nan)))
 
 
 def _has_period(values: Values) -> np.ndarray:
     """Return which rows have a period: masses, stiffnesses and heights above 0."""
     each = [np.isfinite(values[name]) & (values[name] > 0) for name in ("mass", "stiffness", "height")]
     return np.logical_and.reduce(each).all(axis=1)
-
-
-def _first_mode(values: Values) -> tuple[np.ndarray, np.ndarray]:
-    """Return first periods [s], shape [row], infinite where a storey buckles, and mode shapes, shape [row, storey].
-
-    The buildings count as undamped; the arguments are as of `add_building`.
-    """
-    root = np.sqrt(values["mass"])
-    matrix = chain_stiffness_matrix(effective_stiffness(values))
-    squared, shapes = np.linalg.eigh(matrix / (root[:, :, None] * root[:, None, :]))
-    with np.errstate(divide="ignore"):
-        return 2 * np.pi / np.sqrt(np.maximum(squared[:, 0], 0.0)), shapes[:, :, 0] / root

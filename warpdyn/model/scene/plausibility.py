@@ -1,4 +1,4 @@
-"""What is implausible in a scene and in the step of its run, found before anything is drawn or compiled."""
+"""Implausible values of a scene and of the step of its run, found before anything is drawn or compiled."""
 
 from __future__ import annotations
 
@@ -34,26 +34,26 @@ from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
-FREE = 1e-12  # squared frequency of a free motion, which rounding leaves, over the highest
-MOST_GIVEN = 1024  # given structures that are looked at; of more, as many evenly spread
-LONGEST_FORCE_STEP = 1.0  # s: forces are not recorded, but given at a few points
-# Bands of levels by the class of the measure, if it is no acceleration.
+FREE = 1e-12  # times the highest squared frequency: below, a mode is a free motion, and its value is rounding
+MOST_GIVEN = 1024  # structures of GivenValues that are checked, evenly spread
+LONGEST_FORCE_STEP = 1.0  # s: forces are often given at a few points, unlike records
+# Check of the levels for each class of measure that is not an acceleration.
 LEVEL_BANDS: dict[type[IntensityMeasure], str] = {
     PeakGroundVelocity: "velocity_level",
     PeakGroundDisplacement: "displacement_level",
     AriasIntensity: "arias_level",
     CumulativeAbsoluteVelocity: "absolute_velocity_level",
 }
-PEAK_FACTOR = 3.0  # of a Gaussian process, the peak over the standard deviation, about
+PEAK_FACTOR = 3.0  # approximate peak over the standard deviation of a Gaussian process
 
 
 def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step: float | None = None) -> None:
-    """Give one warning of all that is implausible in a scene and the step that it is run with.
+    """Give one warning of all implausible values of a scene and of its integration step.
 
     Args:
         scene: The scene.
-        step: Integration step [s]; None where it is chosen.
-        longest_step: Upper bound of chosen steps [s]; None for none.
+        step: Integration step [s]; None: the run chooses it.
+        longest_step: Upper bound of chosen steps [s]; None: no bound.
     """
     findings = PlausibilityFindings()
     structure, excitation = scene.structure, scene.excitation
@@ -71,12 +71,12 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     _add_excitation(findings, excitation)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
-            # No method resolves a vibration in steps as long as its period.
+            # No method can resolve a vibration with steps as long as its period.
             findings.add("integration_step", given, f", with a first period of {period:.3g} s,", high=period)
     if scene.tail is not None:
         findings.add("tail", scene.tail)
     if scene.record_from > 0 and (scene.tail is not None or not excitation.has_tail):
-        # What is left of the run must show at least one vibration.
+        # The recorded rest of the run must be longer than one period.
         where = f", which leaves less than the first period of {period:.3g} s of the run's {scene.shortest_run:.4g} s,"
         latest = max(scene.shortest_run - period, 1e-3 * scene.record_from)
         findings.add("record_from", scene.record_from, where, high=latest)
@@ -88,23 +88,23 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
 def _add_structure(
     findings: PlausibilityFindings, structure: Structure, scatter: Scatter, where: str, *, is_shaken: bool
 ) -> float:
-    """Add what is implausible in a structure and its scatter; return its longest first period [s]."""
+    """Add implausible values of a structure and its scatter; return its longest first period [s]."""
     for name, spread in scatter.items():
         if isinstance(spread, RandomFactor | RandomValue):
-            low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # the median, and 2 % above
+            low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 %
             if isinstance(spread, RandomFactor):
                 findings.add("random_factor", [low, high], f" of {name}{where}")
                 continue
             nominal = np.abs(structure.nominal_values[name])
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratios = np.array([low, high])[:, None] / np.where(nominal > 0, nominal, np.nan).ravel()
-            # A random variable about 0, such as a damping ratio of down to nothing, has a small median.
+            # Both values must be far off: the median of a variable near 0, such as a damping ratio, may be small.
             findings.add("random_value", np.abs(ratios), f" of {name}{where}")
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}
         factors = central(structure, scatter)
         if any(not factor > 0 for name, factor in factors.items() if name != "damping"):
-            return 0.0  # the run refuses them
+            return 0.0  # the run reports them
         matrices |= {name: matrices[name] * factor for name, factor in factors.items()}
         return _add_linear_system(findings, matrices, is_shaken=is_shaken)
     assert isinstance(structure, ShearBuilding)
@@ -112,7 +112,7 @@ def _add_structure(
 
 
 def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return a building's parameters, the medians of random ones, shape [row, storey] or [row]; a row a given one."""
+    """Return a building's parameters, shape [row, storey] or [row]: medians, or a row for each of GivenValues."""
     given = {name: spread for name, spread in scatter.items() if isinstance(spread, GivenValues)}
     count = min((len(spread.values) for spread in given.values()), default=1)
     rows = np.unique(np.linspace(0, count - 1, min(count, MOST_GIVEN)).astype(int))
@@ -126,11 +126,11 @@ def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
 
 
 def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np.ndarray], *, is_shaken: bool) -> float:
-    """Add what is implausible in a system of matrices; return its first period [s]."""
+    """Add implausible values of a system of matrices; return its first period [s]."""
     mass, damping, stiffness = matrices["mass"], matrices["damping"], matrices["stiffness"]
     factor = np.linalg.inv(np.linalg.cholesky(mass))
     squared, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
-    first = int((squared > FREE * squared[-1]).argmax())  # of the modes that are no free motions
+    first = int((squared > FREE * squared[-1]).argmax())  # the first mode that is not a free motion
     omega, shape = float(np.sqrt(squared[first])), factor.T @ shapes[:, first]
     period = 2 * np.pi / omega
     findings.add("first_period", period)
@@ -143,7 +143,7 @@ def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np
 
 
 def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation, building: ShearBuilding) -> None:
-    """Add an initial state or forces that are implausible for a building."""
+    """Add implausible initial states and forces of a building."""
     height, mass = building.parameters["height"], building.parameters["mass"]
     if isinstance(excitation, FreeVibration | HarmonicForce | ForceHistory):
         displacement, velocity = excitation.initial_state(building.dofs)
@@ -155,12 +155,12 @@ def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation
         at_each = np.atleast_2d(at_each).max(axis=0)
         if at_each.any():
             findings.add("force_over_weight", at_each.max() / (STANDARD_GRAVITY * mass.sum()))
-            shear = np.cumsum(at_each[::-1])[::-1]  # in each storey, of forces that act one way
+            shear = np.cumsum(at_each[::-1])[::-1]  # in each storey, if all forces act in one direction
             findings.add("drift_ratio_of_force", (shear / building.parameters["stiffness"] / height).max())
 
 
 def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
-    """Add what is implausible in what shakes the structures."""
+    """Add implausible values of the excitation."""
     if isinstance(excitation, ForceHistory):
         findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
     if isinstance(excitation, FilteredNoise):
@@ -180,35 +180,35 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
         where = f" of event {event!r}" if event else ""
         motions = [motion for motion in design.motions if isinstance(motion, GroundMotion)]
         add_motions(findings, motions, where)
-        if not isinstance(design, Stripes):  # which are scaled to their levels, whatever their unit
+        if not isinstance(design, Stripes):  # its motions are scaled to levels, so that their unit has no effect
             add_weakest_motions(findings, motions, where)
         if isinstance(measure := getattr(design, "measure", None), IntensityMeasure):
             _add_measure(findings, measure, where)
         if isinstance(design, Stripes):
             _add_levels(findings, design, where)
-            strongest.append(np.inf)  # scaled motions are as strong as their levels say
+            strongest.append(np.inf)  # the levels are checked instead
         else:
-            scale = (
-                np.asarray(design.scale) if isinstance(design, OneMotionPerStructure | MotionsAtSites) else np.ones(1)
-            )
+            scale = np.ones(1)
+            if isinstance(design, OneMotionPerStructure | MotionsAtSites):
+                scale = np.asarray(design.scale)
             findings.add("scale_factor", np.median(scale), where)
             peak, of = (
                 np.array([motion.peak_ground_acceleration for motion in motions]),
                 getattr(design, "motion", None),
             )
-            # A motion is as strong as its own factor makes it, where it is known which motion has which.
+            # If the motion of each factor is unknown, the largest factor may be that of the strongest motion.
             strongest.append(scale.max() * peak.max() if of is None else (scale * peak[np.asarray(of)]).max())
-    # A weak aftershock is none too weak, and one strong motion suffices.
+    # One strong motion suffices: an aftershock may be weak.
     if strongest and max(strongest) < np.inf:
         findings.add("strongest_motion", max(strongest))
 
 
 def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:
-    """Add levels that are implausible for the measure, and factors that take the motions there."""
+    """Add implausible levels, and implausible factors that scale the motions to them."""
     levels, is_acceleration = np.asarray(stripes.levels), stripes.intensity_units == "g"
     measure = stripes.measure.measure if isinstance(stripes.measure, GeometricMean) else stripes.measure
     band = "intensity_level" if is_acceleration else LEVEL_BANDS.get(type(measure))
-    if band:  # a user's own measure has none
+    if band:  # a measure of the user's own class has no band
         findings.add(band, levels, where)
         findings.add(f"lowest_{band}", levels.min(), where)
     motion, level = stripes.places

@@ -12,7 +12,7 @@ import numpy as np
 
 from warpdyn.answers.risk.hazard.measures import measure_named
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
-from warpdyn.foundations.core.plausible_bands import HIGHEST_HAZARD_SLOPE
+from warpdyn.foundations.core.plausibility.table import HIGHEST_HAZARD_SLOPE
 
 HIGHEST_RATE, AT_INTENSITY = 0.2, 0.1  # a year at a PGA [g]
 # Spectral over peak ground acceleration: the plateau of design spectra, and the period at which it ends [s], which is

@@ -1,0 +1,147 @@
+"""One warning of all implausible values of an input, and `meant_as_given`, which turns checks off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextvars import ContextVar, Token
+from functools import wraps
+from typing import Any, TypeVar, cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import one_of
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.plausibility.table import CHECKS
+
+MOST_FINDINGS = 5  # in full in one warning; the others usually follow from the first ones
+OUTSIDE = 1 + 1e-9  # a value beyond this many times a bound is outside the band
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_meant: ContextVar[frozenset[str]] = ContextVar("meant_as_given", default=frozenset())
+
+
+class meant_as_given:  # lower case, because it reads as a keyword: `with meant_as_given(...):`
+    """Do not warn of implausible values of these quantities, within a `with` block or a decorated function.
+
+    Args:
+        quantities: Names of the quantities, as the warning gives them.
+
+    Raises:
+        ValueError: If no name is given, or a name is unknown.
+
+    Example:
+        >>> with wd.meant_as_given("storey_height", "no_damping"):
+        ...     machine = wd.ShearBuilding(mass=100.0, stiffness=4e4, height=0.2)
+    """
+
+    _is_unused = False  # until the names are checked
+
+    def __init__(self, *quantities: str) -> None:
+        if not quantities:
+            raise ValueError(f"meant_as_given() takes the names of quantities: {', '.join(map(repr, CHECKS))}")
+        for name in quantities:
+            one_of("quantity", name, CHECKS)
+        self._quantities = quantities
+        self._before: list[Token[frozenset[str]]] = []
+        self._is_unused = True
+
+    def __enter__(self) -> None:
+        self._is_unused = False
+        self._before.append(_meant.set(_meant.get() | set(self._quantities)))
+
+    def __exit__(self, *raised: object) -> None:
+        _meant.reset(self._before.pop())
+
+    def __call__(self, function: F) -> F:
+        """Return the function within a block; each call enters a new block, so that threads do not share one."""
+        self._is_unused = False
+        quantities = self._quantities
+
+        @wraps(function)
+        def within(*arguments: Any, **named: Any) -> Any:
+            with meant_as_given(*quantities):
+                return function(*arguments, **named)
+
+        return cast("F", within)
+
+    def __del__(self) -> None:
+        if self._is_unused:
+            names = ", ".join(map(repr, self._quantities))
+            warn_caller(f"meant_as_given({names}) has no effect alone: write `with warpdyn.meant_as_given({names}):`")
+
+
+def _times_outside(values: np.ndarray, low: float, high: float) -> np.ndarray:
+    """Return how many times each value is beyond its nearer bound, at most 1 within the band; NaN for NaN."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        outside = np.fmax(values / high, low / values if low > 0 else -np.inf)
+    return np.where(values < low, np.fmax(outside, 2.0), outside)  # also for zero and negative values
+
+
+class PlausibilityFindings:
+    """Implausible values of one input, with one sentence per quantity."""
+
+    def __init__(self) -> None:
+        self._found: dict[str, str] = {}
+        self._others: dict[str, int] = {}
+
+    def add(self, name: str, values: ArrayLike, where: str = "", *, along: str = "", high: float | None = None) -> bool:
+        """Add a sentence on the value that is furthest outside its band; return whether a value is outside.
+
+        Args:
+            name: The quantity, a key of CHECKS.
+            values: Values; NaN: no value.
+            where: Owner of the values, such as " of motion 'A'".
+            along: Name of the last axis, such as "storey", if the sentence gives the place, counted from 1.
+            high: Largest usual value in place of the table's.
+        """
+        if name in _meant.get():
+            return False
+        check, array = CHECKS[name], np.asarray(values, dtype=np.float64)
+        high = check.high if high is None else high
+        outside = _times_outside(array, check.low, high)
+        if not (outside > OUTSIDE).any():
+            return False
+        if name in self._found:
+            self._others[name] = self._others.get(name, 0) + 1
+            return True
+        place = np.unravel_index(int(np.nanargmax(outside)), array.shape)
+        counted = f" at {along} {place[-1] + 1}" if along and array.shape[-1:] != (1,) else ""
+        self._found[name] = check.finding(float(array[place]), f"{where}{counted}", high)
+        return True
+
+    def add_each(self, name: str, values: Sequence[float], where: Callable[[int], str]) -> None:
+        """Add every value that is outside its band, with its owner `where(place)`."""
+        outside = _times_outside(np.asarray(values, dtype=np.float64), CHECKS[name].low, CHECKS[name].high)
+        for place in np.flatnonzero(outside > OUTSIDE).tolist():
+            self.add(name, values[place], where(place))
+
+    def warn(self) -> None:
+        """Give one warning of all findings, at the line of the user that called warpdyn."""
+        if not self._found:
+            return
+        names = sorted(self._found, key=list(CHECKS).index)
+        sentences = [
+            self._found[name] + (f" (and {self._others[name]} more of the kind)" if name in self._others else "")
+            for name in names[:MOST_FINDINGS]
+        ]
+        if len(names) > MOST_FINDINGS:
+            sentences.append(f"and {', '.join(names[MOST_FINDINGS:])}")
+        switch = ", ".join(map(repr, names))
+        warn_caller(
+            f"implausible input: {'; '.join(sentences)}. warpdyn's units are kg, m, s and N. If the values are right, "
+            f"put the call into a block `with warpdyn.meant_as_given({switch}):`"
+        )
+
+
+def warn_of_implausible_limits(limits: Mapping[str, float], of: str = "drift_limit") -> None:
+    """Give one warning of implausible limits, each by the words for its owner, such as " of 'slight'".
+
+    Infinite limits, which only a collapse exceeds, are not checked.
+    """
+    findings = PlausibilityFindings()
+    for where, limit in limits.items():
+        if np.isfinite(limit):
+            findings.add(of, limit, where)
+    findings.warn()

@@ -1,0 +1,384 @@
+"""The table of plausibility checks: usual values of quantities, and mistakes that lead to other values.
+
+A bound refuses impossible values; a plausibility check warns of values that are rarely intended, most of them in a
+wrong unit. Each band is wider than practice; a comment gives its source. A quantity of a building also has a function
+that reads it from a `BuildingView` (warpdyn/model/scene/building_plausibility.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+
+MOST_MISTAKES = 2  # named in a warning, each with the value that it explains
+MOST_NAMED = 3  # named if no mistake explains the value
+# The top storeys of FEMA's Hazus buildings without seismic design yield at 9.5e-5; forces in kN lead to 5e-5 at most.
+LEAST_YIELD_DRIFT_RATIO = 7e-5
+# Slope of the highest hazard of any site, ln(rate) over ln(intensity).
+HIGHEST_HAZARD_SLOPE = 1.7
+# The largest recorded horizontal components exceed 2 g only rarely: 2.7 g at Tsukidate in 2011 (K-NET, MYG004).
+LARGEST_RECORDED = 2 * STANDARD_GRAVITY
+
+Mistakes = dict[str, float | None]
+G = STANDARD_GRAVITY
+# Units that users give in place of SI units, each with its size in SI units.
+LENGTH = {"mm": 1e-3, "cm": 1e-2, "feet": 0.3048}
+VELOCITY = {"cm/s": 1e-2, "mm/s": 1e-3}
+TIME = {"ms": 1e-3}
+FORCE = {"kN": 1e3, "MN": 1e6, "kg": G, "tonnes": 1e3 * G}
+STIFFNESS = {"kN/m or N/mm": 1e3, "kN/mm or MN/m": 1e6}
+MASS = {"tonnes": 1e3, "kN of weight": 1e3 / G}
+ACCELERATION = {"g": G, "cm/s2 (gal)": 1e-2, "mm/s2": 1e-3, "% g": G / 100}
+ACCELERATION_IN_G = {unit: size / G for unit, size in ACCELERATION.items() if unit != "g"} | {"m/s2": 1 / G}
+PERCENT = {"percent": 1e-2}
+DASHPOT = {"kN s/m": 1e3, "MN s/m": 1e6}
+
+
+@dataclass(frozen=True)
+class Check:
+    """The check of one quantity.
+
+    Args:
+        words: The quantity in words.
+        units: The unit in which warpdyn reads it.
+        low: Least usual value.
+        high: Largest usual value.
+        mistakes: Likely mistakes, each a clause, with the factor from the value to the intended one; None if no factor
+            corrects the mistake.
+        typical: Typical value, by which the likeliest mistakes are found; None: the middle of the band.
+        of_building: Function that reads the quantity from a `BuildingView`, shape [row]; None: the caller passes it.
+        of_storeys: The same for a quantity of each storey, shape [row, storey].
+    """
+
+    words: str
+    units: str
+    low: float
+    high: float
+    mistakes: Mistakes
+    typical: float | None = None
+    of_building: Callable[[Any], np.ndarray] | None = None
+    of_storeys: Callable[[Any], np.ndarray] | None = None
+
+    def finding(self, value: float, where: str, high: float) -> str:
+        """Return a sentence on a value outside the band: the value, the usual values and likely mistakes."""
+        unit = "" if self.units == "1" else f" {self.units}"
+        usual = f"at most {high:.4g}" if self.low == 0 else f"{self.low:g} to {high:.4g}"
+        meant = {clause: value * factor for clause, factor in self.mistakes.items() if factor is not None}
+        fitting = {clause: m for clause, m in meant.items() if self.low <= m <= high}
+        middle = self.typical or (np.sqrt(self.low * high) if self.low > 0 else high)
+        likely = sorted(fitting, key=lambda clause: abs(np.log(fitting[clause] / middle)))[:MOST_MISTAKES]
+        reasons = [f"{clause}, it would be {fitting[clause]:.3g}{unit}" for clause in likely]
+        reasons += [clause for clause, factor in self.mistakes.items() if factor is None]
+        if value == 0 and meant:
+            reasons = ["it is zero in any unit"]
+        elif not reasons:
+            reasons = [f"no usual mistake alone explains it ({', '.join(list(meant)[:MOST_NAMED])})"]
+        return f"{self.words}{where} is {value:.6g}{unit} (usual: {usual}{unit}): {', or '.join(reasons)}"
+
+
+def given_in(units: Mapping[str, float]) -> Mistakes:
+    """Return the mistakes of giving the quantity itself in another unit."""
+    return {f"if given in {unit}": size for unit, size in units.items()}
+
+
+def with_units(name: str, units: Mapping[str, float], power: float = 1.0) -> Mistakes:
+    """Return the mistakes of giving an argument in another unit, if the quantity is proportional to its power."""
+    return {f"with {name} given in {unit}": size**power for unit, size in units.items()}
+
+
+def _one_in(units: Mapping[str, float]) -> Mistakes:
+    """Return the mistakes of giving one of several values in another unit, for the larger over the smaller value."""
+    mistakes: Mistakes = {f"with one given in {unit}": 1 / size for unit, size in units.items() if size > 10}
+    return mistakes | {"one of them may be in another unit than the others": None}
+
+
+def _over_highest(units: Mapping[str, float], power: float = 1.0) -> Check:
+    """Return the check of a hazard against the highest one, for a measure that scales with a power of acceleration."""
+    mistakes = with_units("intensities", units, HIGHEST_HAZARD_SLOPE / power)
+    mistakes |= {"with probabilities in 50 years given as annual rates (see HazardCurve.from_probabilities)": 1 / 50}
+    return Check(
+        "annual rate of the hazard curve over the highest of any site at the same intensity", "1", 0, 1, mistakes
+    )
+
+
+_MASS, _PER_MASS = with_units("mass", MASS, 0.5), with_units("mass", MASS, -1)
+_PER_HEIGHT, _PER_STIFFNESS = with_units("height", LENGTH, -1), with_units("stiffness", STIFFNESS, -1)
+_YIELD_FORCE, _DISPLACEMENT = with_units("yield_force", FORCE), with_units("displacement", LENGTH)
+_GRAVITY_LOAD, _THE_FORCE = with_units("gravity_load", FORCE), with_units("the force", {"kN": 1e3, "MN": 1e6})
+_CAPACITY = with_units("capacity", {"kN": 1e3, "MN": 1e6, "g": G})
+_PERIOD = with_units("stiffness", STIFFNESS, -0.5) | _MASS
+_DAMPER = with_units("damper_coefficient", {"kN (s/m)^exponent": 1e3, "MN (s/m)^exponent": 1e6})
+_MOTIONS = with_units("motions", ACCELERATION, -1)
+_RATIO = given_in(PERCENT) | {"if given as a drift in mm of a storey of 3 m": 1 / 3000}
+_SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
+_DURATION: Mistakes = given_in(TIME) | {"it may be a number of steps": None}
+_AS_FREQUENCY: Mistakes = given_in(TIME) | {"it may be a frequency in Hz": None}
+_IN_MANY_YEARS: Mistakes = {
+    "these may be probabilities in many years, for which there is HazardCurve.from_probabilities": None
+}
+
+# In the order of warnings: first arguments, then quantities that follow from them.
+CHECKS: Mapping[str, Check] = {
+    "random_factor": Check(
+        *("random factor", "1", 0.1, 10.0),
+        given_in(PERCENT) | {"it may be a value rather than a factor: RandomValue takes it": None} | _SPREAD,
+    ),
+    "random_value": Check(
+        *("random value over the nominal one", "1", 1e-2, 1e2),
+        {
+            "it may be a factor rather than a value: RandomFactor takes it": None,
+            "it may be in another unit": None,
+            **_SPREAD,
+        },
+    ),
+    "storey_height": Check(
+        "storey height", "m", 1.5, 30.0, given_in(LENGTH), of_storeys=lambda b: b.in_own(b["height"])
+    ),
+    "mass_of_neighbours": Check(
+        *("mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, _one_in(MASS)),
+        of_building=lambda b: b.over_neighbour("mass"),
+    ),
+    "stiffness_of_neighbours": Check(
+        *("stiffness of a storey over that of a neighbouring one", "1", 0.0, 200.0, _one_in(STIFFNESS)),
+        of_building=lambda b: b.over_neighbour("stiffness"),
+    ),
+    "gravity_load_of_neighbours": Check(
+        *("gravity load on a storey over that on a neighbouring one", "1", 0.0, 100.0, _one_in(FORCE)),
+        of_building=lambda b: b.over_neighbour("gravity_load"),
+    ),
+    # The pendulum's period 2 pi sqrt(R / g) is then 1.3 to 7.8 s; bearings are made for 2 to 6 s.
+    "pendulum_radius": Check(
+        *("radius of the friction pendulum", "m", 0.4, 15.0, given_in(LENGTH)),
+        of_storeys=lambda b: b["radius"],
+    ),
+    # PTFE and its composites on polished steel have 0.02 to 0.15 (Constantinou, Mokha and Reinhorn 1990, Journal of
+    # Structural Engineering 116), unlubricated metal up to 0.3.
+    "friction_coefficient": Check(
+        *("friction coefficient of the bearings", "1", 0.005, 0.3, given_in(PERCENT)),
+        of_storeys=lambda b: b.above_0("friction_coefficient"),
+    ),
+    # Bearings carry the building; the band allows for vertical accelerations and partial sets of bearings.
+    "bearing_weight_over_weight": Check(
+        *("weight on the bearings over the weight above", "1", 0.1, 3.0, with_units("weight", FORCE) | _PER_MASS),
+        of_storeys=lambda b: b["weight"] / b.weight_above,
+    ),
+    # Isolators are designed for a strength of 0.03 to 0.15 of the weight.
+    "isolator_strength_over_weight": Check(
+        *("yield force of the isolators over the weight above", "1", 2e-3, 0.6, _YIELD_FORCE | _PER_MASS),
+        of_storeys=lambda b: b.in_isolators(b["yield_force"]) / b.weight_above,
+    ),
+    # Lead yields after 5 to 30 mm of the bearing's drift, friction after 0.1 to 2 mm.
+    "isolator_yield_displacement": Check(
+        *("displacement at which the isolators yield", "m", 1e-5, 0.15, _PER_STIFFNESS | _YIELD_FORCE),
+        of_storeys=lambda b: b.in_isolators(b["yield_force"]) / b["stiffness"],
+    ),
+    # From the stiffness after yield: isolated buildings have 1.5 to 5 s, machines on springs less.
+    "isolated_period": Check(
+        *("period of the rigid building on its isolators", "s", 0.3, 15.0),
+        with_units("stiffness after yield", STIFFNESS, -0.5) | _MASS,
+        of_storeys=lambda b: b.isolated_period,
+    ),
+    "base_mass_over_floor": Check(
+        *("mass of the base over that of the first floor", "1", 0.02, 50.0, with_units("base_mass", MASS)),
+        of_building=lambda b: b.in_isolators(b["mass"])[:, :-1][:, :1] / b["mass"][:, 1:2],
+    ),
+    # A brace is about as stiff as its storey, so that the joint slips before the storey yields.
+    "slip_drift_ratio": Check(
+        *("drift ratio at which the friction damper slips", "1", 1e-7, 0.05),
+        with_units("brace_stiffness", STIFFNESS, -1) | with_units("slip_force", FORCE),
+        of_storeys=lambda b: b.above_0("slip_force") / b.above_0("brace_stiffness") / b["height"],
+    ),
+    # Makers name 0.15 to 1 (linear); below 0.1 a damper is a friction damper.
+    "velocity_exponent": Check(
+        *("velocity exponent of the viscous damper", "1", 0.1, 1.0),
+        {"dampers of buildings have exponents of 0.15 to 1": None},
+        of_storeys=lambda b: np.where(b["damper_coefficient"] > 0, b["velocity_exponent"], np.nan),
+    ),
+    # It only rounds the force near rest. Far above the band dampers have little effect; far below, steps get short.
+    "linear_velocity": Check(
+        *("linear_velocity of the viscous damper", "m/s", 1e-4, 0.1, given_in(VELOCITY)),
+        of_storeys=lambda b: np.where(b.is_power_damper, b["linear_velocity"], np.nan),
+    ),
+    # Concrete stops have 1e9 to 1e10 N/m and storeys 1e7 to 1e9 N/m; a rubber bumper is softer than its storey.
+    "stop_stiffness_over_storey": Check(
+        *("stiffness of the stop over that of its storey", "1", 0.02, 1e5, with_units("contact_stiffness", STIFFNESS)),
+        of_storeys=lambda b: b.above_0("contact_stiffness") / b["stiffness"],
+    ),
+    # Colliding buildings have 0.4 to 0.8 (Jankowski 2010, Earthquake Engineering and Structural Dynamics 39).
+    "restitution": Check(
+        *("coefficient of restitution of the stop", "1", 0.1, 1.0, given_in(PERCENT)),
+        of_storeys=lambda b: np.where(b["contact_stiffness"] > 0, b["restitution"], np.nan),
+    ),
+    # Tuned mass dampers weigh 0.5 to 10 % of the first mode's mass.
+    "tuned_mass_ratio": Check("mass_ratio of the tuned mass damper", "1", 5e-4, 0.5, given_in(PERCENT)),
+    # Den Hartog's optimum is 1 / (1 + mass ratio).
+    "tuned_frequency_ratio": Check(
+        *("frequency_ratio of the tuned mass damper", "1", 0.4, 2.5),
+        {"it may be a frequency in Hz or rad/s: divide it by the building's first frequency": None},
+    ),
+    # Den Hartog's optimum is sqrt(3 mu / (8 (1 + mu))): 0.06 to 0.2 for mass ratios of 1 to 12 %.
+    "tuned_damping_ratio": Check("damping_ratio of the tuned mass damper", "1", 1e-3, 0.7, given_in(PERCENT)),
+    "displacement_capacity": Check(
+        *("displacement capacity", "m", 0.02, 20.0, given_in(LENGTH)),
+        of_storeys=lambda b: b.displacement_capacity,
+    ),
+    "capacity_period": Check(
+        *("first period of the chain with this capacity curve", "s", 0.02, 20.0),
+        {"with displacement given in mm and capacity in kN": 1e-3}
+        | with_units("displacement", {"mm": 1e-3, "cm": 1e-2}, 0.5)
+        | with_units("capacity", {"kN": 1e3, "g": G}, -0.5)
+        | _MASS,
+    ),
+    "capacity_yield_drift_ratio": Check(
+        *("yield drift ratio of the chain with this capacity curve", "1", LEAST_YIELD_DRIFT_RATIO, 0.05),
+        _DISPLACEMENT | _PER_HEIGHT,
+    ),
+    "capacity_base_shear_coefficient": Check(
+        "strength of this capacity curve over the weight", "1", 1e-3, 10.0, _CAPACITY | _PER_MASS
+    ),
+    "gravity_load_over_weight": Check(
+        *("gravity load over mass times g", "1", 0.15, 10.0, _GRAVITY_LOAD | _PER_MASS),
+        of_building=lambda b: b["gravity_load"].sum(axis=1) / b.weight_above[:, 0],
+    ),
+    "first_period": Check("first period", "s", 0.02, 20.0, _PERIOD | given_in(TIME), of_building=lambda b: b.period),
+    # Not of a single storey: it may be an oscillator, whose height only divides its drift.
+    "first_period_over_height": Check(
+        *("first period over height", "s/m", 5e-3, 1.0, _PERIOD | _PER_HEIGHT),
+        of_building=lambda b: b.period_over_height,
+    ),
+    "yield_drift_ratio": Check(
+        *("yield drift ratio", "1", LEAST_YIELD_DRIFT_RATIO, 0.05, _YIELD_FORCE | _PER_STIFFNESS | _PER_HEIGHT),
+        of_storeys=lambda b: b.in_own(b["yield_force"]) / b["stiffness"] / b["height"],
+    ),
+    "yield_base_shear_coefficient": Check(
+        *("yield force of the first storey over the weight", "1", 1e-3, 10.0, _YIELD_FORCE | _PER_MASS),
+        of_building=lambda b: (b.in_own(b["yield_force"]) / b.weight_above)[:, 0],
+    ),
+    "stability_coefficient": Check(
+        *("largest P-Delta coefficient, gravity load over stiffness times height", "1", 1e-4, 1.0),
+        _GRAVITY_LOAD | _PER_HEIGHT,
+        of_building=lambda b: b.stability_coefficient,
+    ),
+    "plastic_drift_ratio": Check(
+        *("plastic drift to capping over storey height", "1", 1e-3, 0.5, given_in(LENGTH) | _PER_HEIGHT),
+        of_storeys=lambda b: b["plastic_drift_to_capping"] / b["height"],
+    ),
+    "clearance_over_height": Check(
+        *("clearance over storey height", "1", 0.0, 0.3, with_units("clearance", LENGTH)),
+        of_storeys=lambda b: np.where(b["contact_stiffness"] > 0, b.in_own(b["clearance"]) / b["height"], np.nan),
+    ),
+    "slip_force_over_weight": Check(
+        *("slip force over the weight above", "1", 1e-3, 10.0, given_in(FORCE) | _PER_MASS),
+        of_storeys=lambda b: b.above_0("slip_force") / b.weight_above,
+    ),
+    "damping_ratio": Check(
+        *("damping ratio of the first mode", "1", 1e-4, 0.2),
+        given_in(PERCENT) | with_units("damping_coefficient", DASHPOT),
+        of_building=lambda b: b.damping_ratio if b.damping_ratio.any() else np.full(1, np.nan),
+    ),
+    "damper_damping_ratio": Check(
+        *("damping ratio that the viscous dampers add to the first mode", "1", 1e-3, 2.0),
+        with_units("damper_coefficient", DASHPOT),
+        of_building=lambda b: b.damper_damping_ratio,
+    ),
+    "damper_force_over_weight": Check(
+        *("force of a viscous damper at 1 m/s over the weight above", "1", 1e-3, 10.0, _DAMPER | _PER_MASS),
+        of_storeys=lambda b: b.damper_force / b.weight_above,
+    ),
+    "no_damping": Check(
+        *("damping ratio of the first mode", "1", 1e-4, 0.2),
+        {"damping='none' is the default; 5 % of critical is damping='rayleigh', damping_ratio=0.05": None},
+        of_building=lambda b: np.where(b.needs_damping, b.damping_ratio, np.nan),
+    ),
+    "record_step": Check("record step", "s", 5e-4, 0.05, _AS_FREQUENCY),
+    "peak_ground_acceleration": Check(
+        *("peak ground acceleration", "m/s2", 1e-4 * G, LARGEST_RECORDED),
+        given_in({"m/s2 and read as g": 1 / G} | ACCELERATION),
+        typical=0.3 * G,
+    ),
+    "strongest_motion": Check(
+        "peak ground acceleration of the strongest motion", "m/s2", 0.1 * G, 5 * G, given_in(ACCELERATION)
+    ),
+    "weakest_motions": Check(
+        *("peak ground acceleration over that of the next stronger motion of the set", "1", 1 / 3, 1.0),
+        {"it may be given in g among motions in m/s2, or in m/s2 and read as cm/s2": None},
+    ),
+    "record_baseline": Check(
+        *("baseline (a straight line fitted to the record) over the peak", "1", 0.0, 0.02),
+        {"the record has an offset, which warpdyn.records.detrend removes": None},
+    ),
+    "ground_damping_ratio": Check("damping ratio of the filter", "1", 0.02, 2.0, given_in(PERCENT)),
+    "scale_factor": Check(
+        *("median scale factor", "1", 0.0, 10.0),
+        _MOTIONS | with_units("levels", ACCELERATION_IN_G) | with_units("scale", PERCENT),
+    ),
+    "intensity_level": Check("intensity level", "g", 0.0, 8.0, given_in(ACCELERATION_IN_G)),
+    "lowest_intensity_level": Check("lowest intensity level", "g", 0.0, 1.5, given_in(ACCELERATION_IN_G)),
+    # Records have up to 3 m/s of PGV, 10 m of PGD, 30 m/s of Arias intensity, 50 m/s of CAV; levels may be higher.
+    "velocity_level": Check("level of the peak ground velocity", "m/s", 0.0, 10.0, given_in(VELOCITY)),
+    "lowest_velocity_level": Check("lowest level of the peak ground velocity", "m/s", 0.0, 2.0, given_in(VELOCITY)),
+    "displacement_level": Check("level of the peak ground displacement", "m", 0.0, 20.0, given_in(LENGTH)),
+    "lowest_displacement_level": Check("lowest level of the peak ground displacement", "m", 0.0, 1.5, given_in(LENGTH)),
+    "arias_level": Check("level of the Arias intensity", "m/s", 0.0, 200.0, given_in(VELOCITY)),
+    "lowest_arias_level": Check("lowest level of the Arias intensity", "m/s", 0.0, 10.0, given_in(VELOCITY)),
+    "absolute_velocity_level": Check(
+        "level of the cumulative absolute velocity", "m/s", 0.0, 200.0, given_in(VELOCITY)
+    ),
+    "lowest_absolute_velocity_level": Check(
+        "lowest level of the cumulative absolute velocity", "m/s", 0.0, 30.0, given_in(VELOCITY)
+    ),
+    "scale_factor_to_level": Check(
+        "median scale factor", "1", 0.0, 10.0, _MOTIONS | {"the levels may be in another unit": None}
+    ),
+    "measure_period": Check("period of the intensity measure or spectrum", "s", 5e-3, 20.0, _AS_FREQUENCY),
+    "hazard_intensity": Check("first intensity of a hazard curve", "g", 0.0, 1.0, given_in(ACCELERATION_IN_G)),
+    "annual_rate": Check(
+        "largest annual rate of a hazard curve", "a year", 0.0, 1.0, given_in(PERCENT) | _IN_MANY_YEARS
+    ),
+    "annual_rate_near_one": Check("annual rate at a hazard curve's first points", "a year", 0.0, 0.9, _IN_MANY_YEARS),
+    "event_rate": Check(
+        *("largest annual rate of an event", "a year", 0.0, 1.0),
+        {"they may be given as return periods: give 1 / period": None},
+    ),
+    "dispersion": Check("dispersion", "1", 0.05, 2.0, given_in(PERCENT)),
+    "return_period": Check(
+        *("return period", "year", 0.5, 1e6),
+        {"it may be given as an annual rate: give 1 / rate": None, "if given in days": 1 / 365},
+    ),
+    "hazard_over_highest": _over_highest(ACCELERATION_IN_G),
+    "hazard_velocity": Check("peak ground velocity of a hazard curve", "m/s", 0.0, 10.0, given_in(VELOCITY)),
+    "hazard_velocity_over_highest": _over_highest(VELOCITY),
+    "hazard_displacement": Check("peak ground displacement of a hazard curve", "m", 0.0, 20.0, given_in(LENGTH)),
+    "hazard_displacement_over_highest": _over_highest(LENGTH),
+    "hazard_arias": Check("Arias intensity of a hazard curve", "m/s", 0.0, 200.0, given_in(VELOCITY)),
+    "hazard_arias_over_highest": _over_highest(VELOCITY, 2.0),
+    "hazard_absolute_velocity": Check(
+        "cumulative absolute velocity of a hazard curve", "m/s", 0.0, 200.0, given_in(VELOCITY)
+    ),
+    "hazard_absolute_velocity_over_highest": _over_highest(VELOCITY),
+    "initial_drift_ratio": Check("initial drift ratio", "1", 0.0, 0.5, _DISPLACEMENT),
+    "initial_velocity": Check(
+        "drift ratio that the initial velocity leads to", "1", 0.0, 0.5, with_units("velocity", VELOCITY)
+    ),
+    "force_over_weight": Check("largest force over the weight", "1", 1e-5, 20.0, _THE_FORCE),
+    "drift_ratio_of_force": Check("static drift ratio under the largest force", "1", 5e-6, 0.5, _THE_FORCE),
+    "integration_step": Check("integration step", "s", 0.0, 1.0, _AS_FREQUENCY),
+    "tail": Check("tail", "s", 0.0, 600.0, _DURATION),
+    "record_from": Check("start time of the recorders", "s", 0.0, 600.0, _DURATION),
+    "collapse_drift_ratio": Check(
+        *("collapse drift ratio", "1", 5e-3, 0.5, _RATIO),
+        of_storeys=lambda b: b.in_own(b.drift_ratio_capacity),
+    ),
+    "drift_limit": Check("drift limit", "1", 2e-4, 0.2, _RATIO),
+    "drift_limit_in_metres": Check("limit of a storey drift", "m", 3e-4, 1.0, given_in(LENGTH)),
+    "last_acceleration_of_losses": Check(
+        "last demand of an acceleration loss function", "m s-2", 5.0, 200.0, given_in(ACCELERATION)
+    ),
+    "acceleration_limit": Check("floor acceleration limit", "m s-2", 0.5, 100.0, given_in(ACCELERATION)),
+    "pushed_drift_ratio": Check("largest drift over height", "1", 0.0, 0.5, given_in(LENGTH)),
+}
