@@ -74,7 +74,7 @@ def test_places_that_do_not_fit_are_refused(tmp_path):
         (numbered.assign(latitude=[43.5, 142.0, 41.0]), "1 of 3 rows have no place on Earth, the first is row 1"),
         (numbered.assign(latitude=[43.5, np.nan, 41.0]), "1 of 3 rows have no place on Earth"),
         (numbered.assign(ID_1=[9, 12, np.nan]), "places: 1 of 3 rows have no ID_1, the first is row 2"),
-        (numbered.assign(Latitude=1.0), "differ in upper and lower case"),
+        (numbered.assign(Latitude=1.0), "differ only in upper and lower case"),
     ):
         with pytest.raises(ValueError, match=message):
             wd.inventories.read_openquake(path, places=places)
@@ -121,7 +121,7 @@ def test_exchanged_properties_do_not_override_the_geometry(tmp_path):
     )
     assert wd.inventories.read_geojson(path)["longitude"].tolist() == [10.0, 179.9999]
     path = geojson(tmp_path, ({"YearBuilt": 1990, "yearbuilt": 1991}, [1.0, 2.0]))
-    with pytest.raises(ValueError, match=r"buildings.geojson: of the properties, .* differ in upper and lower case"):
+    with pytest.raises(ValueError, match=r"buildings.geojson: of the properties, .* differ only in upper and lower case"):
         wd.inventories.read_geojson(path)
 
 
@@ -131,7 +131,7 @@ BUILDINGS = "id,Longitude,Latitude,NumberOfStories,YearBuilt,PlanArea,StructureT
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("Latitude", "LONGITUDE", "differ in upper and lower case"),
+        ("Latitude", "LONGITUDE", "differ only in upper and lower case"),
         ("Latitude", " Longitude", "'Longitude' twice"),
         ("-122,37.8", "nan,37.8", "1 .* have a longitude outside"),
         ("-122,37.8", "inf,37.8", "1 .* have a longitude outside"),

@@ -75,7 +75,7 @@ def test_the_unit_of_intensities_has_no_default(tmp_path):
         ("PGA [furlong]", "unknown unit 'furlong'"),
         ("PGA,PGV [g]", "has the unit 'g'; allowed are m/s"),
         ("PGA,SA_0.3,SA(0.3)", r"SA\(0.3\) in two columns"),
-        ("PGA,pga", "differ in upper and lower case"),
+        ("PGA,pga", "differ only in upper and lower case"),
         ("PGA, PGA", "'PGA' twice"),
     ):
         values = ",".join(["1"] * (header.count(",") + 1))
@@ -144,7 +144,7 @@ def test_station_files_outside_the_folder_are_refused(tmp_path):
     (folder / "linked").symlink_to(outside)
     for name in ("../outside/a.csv", str(outside / "a.csv"), "link.csv", "linked/a.csv", "x/../../outside/a.csv"):
         (folder / "EventGrid.csv").write_text(GRID.replace("a.csv", name))
-        with pytest.raises(ValueError, match=r"EventGrid.csv names the file .* which lies outside its folder"):
+        with pytest.raises(ValueError, match=r"EventGrid.csv names the file .* which is outside its folder"):
             wd.sites.read_intensity_grid(folder, "g")
     (folder / "below").mkdir()
     (folder / "below" / "a.csv").write_text(text)
@@ -159,11 +159,11 @@ def test_motions_and_exposures_outside_the_folder_are_refused(tmp_path):
     folder = tmp_path / "grid"
     folder.mkdir()
     (tmp_path / "one.json").write_text(json.dumps({"dT": 0.01, "data_x": [0, 1, 0]}))
-    with pytest.raises(ValueError, match=r"a.csv names the file '../one.json', which lies outside"):
+    with pytest.raises(ValueError, match=r"a.csv names the file '../one.json', which is outside"):
         wd.sites.read_event_grid(grid(folder, *["TH_file\n../one\n"] * 3), "g")
     file(tmp_path, "id,lon,lat,taxonomy\na,1,2,W1\n", "assets.csv")
     text = "<nrml><exposureModel><conversions/><assets>../assets.csv</assets></exposureModel></nrml>"
-    with pytest.raises(ValueError, match=r"model.xml names the file '../assets.csv', which lies outside"):
+    with pytest.raises(ValueError, match=r"model.xml names the file '../assets.csv', which is outside"):
         wd.inventories.read_openquake(file(folder, text, "model.xml"))
 
 
@@ -226,7 +226,7 @@ def test_meshes_that_cannot_be_are_refused_with_the_file(tmp_path):
         ("10.1,45", "nan,45", r"mesh.csv: 1 of 2 grid points have a longitude outside"),
         ("10.1,45", "x,45", r"mesh.csv: 1 of 2 grid points have a longitude outside"),
         ("10,45\n1,10.1,45", "45,100\n1,45,101", "latitude outside -90 to 90 .* exchanged"),
-        ("lon,lat", "lon,LON", "differ in upper and lower case"),
+        ("lon,lat", "lon,LON", "differ only in upper and lower case"),
     ):
         with pytest.raises(ValueError, match=message):
             field(tmp_path, "0,0.5,0\n0,0.5,1\n", MESH.replace(old, new))

@@ -119,7 +119,7 @@ def test_a_run_that_was_stopped_goes_on_from_its_regions(name, tmp_path, small_r
         interrupted_after(3, patched)
         with pytest.raises(KeyboardInterrupt) as stopped:
             wd.simulate(scene, path=tmp_path / "run.zarr", **settings)
-    assert any("the same call goes on from there" in note for note in stopped.value.__notes__)
+    assert any("repeat the same call to resume it" in note for note in stopped.value.__notes__)
     assert os.listdir(tmp_path) == [".run.zarr.unfinished"]
     with pytest.raises(FileExistsError, match="another run that is not finished stands there"):
         wd.simulate(scene, path=tmp_path / "run.zarr", **(settings | {"seed": 4}))
@@ -175,7 +175,11 @@ def test_what_is_not_warpdyns_is_never_replaced(tmp_path):
     xr.Dataset({"a": ("x", [1.0])}).to_zarr(tmp_path / "theirs.zarr", zarr_format=2)
     (tmp_path / "folder.zarr").mkdir()
     (tmp_path / "file.zarr").write_text("")
-    for name, said in {"theirs": "not warpdyn's", "folder": "not warpdyn's", "file": "no folder"}.items():
+    for name, said in {
+        "theirs": "warpdyn did not write",
+        "folder": "warpdyn did not write",
+        "file": "not a folder",
+    }.items():
         with pytest.raises(OSError, match=said):
             wd.simulate(make_scene(), path=tmp_path / f"{name}.zarr", overwrite=True)
     with pytest.raises(OSError, match="there is no folder"):

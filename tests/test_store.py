@@ -96,7 +96,7 @@ def test_a_failure_leaves_what_was_there(fail, existed, tmp_path, monkeypatch):
 def test_no_place_to_write(attempt, tmp_path):
     (tmp_path / "file").write_text("not a folder")
     (tmp_path / "results").mkdir()
-    with pytest.raises(FileNotFoundError, match=r"cannot write .*file.run\.nc: there is no folder .*make it first"):
+    with pytest.raises(FileNotFoundError, match=r"cannot write .*file.run\.nc: there is no folder .*create it first"):
         attempt(tmp_path / "file" / "run.nc")
     with pytest.raises(FileNotFoundError, match=r"there is no folder .*did you mean 'results'\?"):
         attempt(tmp_path / "reslts" / "deeper" / "run.nc")
@@ -118,7 +118,9 @@ def test_what_is_not_warpdyn_s_is_not_replaced(attempt, tmp_path):
     make_dataset().to_netcdf(foreign, engine="netcdf4")
     for path in (text, foreign):
         before = path.read_bytes()
-        with pytest.raises(FileExistsError, match=rf"cannot write .*{path.name}: .* is not warpdyn's; move it away"):
+        with pytest.raises(
+            FileExistsError, match=rf"cannot write .*{path.name}: warpdyn did not write .*; move it away"
+        ):
             attempt(path)
         assert path.read_bytes() == before
     assert sorted(os.listdir(tmp_path)) == ["foreign.nc", "text.nc"]
@@ -190,7 +192,7 @@ def test_asking_leaves_no_trace(tmp_path):
 
 
 def test_only_files_are_written(tmp_path):
-    with pytest.raises(OSError, match="what is there is no file"):
+    with pytest.raises(OSError, match="the path is not a file"):
         check_writable("/dev/null")
     with pytest.raises(TypeError, match="path must name a file, got 5"):
         check_writable(5)

@@ -1,1 +1,1 @@
-"""What every other layer builds on: checks, messages, progress, and files."""
+"""Foundations of all other layers: checks, messages, progress, and files."""

@@ -1,1 +1,1 @@
-"""What every package of warpdyn uses: checks, progress, threads, random numbers, units, output variables."""
+"""Modules that every package uses: checks, messages, progress, threads, random numbers, units, output variables."""

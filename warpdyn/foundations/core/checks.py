@@ -1,4 +1,4 @@
-"""Checks of input: each error names what is wrong, where, and what is allowed."""
+"""Checks of input; each error names the value, its place, and the allowed values."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from numpy.typing import ArrayLike, DTypeLike
 
 from warpdyn.foundations.core.near_misses import did_you_mean
 
-MOST_REPLICATES = 10**6  # of a bootstrap, and draws of a posterior: quantiles are then known to 0.1 % of a deviation
+MOST_REPLICATES = 10**6  # of a bootstrap or a posterior: quantiles are then exact to 0.1 % of the standard deviation
 LARGEST_NUMBER = float(np.finfo(np.float64).max)
 LONGEST_ROW = 2**27  # 1 GB
-LARGEST_WHOLE_NUMBER = 2**63 - 1  # what a netCDF attribute holds
+LARGEST_WHOLE_NUMBER = 2**63 - 1  # that fits in a netCDF attribute
 
 
 def check_kind(function: str, what: str, value: object, kind: type, advice: str = "", *, argument: str = "") -> None:
-    """Raise a TypeError unless an argument of a function is of the class that the function takes.
+    """Raise a TypeError unless an argument of a function is of the required class.
 
     Args:
         function: The public function.
         what: The class in words, such as "a ShearBuilding".
         value: The argument.
         kind: The class.
-        advice: What to give instead.
+        advice: A correct argument in words.
         argument: The name of the argument.
     """
     if not isinstance(value, kind):
@@ -59,7 +59,7 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
 def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
     """Return a finite number as a float, or raise a ValueError that states its bound."""
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
-    number: Any = value  # it may be a whole number that no float holds
+    number: Any = value  # it may be a whole number that is too large for a float
     good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(number) <= LARGEST_NUMBER
     if not good or (above is not None and not value > above) or (least is not None and not value >= least):
         raise ValueError(f"{what} must be a finite number{bound}, got {shortened(value)}")
@@ -79,7 +79,7 @@ def whole_number(what: str, value: Any, least: int, most: int = LARGEST_WHOLE_NU
 
 
 def true_or_false(what: str, value: Any) -> bool:
-    """Return a truth value, or raise a TypeError for whatever Python would take for one."""
+    """Return True or False, or raise a TypeError for any other value, such as 1."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{what} must be True or False, got {shortened(value)}")
     return bool(value)
@@ -99,7 +99,7 @@ def is_row_of_text(values: object) -> bool:
 
 
 def shortened(value: object) -> str:
-    """Return what a message shows of a value: its first elements, or its first and last digits."""
+    """Return the short form of a value for a message: its first elements, or its first and last digits."""
     return reprlib.repr(value)
 
 
@@ -107,8 +107,8 @@ def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
     """Return a new float64 array.
 
     Raises:
-        ValueError: If there are truth values, text, dates, complex numbers, masked values, ragged rows, or more values
-            in a list or range than an array of them would fit in memory.
+        ValueError: If there are truth values, text, dates, complex numbers, masked values, rows of different lengths,
+            or a range longer than LONGEST_ROW.
     """
     if isinstance(values, range) and len(values) > LONGEST_ROW:
         raise ValueError(f"{what} must have at most {LONGEST_ROW} values, got {values!r}")
@@ -123,14 +123,14 @@ def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
 
 
 def _has(values: object, kind: type | UnionType) -> bool:
-    """Return whether a list or tuple, or a row in it, has an element of a class, which NumPy would turn to a number."""
+    """Return whether a list or tuple, or a row in it, has an element of a class that NumPy would turn to a number."""
     if not isinstance(values, list | tuple):
         return isinstance(values, kind)
     return any(isinstance(each, kind) or (isinstance(each, list | tuple) and _has(each, kind)) for each in values)
 
 
 def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
-    """Return a new float64 array as `real_numbers` does; raise a ValueError also if a value is not finite."""
+    """Return a new float64 array as `real_numbers` does; also raise a ValueError if a value is not finite."""
     array = real_numbers(what, values)
     bad = ~np.isfinite(array)
     if bad.any():
@@ -143,12 +143,11 @@ def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
 def refuse_masked(what: str, values: object) -> None:
     """Raise a ValueError if a masked array, or a row of a list, has masked values.
 
-    `np.asarray` returns the numbers behind a mask as if they were measured. A masked array without masked values is an
-    array like any other.
+    `np.asarray` would return the numbers behind the mask as if they were measured.
 
     Args:
         what: Name of the argument.
-        values: What the user gave.
+        values: Its value.
     """
     if isinstance(values, list | tuple):
         for i, row in enumerate(values):
@@ -170,11 +169,11 @@ def unmasked(what: str, values: ArrayLike, dtype: DTypeLike | None = None) -> np
 
 
 class TooLargeError(ValueError, MemoryError):
-    """An argument asks for more memory than this machine has free."""
+    """An argument needs more memory than is free."""
 
 
 def free_memory() -> int:
-    """Return the free memory of this machine [bytes], with what the system would give back of its file cache."""
+    """Return the free memory of this machine [bytes], including the file cache that the system would free."""
     try:
         with open("/proc/meminfo") as lines:
             return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
@@ -183,13 +182,13 @@ def free_memory() -> int:
 
 
 def check_memory(what: str, needed: float, remedy: str, *, limit: int | None = None) -> None:
-    """Raise a TooLargeError if arrays that an argument asks for do not fit in the free memory.
+    """Raise a TooLargeError if the arrays that an argument needs do not fit in the free memory.
 
     Args:
-        what: What needs the memory, with the argument and its value.
+        what: The user of the memory, with the argument and its value.
         needed: Bytes of these arrays.
-        remedy: What to do instead.
-        limit: Bytes that the user allows; None for the free memory.
+        remedy: Advice for the user.
+        limit: Bytes that the user allows; None: the free memory.
     """
     if limit is not None and needed > limit:
         raise TooLargeError(f"{what} needs {in_words(needed)} of memory, and memory={limit} allows less: {remedy}")

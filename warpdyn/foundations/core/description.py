@@ -1,4 +1,4 @@
-"""Scenes, structures and motions as JSON, as datasets hold it, and as tables, as notebooks show them."""
+"""Scenes, structures and motions as JSON, for datasets, and as HTML tables, for notebooks."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from typing import Any
 import numpy as np
 
 NAMED_BY_SHAPE = "array of shape "
-LONGEST_ARRAY = 1024  # values; of longer arrays the shape alone is written
-MOST_CELLS = 12  # of a row of values in a table
+LONGEST_ARRAY = 1024  # values; JSON contains only the shape of longer arrays
+MOST_CELLS = 12  # values of a row that a table shows
 
 
 def to_json(value: object) -> str:
-    """Return a value as JSON: what has a `description()` by that, data classes by their fields, long arrays by size."""
+    """Return a value as JSON: by its `description()` if it has one, data classes by their fields."""
     return json.dumps(plain(value), separators=(",", ":"))
 
 
 def plain(value: Any) -> Any:
-    """Return a value as JSON can hold it, recursively."""
+    """Return a value as dictionaries, lists, text and numbers, which JSON can represent."""
     if hasattr(value, "description"):
         return plain(value.description())
     if isinstance(value, np.ndarray):
         if value.size > LONGEST_ARRAY:
             return f"{NAMED_BY_SHAPE}{value.shape}"
-        # JSON has no NaN, which stands where a storey's law does not take a parameter.
+        # JSON has no NaN, which an array has in storeys whose law does not take the parameter.
         return np.where(np.isnan(value), np.array(None), value).tolist() if value.dtype.kind == "f" else value.tolist()
     if isinstance(value, np.generic):
         return value.item()
@@ -44,15 +44,15 @@ def plain(value: Any) -> Any:
 
 
 def _name_of_class(value: object) -> str:
-    """Return the name of a value's class, with its module where it is not warpdyn's own."""
+    """Return the name of a value's class, with its module if it is not a class of warpdyn."""
     kind = type(value)
     return kind.__name__ if kind.__module__.startswith("warpdyn.") else f"{kind.__module__}.{kind.__qualname__}"
 
 
 def fingerprint(*values: object) -> str:
-    """Return a digest of values with all that they hold, every number of every array: equal ones have the same.
+    """Return a digest of values and their contents, with every number of every array.
 
-    A number is the same as NumPy's and as Python's, as an integer and as a float.
+    A number has one digest as NumPy's or Python's, integer or float.
     """
     digest = hashlib.sha256()
     _feed(digest, values)
@@ -60,13 +60,13 @@ def fingerprint(*values: object) -> str:
 
 
 def _feed(digest: hashlib._Hash, value: Any) -> None:
-    """Feed a value to a digest, recursively, each part with its kind and its length."""
+    """Add a value to a digest, recursively, each element with its kind and its length."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
         array = np.ascontiguousarray(value)
         digest.update(f"{array.dtype.str}{array.shape}".encode())
-        digest.update(array.reshape(-1).view(np.uint8).data)  # without a copy, of which some take 100 MB
+        digest.update(array.reshape(-1).view(np.uint8).data)  # without a copy, which may take 100 MB
         return
     if isinstance(value, Mapping):
         value = list(value.items())
@@ -90,7 +90,7 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
     if dataclasses.is_dataclass(value):
         held = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     elif hasattr(value, "__dict__"):
-        # What a class computes later and keeps does not count.
+        # Cached properties are not part of the value.
         kept = {name for each in kind.__mro__ for name, of in vars(each).items() if isinstance(of, cached_property)}
         held = {name: item for name, item in vars(value).items() if name not in kept}
     else:
@@ -99,7 +99,7 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
 
 
 class Text(str):
-    """Text of several lines, which a notebook and a prompt show line by line; elsewhere it is a string."""
+    """A string of several lines that notebooks and the Python prompt show line by line."""
 
     def __repr__(self) -> str:
         return str(self)
@@ -109,12 +109,12 @@ class Text(str):
 
 
 def html_table(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[str] = ()) -> str:
-    """Return a table as HTML, as notebooks take it of `_repr_html_`.
+    """Return a table as HTML, for `_repr_html_`.
 
     Args:
-        caption: What it is of.
-        rows: Its rows; the first cell of each is what it is of.
-        heads: What stands above its columns.
+        caption: Title of the table.
+        rows: Its rows, each with its label as the first cell.
+        heads: Labels of the columns.
     """
     left = ' style="text-align:left"'
     head = "".join(f"<th{left}>{html.escape(text)}</th>" for text in heads)
@@ -128,12 +128,11 @@ def html_table(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[s
 
 
 def _cell(value: object) -> str:
-    """Return what stands in a cell: numbers with six digits, rows of numbers with commas, none as nothing."""
     return html.escape(number_text(value))
 
 
 def number_text(value: object) -> str:
-    """Return a value in a few letters: numbers with six digits, equal ones of a row once."""
+    """Return a value as short text: numbers with six digits, the equal values of a row once, None as ""."""
     if value is None:
         return ""
     if isinstance(value, bool | str):

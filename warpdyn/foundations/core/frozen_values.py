@@ -47,7 +47,7 @@ class FrozenMapping(Mapping[Key, Value]):
 
 
 class FrozenArrays:
-    """A class whose array attributes are read-only; NumPy's copies and pickles of an array are writeable again."""
+    """A class whose array attributes stay read-only in copies and pickles, where NumPy makes arrays writeable."""
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)

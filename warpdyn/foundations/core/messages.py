@@ -1,4 +1,4 @@
-"""Warnings that name the line of the user's code that they are about, and what is said of a run's progress."""
+"""Warnings that name the line of the user's code that called warpdyn, and messages on the progress of a run."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from tqdm import tqdm
 LOGGER = logging.getLogger("warpdyn")
 PACKAGE = str(Path(__file__).parents[2]) + os.sep
 
-# Warnings that were given within the present block, by their text without its numbers; None outside such a block.
+# Texts of the warnings given within `each_warning_once`, without their numbers; None outside such a block.
 _given: ContextVar[set[str] | None] = ContextVar("given_warnings", default=None)
-# Digits of names, such as 'DS2', and of what is quoted are no numbers of a message.
+# Digits in names, such as 'DS2', and after a quote do not count as numbers of a message.
 _NUMBER = re.compile(r"(?<![\w'])\d[\d.,]*(?:e[+-]?\d+)?")
 _is_silent: ContextVar[bool] = ContextVar("warnings_are_silent", default=False)
 _collected: ContextVar[list[tuple[str, type[Warning]]] | None] = ContextVar("collected_warnings", default=None)
@@ -28,7 +28,7 @@ _collected: ContextVar[list[tuple[str, type[Warning]]] | None] = ContextVar("col
 
 @contextmanager
 def each_warning_once() -> Iterator[None]:
-    """Give a warning once within a block that does the same work several times, even if its numbers differ."""
+    """Within the block, which repeats some work, give warnings that differ only in numbers once."""
     before = _given.set(set())
     try:
         yield
@@ -38,7 +38,7 @@ def each_warning_once() -> Iterator[None]:
 
 @contextmanager
 def no_warnings() -> Iterator[None]:
-    """Give no warnings of what is tried within a block, and may yet be tried otherwise."""
+    """Give no warnings within the block, whose result may be discarded."""
     before = _is_silent.set(True)
     try:
         yield
@@ -48,7 +48,7 @@ def no_warnings() -> Iterator[None]:
 
 @contextmanager
 def collected_warnings() -> Iterator[list[tuple[str, type[Warning]]]]:
-    """Collect the warnings that a block would give in this thread, for its caller to give: messages and categories."""
+    """Collect the warnings of this thread instead of giving them; yield the list of messages and categories."""
     found: list[tuple[str, type[Warning]]] = []
     before = _collected.set(found)
     try:
@@ -58,7 +58,7 @@ def collected_warnings() -> Iterator[list[tuple[str, type[Warning]]]]:
 
 
 def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
-    """Warn, as of the line that called warpdyn, however deep within it this was found."""
+    """Warn at the line of the user's code that called warpdyn."""
     collected = _collected.get()
     if collected is not None and not _is_silent.get():
         collected.append((message, category))
@@ -79,12 +79,12 @@ def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
 
 
 def say(message: str) -> None:
-    """Say what takes time: on a terminal, as progress bars do, and to the logger "warpdyn" as information."""
+    """Report on progress: to the logger "warpdyn" at level INFO, and on a terminal as progress bars do."""
     LOGGER.info(message)
     if sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO):
         tqdm.write(message, file=sys.stderr)
 
 
 def tell(message: str) -> None:
-    """Say what the user must know, who is not to change anything: it is logged, and shown on any stderr by default."""
+    """Report what the user must know but need not act on: to the logger at level WARNING, by default on stderr."""
     LOGGER.warning(message)

@@ -1,4 +1,4 @@
-"""Suggest the name that was meant."""
+"""Suggestions of the intended name for a name that is not known."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing import Any, ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 Class = TypeVar("Class", bound=type)
-LEAST_BEGINNING, MOST_BEGUN = 3, 3  # letters of a name that others begin with, and how many of these are suggested
+LEAST_BEGINNING, MOST_BEGUN = 3, 3  # letters of a beginning, and suggested names with this beginning
 
 
 def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
-    """Return " (did you mean 'yield_force'?)" for a near miss of a known name, or nothing.
+    """Return " (did you mean 'yield_force'?)" if a known name is similar, otherwise "".
 
     Args:
-        name: What was given.
-        known: Names that may be meant; of a mapping each with the name to suggest, as OpenSees' with ours.
+        name: The unknown name.
+        known: Known names; a mapping gives for each name the one to suggest, such as ours for one of OpenSees.
     """
     if not isinstance(name, str):
         return ""
@@ -33,13 +33,13 @@ def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
 
 
 def refuse_unknown(function: str, named: Collection[str], known: Collection[str], names: Mapping[str, str]) -> None:
-    """Raise a TypeError that suggests a name for an argument that a function does not take.
+    """Raise a TypeError that suggests a name if a call has an argument that the function does not have.
 
     Args:
         function: The function.
-        named: Names of the arguments that it is called with.
-        known: Names of its own.
-        names: Names that may be meant, each with the one to suggest.
+        named: Names of the arguments of the call.
+        known: Names of the function's arguments.
+        names: Names that users may have in mind, each with the one to suggest.
     """
     for unknown in named:
         if unknown not in known:
@@ -48,13 +48,13 @@ def refuse_unknown(function: str, named: Collection[str], known: Collection[str]
 
 
 def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function suggest the name that was meant by one that it does not take, where Python only repeats it.
+    """Let a function suggest the intended name for an unknown argument, where Python only repeats the unknown one.
 
-    A function that takes any further names suggests one for an argument that it needs and is not given.
+    A function with further keyword arguments suggests names for its missing required arguments.
     """
     parameters = list(inspect.signature(function).parameters.values())
     own = [each for each in parameters if each.name not in ("self", "cls")]
-    first = len(parameters) - len(own)  # `self` or `cls` stands before
+    first = len(parameters) - len(own)  # 1 if there is `self` or `cls`
     known = [each.name for each in own if each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)]
     needed = [each.name for each in own if each.default is each.empty and each.name in known]
     takes_any = any(each.kind is each.VAR_KEYWORD for each in own)

@@ -1,4 +1,4 @@
-"""Variables of a dataset and their labels, its intensity measure, and what a sample's status can be."""
+"""Variables of a dataset, its intensity measure, and the values of a sample's status."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-# Value of the attribute `design` of im_level for stripes; other designs have another value.
+# Values of the attribute `design` of im_level.
 STRIPED = "stripes"
 OF_SEQUENCE = "of a sequence: see select_event"  # design of the levels of all events together
 
@@ -16,16 +16,16 @@ OF_SEQUENCE = "of a sequence: see select_event"  # design of the levels of all e
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
 # A drift beyond this many storey heights is a numerical blow-up that has not become infinite yet, not a collapse.
 LARGEST_DRIFT_RATIO = 1e3
-LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs that failed; with more of them statistics are refused
+LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs that failed; statistics raise an error above it
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 
 
-# Values of the variable median_status of fragility curves: where a median lies among the intensities that were run.
+# Values of the variable median_status of fragility curves: where a median lies relative to the levels of the run.
 MEDIAN_STATUS, MEDIAN_MEANINGS = "median_status", ("within_levels", "extrapolated", "none")
 WITHIN_LEVELS, EXTRAPOLATED, NO_MEDIAN = range(3)
 
-# The kind of each storey of a run that has isolators or a tuned mass damper, along `storey`; of a portfolio along
-# `archetype` and `storey`.
+# Kind of each storey, in runs with isolators or a tuned mass damper: along `storey`; in portfolios along `archetype`
+# and `storey`.
 STOREY_KIND, KIND_OF_ARCHETYPES = "storey_kind", "storey_kind_of_archetype"
 STOREY_KINDS = ("building", "isolators", "tuned_mass_damper")
 KIND_ATTRIBUTES = {
@@ -36,15 +36,15 @@ KIND_ATTRIBUTES = {
 }
 
 
-# How a dataset names its intensity measure: attributes of the coordinate of the intensities, beside its `units`, and of
-# the dataset itself. A `long_name` is a label for people: nothing is read from it.
-MEASURE = "intensity_measure"  # the name, as hazard curves and exchanged files compare it
+# Attributes that name the intensity measure, of the coordinate of the intensities (next to `units`) and of the dataset.
+# A `long_name` is only a label: warpdyn does not read it.
+MEASURE = "intensity_measure"  # the name by which hazard curves and exchanged files compare measures
 PERIOD = "intensity_measure_period"  # [s], a scalar
-PERIODS = "intensity_measure_periods"  # [s], of an average over several
+PERIODS = "intensity_measure_periods"  # [s], if the measure is an average over several periods
 DAMPING = "intensity_measure_damping_ratio"  # [1]
 KEYS = (MEASURE, PERIOD, PERIODS, DAMPING)
-UNNAMED = ("", "intensity measure")  # what datasets and hazards that name none say
-INTENSITIES = ("im_level", "stripe")  # coordinates with a level of each sample or stripe
+UNNAMED = ("", "intensity measure")  # names of datasets and hazards that do not name their measure
+INTENSITIES = ("im_level", "stripe")  # coordinates with the level of each sample or stripe
 
 
 @dataclass(frozen=True)
@@ -52,10 +52,10 @@ class Variable:
     """One variable of a dataset.
 
     Args:
-        dims: Its dimension beside `sample`: (), ("storey",), ("floor",) or ("dof",).
+        dims: Its dimension after `sample`: (), ("storey",), ("floor",) or ("dof",).
         units: UDUNITS string.
-        long_name: In words.
-        scale: Other variables of the dataset that its error is divided by where they are larger.
+        long_name: The variable in words.
+        scale: Variables of the dataset by which its error is divided if they are larger.
         is_demand: Whether it is a demand, whose error is estimated.
         is_whole: Whether it is a whole number.
     """
@@ -68,7 +68,7 @@ class Variable:
     is_whole: bool = False
 
 
-DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")  # of what the kernels record as drift
+DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")  # kernels record drifts
 
 
 def label_of_levels(measure: str) -> str:
@@ -77,7 +77,7 @@ def label_of_levels(measure: str) -> str:
 
 
 def measure_attributes(attributes: Mapping) -> dict[str, object]:
-    """Return those of some attributes that name an intensity measure."""
+    """Return the attributes that name an intensity measure."""
     return {key: attributes[key] for key in KEYS if key in attributes}
 
 
@@ -85,8 +85,8 @@ def measure_of_dataset(dataset: xr.Dataset) -> dict[str, object]:
     """Return the attributes of a dataset that name its intensity measure; nothing if it names none.
 
     Args:
-        dataset: A run, its statistics, or what was computed from them. The coordinate of the intensities decides; the
-            attributes of the dataset itself are read if it has no such coordinate or that names no measure.
+        dataset: A run, its statistics, or a dataset computed from them. The attributes of the dataset are read if it
+            has no coordinate of intensities, or that coordinate does not name a measure.
     """
     for name in INTENSITIES:
         if name in dataset.variables and dataset[name].attrs.get(MEASURE):

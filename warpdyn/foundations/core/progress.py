@@ -1,4 +1,4 @@
-"""Progress of runs on a terminal: one bar, also for several runs together."""
+"""Progress bar of one run, or of several runs together."""
 
 from __future__ import annotations
 
@@ -13,11 +13,7 @@ _shown: ContextVar[tqdm | None] = ContextVar("shown", default=None)
 
 @contextmanager
 def counted_histories(total: int) -> Iterator[tqdm]:
-    """Show a progress bar of so many histories, or continue the bar of the enclosing call.
-
-    Args:
-        total: Number of histories.
-    """
+    """Show a progress bar of `total` histories, or continue the bar of the enclosing call."""
     around = _shown.get()
     if around is not None:
         yield around

@@ -1,9 +1,9 @@
-"""Random numbers that are functions of the seed, the sample, the purpose and a counter, so that order does not matter.
+"""Random numbers that are functions of the seed, the sample, the purpose and a counter, and do not depend on the order.
 
-Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns a counter of
-four words into four random words, under a key of two. The key is the seed; the counter holds, from its first word on, a
-counter, the purpose and the sample's index in two words. A sample's numbers so depend on the seed and its own index
-alone, however samples are divided. `warpdyn.engine.device.random_numbers` has the same functions for kernels.
+Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns four words
+of a counter into four random words, under a key of two words. The key is the seed. The words of the counter are a
+number, the purpose, and two words of the sample's index, so that a sample's numbers do not depend on how samples are
+divided. `warpdyn.engine.device.random_numbers` has the same functions for kernels.
 """
 
 from __future__ import annotations
@@ -17,32 +17,32 @@ from scipy.special import ndtri
 
 from warpdyn.foundations.core.thread_pool import cores, in_parts
 
-# Salmon et al. 2011, the multipliers of a round and what is added to the key between rounds.
+# Salmon et al. 2011: number of rounds, multipliers of a round, and increments of the key between rounds.
 ROUNDS, MULTIPLIERS, KEY_INCREMENTS = 10, (0xD2511F53, 0xCD9E8D57), (0x9E3779B9, 0xBB67AE85)
 WORD = 2**32
 
 
 class Purpose(IntEnum):
-    """What a number is for: the numbers of different purposes are independent.
+    """The purpose of a random number; numbers of different purposes are independent.
 
-    Numbers that are drawn in order, once a run, come from a generator of NumPy that is seeded by seed and purpose.
+    Numbers that are drawn in order, once per run, come from a NumPy generator seeded by seed and purpose.
     """
 
-    STRUCTURE = 0  # parameters of a drawn structure; the index is that of the structure
+    STRUCTURE = 0  # parameters of a structure; the index is that of the structure
     CHOICE_OF_MOTION = 1
     GROUND_MOTION = 2
-    POINTS = 3  # points of Sobol and Latin hypercube samples, once a run
-    CHECKED_SAMPLES = 4  # once a run
-    PILOT_SAMPLES = 5  # once a plan
-    LADDERS = 6  # first steps of the ladders of capacities; the index is that of the pair
-    GRID_POINTS = 7  # that buildings draw, once a design
-    RECORDS_OF_EARTHQUAKES = 8  # once a grid
-    BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all of them
+    POINTS = 3  # Sobol and Latin hypercube points, once per run
+    CHECKED_SAMPLES = 4  # once per run
+    PILOT_SAMPLES = 5  # once per plan
+    LADDERS = 6  # first levels of the search for capacities; the index is that of the pair
+    GRID_POINTS = 7  # grid points of buildings, once per design
+    RECORDS_OF_EARTHQUAKES = 8  # once per grid
+    BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all fields
     WITHIN_EARTHQUAKES = 10
 
 
 def key_of(seed: int) -> int:
-    """Return the 64-bit key of a seed: the seed itself if it is below 2^64, else its hash."""
+    """Return the 64-bit key of a seed: the seed if it is below 2^64, otherwise its hash."""
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
     if seed < 2**64:
@@ -52,22 +52,15 @@ def key_of(seed: int) -> int:
 
 
 def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.ndarray:
-    """Return numbers from 0 to below 1 of NumPy's generator, made side by side with the bits of one after another.
+    """Return the first numbers of NumPy's generator as float32 in [0, 1), shape [row, column].
 
-    Args:
-        seed: The seed.
-        purpose: What the numbers are for.
-        rows: How many rows.
-        columns: How many numbers of each, in order.
-
-    Returns:
-        The numbers as float32, shape [row, column].
+    Several threads compute them; the numbers are those that one thread would draw in order.
     """
     found = np.empty((rows, columns), np.float32)
     words = np.random.SeedSequence([seed, purpose])
 
     def fill(part: slice) -> None:
-        # The generator makes two numbers of each 64 bits, so that a part of an even number of rows ends with both.
+        # The generator takes two numbers from 64 bits; a part has an even number of rows, and so ends with the second.
         stream = np.random.PCG64(words).advance(part.start * columns // 2)
         np.random.Generator(stream).random(dtype=np.float32, out=found[part])
 
@@ -106,8 +99,8 @@ def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike)
     Args:
         seed: Seed of the run.
         sample: Each sample's index in the run, shape [...].
-        purpose: What the numbers are for.
-        counter: Which numbers, 0 to 2^32 - 1, shape [...].
+        purpose: Purpose of the numbers.
+        counter: Place in the sample's sequence of numbers, 0 to 2^32 - 1, shape [...].
 
     Returns:
         Numbers in (0, 1): a pair for each element of the arguments' common shape, shape [..., 2].

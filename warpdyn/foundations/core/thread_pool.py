@@ -1,4 +1,4 @@
-"""Work on several threads that Ctrl-C stops: in parts that fit in a processor's cache, or one long call."""
+"""Work in several threads that Ctrl-C stops: in parts that fit in a processor's cache, or one long call."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from typing import TypeVar
 from warpdyn.foundations.core.interruption import stop_if_asked
 
 STRUCTURES_AT_A_TIME = 2**13
-MOST_THREADS = 2**12  # beyond the cores of any one machine
-PATIENCE = 0.1  # seconds of waiting before a signal is looked for
+MOST_THREADS = 2**12  # more than the cores of any machine
+PATIENCE = 0.1  # [s] between two checks for a signal
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
-_idle: list[SimpleQueue[Callable[[], None]]] = []  # where threads of `in_background` wait for their next call
+_idle: list[SimpleQueue[Callable[[], None]]] = []  # queues of threads of `in_background` that wait for a call
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_idle.clear)  # a process that is forked has none of the threads
+    os.register_at_fork(after_in_child=_idle.clear)  # a forked process does not have the threads
 
 
 def cores() -> int:
@@ -38,9 +38,9 @@ def in_parts(
 
     Args:
         work: Function from a part of the structures to its result.
-        structures: How many structures there are.
+        structures: Number of structures.
         threads: CPU threads.
-        at_a_time: Structures of a part.
+        at_a_time: Structures in a part.
     """
     parts = [slice(first, min(first + at_a_time, structures)) for first in range(0, structures, at_a_time)]
     if len(parts) == 1:
@@ -79,13 +79,12 @@ def result_of(task: Future[Result]) -> Result:
 
 
 class Ahead(Iterator[Result]):
-    """The results of work on items in order, while other threads work on some items ahead.
+    """The results of a function for some items, in order; other threads compute the next ones in advance.
 
     Args:
-        work: The work.
-        items: What it is done on.
-        depth: How many items ahead of the one that was asked for last, from the first on when this is made; 0 to do
-            the work when it is asked for, without threads.
+        work: The function.
+        items: Its arguments.
+        depth: Number of results computed in advance; 0: no threads, each result is computed when it is requested.
     """
 
     def __init__(self, work: Callable[[Item], Result], items: Iterable[Item], depth: int) -> None:
@@ -109,32 +108,30 @@ class Ahead(Iterator[Result]):
         return result_of(self._waiting.popleft())
 
     def close(self) -> None:
-        """Work on no more items, and wait for those that are being worked on."""
+        """Start no more work, and wait until the work that has begun is finished."""
         if self._threads is not None:
             self._threads.shutdown(cancel_futures=True)
 
 
 def in_background(work: Callable[[], Result], told_after: float, tell: Callable[[], object]) -> Result:
-    """Return the result of a call that cannot be stopped; Ctrl-C does not wait for it to end.
+    """Return the result of a call that cannot be stopped; Ctrl-C does not wait for its end.
 
-    Calls one after another run in the same thread: Warp precompiles its headers once for each thread that compiles
-    kernels, for two seconds.
+    Successive calls run in the same thread, because Warp precompiles its headers for each thread that compiles
+    kernels, which takes 2 s.
 
     Args:
         work: The call.
         told_after: Seconds after which `tell` is called once.
-        tell: Says what is going on.
+        tell: Function that reports what is running.
     """
-    task: Future[Result] = Future()
-
-    calls = _waiting_thread()
+    task, calls = Future[Result](), _waiting_thread()
 
     def call() -> None:
         try:
             finish = partial(task.set_result, work())
         except BaseException as error:
             finish = partial(task.set_exception, error)
-        _idle.append(calls)  # before the caller goes on, so that its next call finds this thread
+        _idle.append(calls)  # before the caller continues, so that its next call uses this thread
         finish()
 
     done = SimpleQueue[object]()
@@ -159,7 +156,7 @@ def _waiting_thread() -> SimpleQueue[Callable[[], None]]:
         return _idle.pop()
     except IndexError:
         calls = SimpleQueue[Callable[[], None]]()
-    # Not of a pool, whose threads the interpreter waits for at its end.
+    # Not a pool: at its end, the interpreter waits for the threads of pools.
     Thread(target=_work_off, args=(calls,), daemon=True, name="warpdyn").start()
     return calls
 

@@ -5,11 +5,6 @@ IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"  # comment of every va
 
 
 def unit_attributes(units: str, comment: str = "") -> dict[str, str]:
-    """Return the attributes `units` and, where there is something to say, `comment` of a variable.
-
-    Args:
-        units: UDUNITS string, or "g".
-        comment: What else is said.
-    """
+    """Return the attributes `units` (a UDUNITS string, or "g") and, if it is not empty, `comment` of a variable."""
     words = "; ".join(part for part in (IN_G if units == "g" else "", comment) if part)
     return {"units": units} | ({"comment": words} if words else {})

@@ -1,1 +1,1 @@
-"""Files: netCDF, written beside its place, moved there when complete, grown block by block; tables that are shipped."""
+"""Files: netCDF and Zarr, written under a temporary name or block after block, and tables that warpdyn contains."""

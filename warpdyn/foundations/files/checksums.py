@@ -1,6 +1,7 @@
-"""What a run that goes on reads again: it has checksums, so that what was damaged meanwhile is run again.
+"""Checksums of the files from which a killed run resumes, so that it computes damaged files again.
 
-Arrays are in NumPy files (.npz), which have a checksum for each array. Files and Zarr stores have a seal beside them.
+Arrays are in NumPy files (.npz), which contain a checksum for each array. Other files and Zarr stores have a seal: a
+JSON file with their digests.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import numpy as np
 from warpdyn.foundations.files.part_files import whole_file
 
 NAMES = "names of all arrays"  # an array in each NumPy file
-MISSING = ""  # in place of the digest of a file that does not exist
+MISSING = ""  # digest of a file that does not exist
 
 
 def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
@@ -33,14 +34,14 @@ def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
 
 
 def are_whole(path: Path) -> bool:
-    """Return whether a NumPy file (.npz) is there and its checksums agree, which a zip file has of each array."""
+    """Return whether a NumPy file (.npz) exists and the checksums of its arrays agree."""
     try:
         with zipfile.ZipFile(path) as file:
             if file.testzip() is not None:
                 return False
         with np.load(path) as kept:  # a zip file has no checksum of its list of files
             return sorted(set(kept.files) - {NAMES}) == kept[NAMES].tolist()
-    except Exception:  # a damaged file may announce anything: encryption, other methods, names that are no text
+    except Exception:  # a damaged file may claim anything, such as encryption, and raise any error
         return False
 
 
@@ -70,18 +71,13 @@ def digests_in(path: Path) -> dict[str, str]:
 
 
 def seal(path: Path, content: Path) -> None:
-    """Write the digests of what is about to be moved to a path; the seal is beside it.
-
-    Args:
-        path: The file or the Zarr store.
-        content: Where it still is.
-    """
+    """Write the seal of a file or a Zarr store, before it is moved from `content` to `path`."""
     with whole_file(_seal_of(path)) as part:
         part.write_text(json.dumps(digests_in(content)))
 
 
 def is_sealed(path: Path) -> bool:
-    """Return whether a file or a Zarr store is the one that was sealed, to the bit."""
+    """Return whether a file or a Zarr store agrees with its seal."""
     try:
         sealed = json.loads(_seal_of(path).read_text())
     except (OSError, ValueError):

@@ -11,9 +11,9 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no space, no quota, larger t
 
 
 def disk_error(error: BaseException, path: Path) -> OSError:
-    """Return the reason why a file was not written, as an OSError that names the file.
+    """Return an OSError that names the file that was not written and the reason.
 
-    netCDF reports "HDF error" for a full disk, too; the free space in the message shows the difference.
+    netCDF reports "HDF error" also for a full disk; the free space in the message shows whether it was full.
 
     Args:
         error: The error that was raised.
@@ -26,7 +26,7 @@ def disk_error(error: BaseException, path: Path) -> OSError:
 
 
 def named_error(error: OSError, path: Path, function: str = "") -> OSError:
-    """Return an error of the system with the path that it is about, and the public function that was to write it."""
+    """Return a system error with the path of the file and, if given, the public function that writes it."""
     named = type(error)(f"{f'{function}: ' if function else ''}cannot write {path}: {error.strerror or error}")
     named.errno = error.errno
     return named

@@ -1,6 +1,6 @@
-"""Write datasets to netCDF, whole or block after block; a file appears in its place only when it is complete.
+"""Datasets written to netCDF, at once or block after block; a file gets its name only when it is complete.
 
-The attributes that say how a dataset was made are here too.
+The module also has the attributes that record how a dataset was made.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from warpdyn.foundations.core.interruption import interruptible, stop_if_asked
 from warpdyn.foundations.files.unfinished import Unfinished
 from warpdyn.foundations.files.versions import version_of
 
-# Samples in a chunk of the file: some hundred kilobytes of each variable, so that the half-filled chunks at the end of
-# a block cost little.
+# Samples in a chunk of the file: some hundred kilobytes of each variable, so that half-filled chunks at the end of a
+# block take little time and space.
 CHUNK = 2**14
-ROWS_AT_A_TIME = 16 * CHUNK  # written before a signal is looked for: some tenths of a second, where they are compressed
-TRIED_BYTES = 2**15  # bytes of a variable that are compressed on trial, to see whether compression pays
+ROWS_AT_A_TIME = 16 * CHUNK  # samples written between two checks for a signal; compressing them takes some 0.1 s
+TRIED_BYTES = 2**15  # bytes of a variable that are compressed to decide whether to compress the variable
 LEAST_SHRINKING = 10
-OF_ZARR = ("chunks", "preferred_chunks", "compressors", "filters", "shards")  # of a dataset that a Zarr store holds
+OF_ZARR = ("chunks", "preferred_chunks", "compressors", "filters", "shards")  # encodings of variables of a Zarr store
 COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
-# What a dataset's encoding says of its values; the rest is of the file that it was read from.
+# Encodings of values; other encodings describe the file from which a dataset was read.
 CODED = ("dtype", "scale_factor", "add_offset", "_FillValue", "missing_value", "units", "calendar")
 
 
 def trace(title: str, function: str) -> dict[str, str]:
-    """Return the root attributes that say what a dataset holds and how it was made.
+    """Return the root attributes that name the content of a dataset and record how it was made.
 
     Args:
-        title: What the dataset holds.
+        title: The content of the dataset.
         function: The public function of warpdyn that made it.
     """
     return {
@@ -57,19 +57,19 @@ def _now() -> str:
 
 
 def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
-    """Write a dataset to a netCDF-4 file, which replaces an older one of warpdyn's when it is complete.
+    """Write a dataset to a netCDF-4 file; a complete file replaces an older one that warpdyn wrote.
 
-    A dataset whose attributes do not name warpdyn gets a line in its `history`, as netCDF's conventions have it.
+    A dataset whose attributes do not name warpdyn gets a line in its attribute `history`.
 
     Args:
         dataset: The dataset.
         path: The file, in a folder that exists; its name ends in ".nc".
 
     Raises:
-        OSError: If the file cannot be written, as on a full disk, or one stands there that warpdyn did not write; what
-            stood there is untouched.
+        OSError: If the file cannot be written, such as on a full disk, or would replace a file that warpdyn did not
+            write. An older file is then unchanged.
         ValueError: If the name has another ending.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> path = wd.write(run, "run.nc")
@@ -90,14 +90,14 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
 
 
 def write_at_once(dataset: xr.Dataset, unfinished: Unfinished) -> None:
-    """Write a dataset that is small, and move the file into its place."""
+    """Write a small dataset, and move the file to its place."""
     with unfinished.named_errors():
         _to_netcdf(dataset, unfinished.part)
         unfinished.move_in()
 
 
 def _signed(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset whose attributes say that warpdyn wrote it, so that warpdyn may replace the file."""
+    """Return the dataset with attributes that name warpdyn, which may then replace the file."""
     if any("warpdyn" in str(dataset.attrs.get(name, "")) for name in ("source", "history")):
         return dataset
     before = f"{dataset.attrs['history']}\n" if dataset.attrs.get("history") else ""
@@ -105,7 +105,7 @@ def _signed(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _is_plain(variable: xr.Variable) -> bool:
-    """Return whether a variable's values stand in a file as they are, sample first."""
+    """Return whether a file contains a variable's values without any conversion, with `sample` as first dimension."""
     coded = {"scale_factor", "add_offset", "_FillValue", "missing_value"} & variable.encoding.keys()
     of_nan = coded == {"_FillValue"} and variable.dtype.kind == "f" and np.isnan(variable.encoding["_FillValue"])
     as_is = (of_nan or not coded) and variable.encoding.get("dtype", variable.dtype) == variable.dtype
@@ -123,9 +123,9 @@ def _write_in_parts(dataset: xr.Dataset, along: dict[str, xr.Variable], unfinish
 
 
 class GrowingFile:
-    """A netCDF-4 file to which samples are added block after block, in a folder from which it is moved when complete.
+    """A netCDF-4 file to which samples are added block after block, and which is moved to its place when complete.
 
-    It is used in a `with` statement, which closes it.
+    It is used in a `with` statement, which closes the file.
 
     Args:
         unfinished: The folder.
@@ -148,11 +148,10 @@ class GrowingFile:
 
         Args:
             rows: Their values by name, sample first.
-            labelled: Function from the values to their dataset; the file takes its names, attributes and other
-                variables.
+            labelled: Function from the values to their dataset, with the names, attributes and other variables.
 
         Raises:
-            OSError: If the disk is full, or fails otherwise; the message names the file.
+            OSError: If the disk is full or fails; the message names the file.
         """
         with self.unfinished.named_errors():
             if self._file is None:
@@ -175,13 +174,13 @@ class GrowingFile:
         self._file = netCDF4.Dataset(part, "r+")
         self._file.set_auto_maskandscale(False)
         for name in chunked:
-            # Two chunks are cached, the half-filled one and the next; by default each variable would take 16 MiB.
+            # Cache two chunks, the half-filled one and the next; the default would be 16 MiB for each variable.
             variable = self._file[name]
             size = variable.dtype.itemsize * int(np.prod(variable.chunking()))
             variable.set_var_chunk_cache(2 * size)
 
     def finish(self, rest: xr.Dataset) -> None:
-        """Add the variables and attributes that are known only at the end, and move the file into its place.
+        """Add the variables and attributes that are known only at the end, and move the file to its place.
 
         Raises:
             OSError: As `append`.
@@ -201,13 +200,13 @@ Encoding = dict[str, dict[str, Any]]
 
 
 def _to_netcdf(dataset: xr.Dataset, path: Path, chunked: Encoding | None = None, **how: Any) -> None:
-    """Write a dataset, with coordinates that have no fill value, as CF has it, and compressed where it pays.
+    """Write a dataset; coordinates have no fill value, as CF requires, and variables that shrink are compressed.
 
     Args:
         dataset: The dataset.
         path: The file.
-        chunked: How variables are stored that are written block by block.
-        how: What `Dataset.to_netcdf` takes besides.
+        chunked: Encoding of variables that are written block by block.
+        how: Other arguments of `Dataset.to_netcdf`.
     """
     encoding: Encoding = {}
     for name, variable in dataset.variables.items():
@@ -219,15 +218,15 @@ def _to_netcdf(dataset: xr.Dataset, path: Path, chunked: Encoding | None = None,
         elif name in dataset.coords:
             held = {key: value for key, value in variable.encoding.items() if key not in OF_ZARR}
             encoding[str(name)] = held | own
-    how = {"unlimited_dims": ()} | how  # not those of the file that a dataset was read from, which would cut it small
+    how = {"unlimited_dims": ()} | how  # those of a file that the dataset was read from would lead to small chunks
     dataset.to_netcdf(path, encoding=encoding | (chunked or {}), format="NETCDF4", engine="netcdf4", **how)
 
 
 def _chunked(dataset: xr.Dataset, samples: int) -> Encoding:
-    """Return how the variables along `sample` are stored in the file: in chunks of samples, some of them compressed.
+    """Return the encoding of the variables along `sample`: in chunks of samples, some of them compressed.
 
-    As measured on the main job, demands shrink by a quarter, at 30 MB/s; inputs and coordinates, which repeat from
-    sample to sample, shrink a hundredfold, at 300 MB/s.
+    Measured for a large fragility study: demands shrink by a quarter, at 30 MB/s; inputs and coordinates, which repeat
+    from sample to sample, shrink to a hundredth, at 300 MB/s.
     """
     found: Encoding = {}
     for name, variable in dataset.variables.items():

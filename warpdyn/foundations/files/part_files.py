@@ -1,8 +1,8 @@
-"""The one way in which warpdyn writes a file: under a new name beside its place, then moved there when complete.
+"""Files that are written under a temporary name and renamed when complete; warpdyn writes all files in this way.
 
-The new name is unique and is created exclusively, so that nothing that exists is opened, followed or overwritten. The
-content is on the disk before the file gets its place. The new file takes over the permissions of the one that it
-replaces. What a killed process left is removed by the next one that writes the same file.
+The temporary name is unique and the file is created exclusively, so that no existing file is opened, followed or
+overwritten. The content is on the disk before the file is renamed. The new file takes over the permissions of the file
+that it replaces. The next process that writes the same file removes temporary files of killed processes.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ except ImportError:  # Windows, where open files cannot be removed
     fcntl = None  # type: ignore[assignment]
 
 PART = ".part"
-# What systems answer that cannot lock files, such as some network file systems.
+# Errors of systems that cannot lock files, such as some network file systems.
 NO_LOCKS = (errno.ENOLCK, errno.EOPNOTSUPP, errno.ENOSYS)
-MOST_OF_A_NAME = 150  # bytes of the name of a file that are in the name of its temporary file; systems allow 255 in all
+MOST_OF_A_NAME = 150  # bytes of a file's name that its temporary name contains; systems allow 255 bytes in a name
 NEW = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 AS_IS = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NONBLOCK", 0)
 
 
 class PartFile:
-    """A new, empty file with a unique name, which takes the place of another one when it is complete.
+    """A new, empty file with a unique name, which replaces the target when it is complete.
 
     Args:
-        target: The file whose place it takes.
-        folder: Where it is made, on the disk of the target; None for the folder of the target.
-        is_locked: Whether it is locked until it is complete, so that other processes can see that it is in use. HDF5
-            locks files itself, and refuses those that are locked.
+        target: The file that it replaces.
+        folder: Folder of the new file, on the disk of the target; None: the folder of the target.
+        is_locked: Whether the file is locked until it is complete, so that other processes see that it is in use. HDF5
+            locks files itself, and does not open locked files.
 
     Raises:
-        OSError: If it cannot be made, or the target cannot be replaced.
+        OSError: If the file cannot be created, or the target cannot be replaced.
     """
 
     def __init__(self, target: Path, folder: Path | None = None, *, is_locked: bool = False) -> None:
@@ -50,7 +50,7 @@ class PartFile:
         self._lock: int | None = None
         while True:
             self.path = (folder or target.parent) / f".{_shortened(target.name)}.{uuid.uuid4().hex}{PART}"
-            # Nobody reads it who may not read the older file.
+            # Users who may not read the older file may not read the new one.
             made = os.open(self.path, NEW, 0o666 if self._older is None else 0o600)
             try:
                 self._identity = _identity(os.fstat(made))
@@ -67,21 +67,21 @@ class PartFile:
                 if self._lock is None:
                     os.close(made)
             if self._is_there():
-                return  # and was not removed by another process before it was locked
+                return  # otherwise another process removed the file before it was locked
             self._unlock()
 
     def move_in(self) -> None:
-        """Bring the content to the disk, take over the permissions, and take the place of the target."""
+        """Bring the content to the disk, take over the permissions, and replace the target."""
         sync(self.path)
         if self._older is not None:
             self._older.apply(self.path)
-        check_replaceable(self.target)  # what came there meanwhile, too
+        check_replaceable(self.target)  # again, because the target may have changed meanwhile
         os.replace(self.path, self.target)
         self._unlock()
         sync_folder(self.target.parent)
 
     def discard(self) -> None:
-        """Remove it, unless it has moved; its space is free at once, also while a library holds it open."""
+        """Remove the file unless it replaced the target; its space is free at once, even if a library has it open."""
         try:
             if self._is_there():
                 with suppress(OSError):
@@ -92,7 +92,7 @@ class PartFile:
             self._unlock()
 
     def _is_there(self) -> bool:
-        """Return whether the file of this name is the one that was made here."""
+        """Return whether the file of this name is the one that this object created."""
         try:
             return _identity(os.lstat(self.path)) == self._identity
         except FileNotFoundError:
@@ -106,13 +106,13 @@ class PartFile:
 
 @contextmanager
 def whole_file(target: Path) -> Iterator[Path]:
-    """Yield a new file to write to, which takes the place of the target at the end of the block, if no error is raised.
+    """Yield the path of a new file, which replaces the target at the end of the block, unless an error is raised.
 
     Args:
         target: The file, whose symbolic links are resolved.
 
     Raises:
-        OSError: If the file cannot be made, or the target cannot be replaced.
+        OSError: If the file cannot be created, or the target cannot be replaced.
     """
     sweep(target)
     part = PartFile(target, is_locked=True)
@@ -124,9 +124,9 @@ def whole_file(target: Path) -> Iterator[Path]:
 
 
 def sweep(target: Path) -> None:
-    """Remove what killed processes left of files that were to take the place of the target.
+    """Remove temporary files of the target that killed processes left.
 
-    Only regular files with a name that `PartFile` makes are removed, and only if no process holds them.
+    Only regular files with a name that `PartFile` makes are removed, and only if no process has locked them.
     """
     if fcntl is None:
         return
@@ -148,10 +148,10 @@ def sync(path: Path) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Bring the names of the files in a folder to the disk, where the system can do so."""
+    """Bring the names of the files in a folder to the disk, if the system can do so."""
     if os.name != "posix":
         return
-    with suppress(OSError):  # some network file systems do so at once, and refuse to be asked
+    with suppress(OSError):  # some network file systems always do so, and report an error here
         opened = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:
             os.fsync(opened)
@@ -175,5 +175,5 @@ def _identity(found: os.stat_result) -> tuple[int, int]:
 
 
 def _shortened(name: str) -> str:
-    """Return the beginning of a name, so that a longer one made of it is not too long for the system."""
+    """Return the beginning of a name, so that a name that contains it is not too long for the system."""
     return os.fsencode(name)[:MOST_OF_A_NAME].decode(errors="ignore")

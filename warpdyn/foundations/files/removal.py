@@ -1,4 +1,4 @@
-"""What warpdyn made in its hidden folders and Zarr stores, told from anything else; only the former is removed."""
+"""Removal of files that warpdyn made in its hidden folders and Zarr stores, and of no other files."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from pathlib import Path
 from warpdyn.foundations.files.targets import kind_of
 
 LOCK, REPLACED = "lock", "replaced"
-# Files and folders in a hidden folder: the lock, unfinished files ("part.nc" until version 0.1), the account of a run
+# Files and folders in a hidden folder: the lock, unfinished files ("part.nc" until version 0.1), the record of a run
 # with its blocks, reports and finished groups, and a store that is being replaced.
 FILES = re.compile(r"lock|part\.nc|.+\.part|run\.json|([0-9a-f]+-)?\d+-\d+(\.\d+)?\.npz|\d+\.nc|\d+\.(nc|zarr)\.json")
 FOLDERS = re.compile(r"kept|replaced|\w+\.zarr|\.\d+\.(nc|zarr)\.unfinished")
-# Files of a Zarr store of format 2: metadata, chunks, and chunks that a killed process left unfinished. Systems add
-# files of their own: macOS one for each folder that was looked at, NFS one for each file removed while it was open.
+# Files of a Zarr store of format 2: metadata, chunks, and chunks that a killed process left unfinished. macOS adds a
+# file to each folder that a user views, and NFS one for each file that was removed while it was open.
 OF_STORES = re.compile(r"\.z(attrs|array|group|metadata)|\d+(\.\d+)*|.*\.[0-9a-f]{32}\.partial|\.DS_Store|\.nfs\w+")
 
 
 def foreign_in(folder: Path, *, is_store: bool) -> str | None:
-    """Return what is in a folder that warpdyn did not make, with what it is; None if there is nothing.
+    """Return, in words, a file or folder that warpdyn did not make; None if there is no such file.
 
     Args:
         folder: A hidden folder of warpdyn, or a Zarr store.
@@ -43,13 +43,13 @@ def foreign_in(folder: Path, *, is_store: bool) -> str | None:
 
 
 def remove_tree(folder: Path) -> None:
-    """Remove a folder with all regular files and folders in it, never what a link leads to; its lock goes last.
+    """Remove a folder with all regular files and folders in it, the lock last; links are not followed.
 
-    A link, a device or another thing that is no file stays, and so do the folders that it is in. Files are removed by
-    their names: another name (hard link) of the same file keeps the content.
+    Links, devices and other special files stay, and so do their folders. If a file has another name (hard link), its
+    content stays there.
 
     Raises:
-        OSError: If something stays.
+        OSError: If the folder is not empty in the end.
     """
     lock = None
     with os.scandir(folder) as entries:

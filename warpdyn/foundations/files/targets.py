@@ -1,7 +1,7 @@
-"""Paths that are to be written: what may be replaced there, and the permissions that the new file takes over.
+"""Paths to write to: which files may be replaced, and the permissions that a new file takes over.
 
-Only regular files (or, for Zarr stores, folders) are replaced; devices, pipes and sockets never are. Permissions are
-the mode, the owner, the group and the access control list.
+Only regular files (or, for Zarr stores, folders) are replaced, never devices, pipes or sockets. Permissions are the
+mode, the owner, the group and the access control list.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pathlib import Path
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.files.disk_errors import named_error
 
-ACL = "system.posix_acl_access"  # the extended attribute in which Linux keeps the access control list of a file
+ACL = "system.posix_acl_access"  # extended attribute with the access control list of a file in Linux
 WRITABLE = stat.S_IWUSR | stat.S_IWGRP | stat.S_IWOTH
 KINDS = (
     (stat.S_ISDIR, "a folder"),
@@ -29,19 +29,19 @@ KINDS = (
 
 
 def kind_of(mode: int) -> str:
-    """Return what a path is, in words, from the `st_mode` of `os.lstat`."""
+    """Return the kind of a file in words, from the `st_mode` of `os.lstat`."""
     return next((name for is_kind, name in KINDS if is_kind(mode)), "a file")
 
 
 @dataclass(frozen=True)
 class Permissions:
-    """The permissions of a file or a folder that is to be replaced.
+    """The permissions of a file or a folder that will be replaced.
 
     Args:
         mode: Permission bits of owner, group and others.
         owner: Number of the owner.
         group: Number of the group.
-        acl: Access control list as Linux stores it; None if there is none.
+        acl: Access control list as Linux stores it; None: no list.
     """
 
     mode: int
@@ -58,13 +58,13 @@ class Permissions:
             return None
         acl = None
         if hasattr(os, "getxattr"):
-            with suppress(OSError):  # there is none, or the file system has no such lists
+            with suppress(OSError):  # the file or the file system has no such list
                 acl = os.getxattr(path, ACL, follow_symlinks=False)
         return cls(stat.S_IMODE(found.st_mode) & 0o777, found.st_uid, found.st_gid, acl)
 
     @property
     def of_folder(self) -> int:
-        """The mode of a folder whose files are to be as private as this file."""
+        """The mode of a folder that makes its files as private as this file."""
         return self.mode | (self.mode & 0o444) >> 2 | 0o700
 
     def take_over(self, file: int) -> None:
@@ -74,8 +74,8 @@ class Permissions:
             file: Descriptor of the new file.
 
         Raises:
-            PermissionError: If the owner is another user. The new file would belong to this user then, and the file of
-                the other user would be gone.
+            PermissionError: If the owner is another user and cannot be set: the new file would belong to this user, and
+                the other user's file would be lost.
         """
         if not hasattr(os, "fchown") or os.fstat(file).st_uid == self.owner:
             return
@@ -83,11 +83,11 @@ class Permissions:
             os.fchown(file, self.owner, -1)
         except OSError:
             raise PermissionError(
-                errno.EPERM, "the file that is there belongs to another user; remove it first, or choose another name"
+                errno.EPERM, "the existing file belongs to another user; remove it first, or choose another name"
             ) from None
 
     def apply(self, path: Path) -> None:
-        """Give the finished file or folder these permissions, as far as the file system has them."""
+        """Give the finished file or folder these permissions, as far as the file system supports them."""
         if not hasattr(os, "chown"):
             with suppress(OSError):
                 path.chmod(self.mode)
@@ -100,7 +100,7 @@ class Permissions:
         if found.st_gid != self.group:
             try:
                 os.chown(path, -1, self.group, follow_symlinks=False)
-            except OSError:  # another group may not get what was meant for the first one
+            except OSError:  # another group must not get the rights of the first one
                 mode &= ~0o070 | (mode & 0o007) << 3
         with suppress(OSError):
             path.chmod(mode)
@@ -109,18 +109,18 @@ class Permissions:
                 if self.acl is not None:
                     os.setxattr(path, ACL, self.acl)
                 else:
-                    os.removexattr(path, ACL)  # which the folder may have given to the new file
+                    os.removexattr(path, ACL)  # the new file may have one from its folder
 
 
 def check_replaceable(path: Path, *, is_store: bool = False) -> None:
-    """Check what is at a path; nothing is fine, and so is a file (for a store: a folder) that may be written.
+    """Check that a path is free, or is a file (for a store: a folder) that may be written.
 
     Args:
         path: The path, whose symbolic links are resolved.
-        is_store: Whether a Zarr store is to be written, which is a folder.
+        is_store: Whether a Zarr store will be written, which is a folder.
 
     Raises:
-        OSError: If it is something else, or read-only. Its `strerror` does not name the path.
+        OSError: If the path is something else, or read-only. Its `strerror` does not name the path.
     """
     try:
         found = os.lstat(path)
@@ -131,20 +131,20 @@ def check_replaceable(path: Path, *, is_store: bool = False) -> None:
         kind = kind_of(mode)
         if stat.S_ISDIR(mode):
             raise IsADirectoryError(errno.EISDIR, "it is a directory; name a file in it")
-        wanted = "folder, as Zarr stores are," if is_store else "file"
+        wanted = "folder, as a Zarr store is," if is_store else "file"
         raise FileExistsError(
-            errno.EEXIST, f"what is there is no {wanted} but {kind}, which is never replaced; choose another name"
+            errno.EEXIST, f"the path is not a {wanted} but {kind}, which is never replaced; choose another name"
         )
-    # The superuser may write read-only files, too, but whoever made the file read-only wants to keep it.
+    # The superuser could write a read-only file, but somebody made it read-only in order to keep it.
     if not mode & WRITABLE or not os.access(path, os.W_OK):
         kind = "folder" if is_store else "file"
         raise PermissionError(
-            errno.EACCES, f"the {kind} that is there is read-only; allow writing (chmod u+w), or choose another name"
+            errno.EACCES, f"the existing {kind} is read-only; allow writing (chmod u+w), or choose another name"
         )
 
 
 def take_over_store(older: Path, store: Path) -> None:
-    """Give a new Zarr store, with all that is in it, the permissions of the one that it replaces, if there is one."""
+    """Give a new Zarr store and its files the permissions of the store that it replaces, if there is one."""
     of_folders, of_files = Permissions.of(older), Permissions.of(older / ".zattrs")
     if (of_folders, of_files) == (None, None) or (of_folders, of_files) == (
         Permissions.of(store),
@@ -160,7 +160,7 @@ def take_over_store(older: Path, store: Path) -> None:
 
 
 def resolved(path: Path) -> Path:
-    """Return the path that symbolic links lead to: a link that a user names stays, and its target is written.
+    """Return the path with resolved symbolic links, so that a link stays and its target is written.
 
     Raises:
         OSError: If the links lead to each other.
@@ -178,19 +178,15 @@ def resolved(path: Path) -> Path:
 
 
 def check_folder(folder: Path) -> None:
-    """Check that files may be made in a folder.
-
-    Raises:
-        OSError: If there is no such folder, or it may not be written; without the path of the file.
-    """
+    """Raise an OSError, without the path of a file, unless the folder exists and files may be created in it."""
     if not folder.is_dir():
-        raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}{_near(folder)}; make it first")
+        raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}{_near(folder)}; create it first")
     if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, f"{os.strerror(errno.EACCES)} in {folder}; choose another folder")
 
 
 def _near(folder: Path) -> str:
-    """Return a question about a folder whose name is like that of a folder that is missing."""
+    """Return a question that suggests an existing folder with a similar name."""
     missing = folder
     while not missing.parent.is_dir() and missing.parent != missing:
         missing = missing.parent

@@ -1,4 +1,4 @@
-"""Text files that readers are given, which may be missing, empty or of another kind than the reader takes."""
+"""Checks of text files: an error names a file that is missing, empty or of another kind than the reader expects."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
 
 
 def existing_file(function: str, path: str | os.PathLike, argument: str = "path") -> Path:
-    """Return the path of a file that is there.
+    """Return the path of an existing file.
 
     Args:
         function: The public function that reads it.
@@ -18,9 +18,9 @@ def existing_file(function: str, path: str | os.PathLike, argument: str = "path"
         argument: The name of the argument.
 
     Raises:
-        TypeError: If it is no path.
-        ValueError: If it is empty text.
-        OSError: If there is no such file, or a folder has that name.
+        TypeError: If `path` is not a path.
+        ValueError: If `path` is empty.
+        OSError: If there is no such file, or it is a folder.
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"{function}: {argument} must name a file, got {path!r}")
@@ -40,39 +40,39 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
     Args:
         function: The public function that reads it.
         path: The file, in UTF-8.
-        kind: What the function reads, for the error.
+        kind: The kind of file in words, for errors.
 
     Raises:
-        TypeError, OSError: As of `existing_file`.
-        ValueError: If the file is empty, no text, or text of another kind.
+        TypeError, OSError: As `existing_file`.
+        ValueError: If the file is empty, not text, or text of another kind.
     """
     path = existing_file(function, path)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
         raise ValueError(
-            f"{function}: {path} is no {kind}: its byte {error.start} is no text in UTF-8 (a spreadsheet is exported "
-            "as CSV UTF-8)"
+            f"{function}: {path} is not {kind}: its byte {error.start} is not UTF-8 text. Export a spreadsheet as CSV "
+            "UTF-8"
         ) from None
     if not text.strip():
-        raise ValueError(f"{function}: {path} is empty, and no {kind}")
+        raise ValueError(f"{function}: {path} is empty, not {kind}")
     if text.lstrip().startswith("<") or "\0" in text:
-        raise ValueError(f"{function}: {path} is no {kind}: it begins with {text.strip()[:20]!r}")
+        raise ValueError(f"{function}: {path} is not {kind}: it begins with {text.strip()[:20]!r}")
     return text
 
 
 def check_separator(line: str) -> None:
-    """Raise a ValueError if the names of columns are separated by something else than commas."""
+    """Raise a ValueError if the names of columns are not separated by commas."""
     found = next((each for each in OTHER_SEPARATORS if each in line and "," not in line), None)
     if found:
         raise ValueError(
-            f"its columns are separated by {found!r} ({OTHER_SEPARATORS[found]}), but by commas in the files that are "
-            "read: save it as CSV with commas (and points in numbers)"
+            f"its columns are separated by {found!r} ({OTHER_SEPARATORS[found]}) instead of commas: save it as CSV "
+            "with commas (and points in numbers)"
         )
 
 
 def check_names(names: Iterable[object]) -> None:
-    """Raise a ValueError if two columns have one name, but for upper and lower case and blanks."""
+    """Raise a ValueError if two columns have the same name, apart from upper and lower case and blanks."""
     seen: dict[str, str] = {}
     for each in names:
         name = str(each)
@@ -83,26 +83,25 @@ def check_names(names: Iterable[object]) -> None:
             raise ValueError(
                 f"it has the column {name!r} twice: remove or rename one"
                 if other == name
-                else f"its columns {other!r} and {name!r} differ in upper and lower case or blanks alone: remove or "
+                else f"its columns {other!r} and {name!r} differ only in upper and lower case or blanks: remove or "
                 "rename one"
             )
 
 
 def inside_folder(folder: Path, name: str, what: str) -> Path:
-    """Return the path of a file that another file names, once it is known to lie in the folder of that file.
+    """Return the path of a file that another file names, after checking that it is in the folder of that file.
 
     Args:
         folder: The folder of the file that names it.
-        name: The name, which may lead into folders below.
-        what: What the message begins with: the file that names it.
+        name: The name, which may contain subfolders.
+        what: The file that names it, for the message.
 
     Raises:
-        ValueError: If it lies outside the folder, also by a symbolic link.
+        ValueError: If the file is outside the folder, also if a symbolic link leads there.
     """
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
         raise ValueError(
-            f"{what} names the file {name!r}, which lies outside its folder ({path.resolve()}): files that it names "
-            "must be in its folder; copy the file there"
+            f"{what} names the file {name!r}, which is outside its folder ({path.resolve()}): copy the file there"
         )
     return path

@@ -1,4 +1,4 @@
-"""Files that are being written: checked, locked, and kept in a hidden folder beside their place until complete."""
+"""Files that are being written: checked, locked, and in a hidden folder next to their place until complete."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from warpdyn.foundations.files.targets import (
 
 SUFFIX, STORE_SUFFIX = ".nc", ".zarr"
 AWAY = "move it away, or choose another name"
-GIVEN_UP = (ValueError, TypeError)  # errors after which a run does not go on, as the same call would end in them again
+GIVEN_UP = (ValueError, TypeError)  # errors after which a run is not resumed: the same call would raise them again
 NOT_FOLLOWED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
@@ -36,13 +36,13 @@ def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
     """Check that a file or a Zarr store may be written, and return its absolute path; call it before a long run.
 
     Args:
-        path: Where it is to be written.
-        suffix: What its name must end in: ".nc" for a file, ".zarr" for a store, which is a folder.
+        path: The file or the store.
+        suffix: Required ending of the name: ".nc" for a file, ".zarr" for a store, which is a folder.
 
     Raises:
-        OSError: If it cannot be written there, or something is there that warpdyn did not write.
+        OSError: If it cannot be written, or a file exists there that warpdyn did not write.
         ValueError: If its name has another ending.
-        TypeError: If it is not a path.
+        TypeError: If `path` is not a path.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"path must name a file, got {path!r}")
@@ -68,11 +68,11 @@ def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
 
 
 def _check_store(path: Path) -> None:
-    """Raise a FileExistsError if a store of warpdyn's holds something else, which would be lost with it."""
+    """Raise a FileExistsError if a store contains a file that warpdyn did not make, which would be lost."""
     foreign = foreign_in(path, is_store=True)
     if foreign is not None:
         raise FileExistsError(
-            f"cannot write {path}: the store that is there holds {foreign}, which warpdyn did not make; move it away"
+            f"cannot write {path}: the existing store contains {foreign}, which warpdyn did not make; move it away"
         )
 
 
@@ -80,7 +80,7 @@ def attributes_of(path: Path) -> dict[str, object]:
     """Return the attributes of a dataset that warpdyn wrote.
 
     Raises:
-        FileExistsError: If the file is something else, which is never replaced.
+        FileExistsError: If warpdyn did not write the file, which is then never replaced.
     """
     try:
         if path.suffix == STORE_SUFFIX:
@@ -89,23 +89,23 @@ def attributes_of(path: Path) -> dict[str, object]:
             with netCDF4.Dataset(path) as file:
                 found = {name: file.getncattr(name) for name in file.ncattrs()}
     except (OSError, ValueError) as error:
-        raise FileExistsError(f"cannot write {path}: what is there is not warpdyn's; move it away") from error
+        raise FileExistsError(f"cannot write {path}: warpdyn did not write the existing file; move it away") from error
     if not any("warpdyn" in str(found.get(name, "")) for name in ("source", "history")):
-        raise FileExistsError(f"cannot write {path}: the dataset that is there is not warpdyn's; move it away")
+        raise FileExistsError(f"cannot write {path}: warpdyn did not write the existing dataset; move it away")
     return found
 
 
 class Unfinished:
-    """The hidden folder in which a file is written until it is complete; one process at a time has it.
+    """The hidden folder in which a file is written until it is complete, by one process at a time.
 
-    It is used in a `with` statement. What a killed process left in it is removed by the next one, except the folder
-    `kept`, which belongs to the run that is to go on. A folder of this name that warpdyn did not make, or that holds
-    something that warpdyn did not make, is an error, and is left as it is.
+    It is used in a `with` statement. The next process removes the files that a killed process left, except the folder
+    `kept`, from which a run resumes. If warpdyn did not make the folder, or any file in it, an error is raised and
+    nothing is changed.
 
     Args:
         path: The file, or the Zarr store.
-        suffix: What its name must end in.
-        is_group: Whether it is kept for a larger run, which checks it before it is used: a seal is written beside it.
+        suffix: Required ending of its name.
+        is_group: Whether it belongs to a larger run, which checks it before use: a seal is written next to it.
 
     Raises:
         OSError: If another process is writing the file, or the folder cannot be made.
@@ -115,7 +115,7 @@ class Unfinished:
         self.path = check_writable(path, suffix)
         self.folder = self.path.with_name(f".{self.path.name}.unfinished")
         self.kept = self.folder / "kept"
-        self.is_journaled = False  # whether `kept` holds what this run has done, and no other
+        self.is_journaled = False  # whether `kept` contains results of this run, and of no other
         self._is_store, self._is_group = suffix == STORE_SUFFIX, is_group
         self._older = Permissions.of(self.path)
         self._part: PartFile | None = None
@@ -123,7 +123,7 @@ class Unfinished:
 
     @property
     def part(self) -> Path:
-        """The file that is written until it is moved into its place."""
+        """The file that is written until it is moved to its place."""
         if self._part is None:
             self._part = PartFile(self.path, self.folder)
         return self._part.path
@@ -133,7 +133,7 @@ class Unfinished:
             self._lock = self._locked()
             self._sweep()
             if self._older is not None and not self._is_store:
-                self._part = PartFile(self.path, self.folder)  # which may not take the place of another user's file
+                self._part = PartFile(self.path, self.folder)  # raises an error for another user's file
         except BaseException as error:
             if self._lock is not None and os.listdir(self.folder) == [LOCK]:
                 with suppress(OSError):
@@ -150,32 +150,32 @@ class Unfinished:
                 self._part.discard()
             keeps = self.kept.is_dir()
             if self.is_journaled:
-                # A run that was stopped, or whose disk is full, goes on; one that asked for what cannot be does not.
+                # A run that was stopped, or whose disk is full, can be resumed; a run with invalid arguments cannot.
                 keeps = error is not None and not isinstance(error, GIVEN_UP) and self._holds_results()
                 if keeps and error is not None:
                     error.add_note(
-                        f"{self.path}: what is finished of the run is kept in {self.folder}; the same call goes on "
-                        "from there (remove this folder to give the run up)"
+                        f"{self.path}: the finished part of the run is kept in {self.folder}; repeat the same call to "
+                        "resume it, or remove this folder to give the run up"
                     )
             if not keeps:
-                with suppress(OSError):  # another process that waits may have begun to use the folder
+                with suppress(OSError):  # another process may have begun to use the folder
                     remove_tree(self.folder)
         finally:
             self._leave()
 
     def _holds_results(self) -> bool:
-        """Return whether `kept` holds blocks, regions, or files and stores of a portfolio's groups, that are done."""
+        """Return whether `kept` contains finished blocks, regions, or files and stores of a portfolio's groups."""
         return any(self.kept.rglob("*.n[pc]*")) or any(self.kept.glob(f"*{STORE_SUFFIX}/.zmetadata"))
 
     def move_in(self) -> None:
-        """Put the finished file in its place."""
+        """Move the finished file to its place."""
         assert self._part is not None
         if self._is_group:
             seal(self.path, self._part.path)
         self._part.move_in()
 
     def move_in_store(self, store: Path) -> None:
-        """Put a finished store in its place; a folder does not replace another, which is moved away before."""
+        """Move a finished store to its place, and before an older store away: a folder cannot replace a folder."""
         if self._is_group:
             seal(self.path, store)
         take_over_store(self.path, store)
@@ -188,7 +188,7 @@ class Unfinished:
 
     @contextmanager
     def named_errors(self) -> Iterator[None]:
-        """Turn errors of the disk into an OSError that names the file; netCDF raises RuntimeError of them."""
+        """Turn errors of the disk, for which netCDF raises RuntimeError, into an OSError that names the file."""
         try:
             yield
         except (OSError, RuntimeError) as error:
@@ -197,15 +197,15 @@ class Unfinished:
             raise
 
     def forget(self) -> None:
-        """Remove what an earlier run has kept."""
+        """Remove what an earlier run kept."""
         if self.kept.is_dir():
             remove_tree(self.kept)
 
     def _sweep(self) -> None:
-        """Remove what a killed process left, after a check that all of it is warpdyn's."""
+        """Remove what a killed process left, after checking that warpdyn made all of it."""
         foreign = foreign_in(self.folder, is_store=False)
         if foreign is not None:
-            raise self._not_ours(f"holds {foreign}")
+            raise self._not_ours(f"contains {foreign}")
         replaced = self.folder / REPLACED
         if self._is_store and replaced.is_dir() and not self.path.exists():
             os.replace(replaced, self.path)  # a process was killed before the new store took its place
@@ -217,8 +217,8 @@ class Unfinished:
 
     def _not_ours(self, what: str) -> OSError:
         return FileExistsError(
-            f"cannot write {self.path}: {self.folder}, where the file is written until it is complete, {what}, which "
-            f"warpdyn did not make; {AWAY}"
+            f"cannot write {self.path}: {self.folder}, the folder of the unfinished file, {what}, which warpdyn did "
+            f"not make; {AWAY}"
         )
 
     def _leave(self) -> None:
@@ -227,7 +227,7 @@ class Unfinished:
             self._lock = None
 
     def _locked(self) -> int:
-        """Make the folder and return its locked file, which is unlocked when it is closed, also by a kill."""
+        """Make the folder and return its locked file, which is unlocked when it is closed or the process is killed."""
         mode = 0o777 if self._older is None else self._older.mode if self._is_store else self._older.of_folder
         while True:
             is_new = not os.path.lexists(self.folder)
@@ -236,7 +236,7 @@ class Unfinished:
             try:
                 self._check_folder()
                 lock = os.open(self.folder / LOCK, os.O_RDWR | os.O_CREAT | NOT_FOLLOWED, 0o644)
-            except FileNotFoundError:  # the process that had it removed the folder just now
+            except FileNotFoundError:  # another process has just removed the folder
                 continue
             except BaseException:
                 if is_new:
@@ -252,7 +252,7 @@ class Unfinished:
                     raise BlockingIOError(f"cannot write {self.path}: another process is writing it") from error
             with suppress(FileNotFoundError):
                 if os.stat(self.folder / LOCK).st_ino == os.fstat(lock).st_ino:
-                    return lock  # and not that of a process that has removed it meanwhile
+                    return lock  # otherwise another process has removed this lock meanwhile
             os.close(lock)
 
     def _check_folder(self) -> None:
@@ -264,10 +264,10 @@ class Unfinished:
         if there and LOCK not in there:
             raise self._not_ours(f"is a folder with {min(there)}")
         if there and not stat.S_ISREG(os.lstat(self.folder / LOCK).st_mode):
-            raise self._not_ours(f"holds {LOCK}, which is not a file")
-        with tempfile.TemporaryFile(dir=self.folder) as new:  # without a name, where the system can do so
+            raise self._not_ours(f"contains {LOCK}, which is not a file")
+        with tempfile.TemporaryFile(dir=self.folder) as new:  # without a name, if the system can do so
             owner = os.fstat(new.fileno()).st_uid
         if found.st_uid != owner:
             raise self._not_ours("is a folder of another user")
         if self._is_store and self._older is not None and owner not in (self._older.owner, 0):
-            raise PermissionError(f"cannot write {self.path}: the store that is there belongs to another user; {AWAY}")
+            raise PermissionError(f"cannot write {self.path}: the existing store belongs to another user; {AWAY}")

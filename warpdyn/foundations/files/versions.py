@@ -1,4 +1,4 @@
-"""Versions of packages: warpdyn's own stands in the package itself, so that a checkout needs no installation."""
+"""Versions of packages; warpdyn contains its version, so that a checkout need not be installed."""
 
 from __future__ import annotations
 
@@ -8,12 +8,8 @@ from warpdyn import __version__
 
 
 def version_of(package: str) -> str | None:
-    """Return the version of a package, or None if it is not installed.
-
-    Args:
-        package: Name of the distribution, such as "warp-lang".
-    """
-    if package == "warpdyn":  # of what runs, whatever is installed beside it
+    """Return the version of a distribution, such as "warp-lang", or None if it is not installed."""
+    if package == "warpdyn":  # of the running code, even if another version is installed
         return __version__
     try:
         return version(package)

@@ -1,10 +1,10 @@
-"""Zarr stores of samples: laid out first, then written region by region, by any number of processes side by side.
+"""Zarr stores of samples: laid out first, then written region by region, by any number of processes at once.
 
-A region is as long as a chunk along `sample`, so that no two processes ever write to one chunk. Stores are of Zarr's
-format 2, which most programs read: format 3 has neither consolidated metadata nor names of fixed length in its
-specification.
+A region is as long as a chunk along `sample`, so that two processes never write to the same chunk. Stores have Zarr's
+format 2, which most programs read: the specification of format 3 has neither consolidated metadata nor text of fixed
+length.
 
-Every file is on the disk before it counts as written, and its digest is kept: a run that goes on compares them.
+Every file is on the disk before it counts as written. A resumed run compares the files with their digests.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
 
 REMEDY = 'pip install "distributed>=2024.11" "zarr>=3.1.3"'
 FORMAT: Any = 2
-AT_A_TIME = 8  # files brought to the disk side by side: 24 of them take 10 ms, and one after the other 150 to 240 ms
-OF_THE_END = (".zattrs", ".zmetadata")  # files that `complete` writes anew
+AT_A_TIME = 8  # files brought to the disk at once: 24 files take 10 ms, one after the other 150 to 240 ms
+OF_THE_END = (".zattrs", ".zmetadata")  # files that `complete` writes
 Digests = dict[str, str]
 
 
 def check_zarr() -> None:
     """Raise an ImportError with advice if Zarr is not installed."""
     try:
-        import zarr  # noqa: F401  (whether it is there)
+        import zarr  # noqa: F401  (only checks that it is installed)
     except ImportError as error:
         raise ImportError(f"a Zarr store needs zarr, which is not installed: {REMEDY}") from error
 
@@ -43,7 +43,7 @@ def lay_out(path: Path, template: xr.Dataset, samples: int, region: int) -> Dige
     """Make a store for a number of samples, without their values, and return the digests of its files by name.
 
     Args:
-        path: The store; what is there is replaced.
+        path: The store; an existing store is replaced.
         template: The dataset without samples.
         samples: Number of samples.
         region: Samples of a region.
@@ -55,7 +55,7 @@ def lay_out(path: Path, template: xr.Dataset, samples: int, region: int) -> Dige
     along = [str(name) for name, variable in template.variables.items() if "sample" in variable.dims]
     encoding: dict[str, dict[str, Any]] = {str(name): {"_FillValue": None} for name in template.coords}
     for name in along:
-        # As measured on the main job, a sample shrinks from 233 to 97 bytes, in a microsecond of a processor core.
+        # Measured for a large fragility study: a sample shrinks from 233 to 97 bytes, in 1 us of a processor core.
         compressor = Blosc("zstd", clevel=1, shuffle=Blosc.SHUFFLE)
         chunks = (min(region, samples), *template[name].shape[1:])
         encoding.setdefault(name, {}).update(chunks=chunks, compressors=compressor)
@@ -68,13 +68,11 @@ def lay_out(path: Path, template: xr.Dataset, samples: int, region: int) -> Dige
 
 
 def is_laid_out(path: Path, digests: object) -> bool:
-    """Return whether a store is as `lay_out` left it, apart from its samples and from what `complete` may have begun.
-
-    What `complete` has begun is undone.
+    """Return whether a store is as `lay_out` left it, apart from its samples; undo what `complete` may have begun.
 
     Args:
         path: The store.
-        digests: What `lay_out` returned.
+        digests: The result of `lay_out`.
     """
     if not path.is_dir() or not isinstance(digests, dict):
         return False
@@ -92,7 +90,7 @@ def is_laid_out(path: Path, digests: object) -> bool:
 def write_region(path: Path, first: int, rows: dict[str, np.ndarray]) -> Digests:
     """Write the samples of a region, and return the digests of their files by name, after they are on the disk.
 
-    Each file of the store appears whole or not at all. A chunk that holds one fill value throughout has no file.
+    Each file of the store appears complete or not at all. A chunk that contains only the fill value has no file.
 
     Args:
         path: The store.
@@ -120,7 +118,7 @@ def damaged_regions(path: Path, digests: list[Digests]) -> list[int]:
 
     Args:
         path: The store.
-        digests: What `write_region` returned of each region.
+        digests: The result of `write_region` for each region.
     """
 
     def is_damaged(chunks: Digests) -> bool:
@@ -139,7 +137,7 @@ def complete(path: Path, rest: xr.Dataset) -> None:
 
     rest.to_zarr(path, mode="a", consolidated=False, zarr_format=FORMAT)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of files beside the arrays
+        warnings.simplefilter("ignore")  # of files that are not arrays
         zarr.consolidate_metadata(path, zarr_format=FORMAT)
     for unfinished in path.rglob("*.partial"):
         unfinished.unlink(missing_ok=True)
