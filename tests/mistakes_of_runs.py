@@ -139,7 +139,7 @@ RUNS = {
         TypeError,
         "path must be the name of a file, got None",
     ),
-    "no storeys": (lambda: building(stiffness=[]), ValueError, "stiffness is empty: it must be one value or one a"),
+    "no storeys": (lambda: building(stiffness=[]), ValueError, "stiffness is empty: it must be one value or one per"),
     "error in percent": (lambda: run(settings={"target_error": 1.0}), ValueError, "target_error", "below 1"),
     "share in percent": (lambda: run(settings={"checked_share": 5.0}), ValueError, "checked_share", "at most 1"),
     "memory in GB": (lambda: run(settings={"memory": 0.5}), ValueError, "memory [bytes]"),

@@ -84,13 +84,13 @@ STRUCTURES = {
         "damping_ratio must be one value for the building, got 3",
     ),
     "two damping ratios": (lambda: building(damping_ratio=[0.05, 0.04]), "damping_ratio must be one value", "got 2"),
-    "unequal lengths": (lambda: building(mass=[1e3] * 3), "stiffness has 2 values and mass has 3: lists of"),
-    "unequal laws": (lambda: building(law=["bilinear"] * 3), "mass has 2 values and law has 3: lists of"),
+    "unequal lengths": (lambda: building(mass=[1e3] * 3), "stiffness has 2 values and mass has 3: lists with"),
+    "unequal laws": (lambda: building(law=["bilinear"] * 3), "mass has 2 values and law has 3: lists with"),
     "too few laws": (
         lambda: building(mass=[1e3] * 3, law=["bilinear", "bouc_wen"]),
-        "law has 2 values and mass has 3: lists of",
+        "law has 2 values and mass has 3: lists with",
     ),
-    "table for a row": (lambda: building(mass=np.ones((2, 2))), "mass must be one value or one a storey", "(2, 2)"),
+    "table for a row": (lambda: building(mass=np.ones((2, 2))), "mass must be one value or one per storey", "(2, 2)"),
     "words for numbers": (lambda: building(mass="heavy"), "mass must be numbers", "heavy"),
     "too many storeys": (
         lambda: building(mass=np.ones(61), stiffness=1.0, height=1.0, yield_force=1.0),
@@ -285,7 +285,7 @@ RUNS = {
     "histories of nothing": (lambda: wd.Histories(()), "histories.samples", "at least one sample"),
     "seed beyond a file": (lambda: run({}, seed=2**63), "seed must be a whole number", "2^63 - 1"),
     "step in words": (lambda: run({}, step="0.01"), "step [s] must be a finite number", "'0.01'"),
-    "damping that feeds": (lambda: run({"structure": system(damping=-MASS)}), "damping", "put energy in"),
+    "damping that feeds": (lambda: run({"structure": system(damping=-MASS)}), "damping", "would add energy"),
     "motions for other samples": (
         lambda: run({"excitation": wd.OneMotionPerStructure([WAVE], motion=[0, 0])}, structures=3),
         "OneMotionPerStructure.motion has 2 values for 3 samples",

@@ -147,7 +147,7 @@ def test_concave_curves_keep_their_area() -> None:
 
 def test_curve_without_a_bilinear_one_is_said() -> None:
     """A soft start up to most of the peak: no secant at 0.6 is stiff enough."""
-    with pytest.warns(UserWarning, match="no bilinear curve has the area .* up to its peak, point 3: taken as"):
+    with pytest.warns(UserWarning, match="no bilinear curve has the area .* up to its peak, point 3: an elastic"):
         at, strength, hardening = bilinear_curve([0.0, 0.3, 0.35, 1.0], [0.0, 0.6, 0.99, 1.0])
     assert (at, strength, hardening) == pytest.approx((0.5, 1.0, 0.0))
 
@@ -163,9 +163,9 @@ def test_curve_without_a_bilinear_one_is_said() -> None:
         ([0.03, 0.1, 0.2], [2.0, 3.0, -2.0], "capacity at point 2 is -2; it must be at least 0"),
         ([0.03], [2.0], "needs a yield point and another one"),
         ([0.03, 0.1], [2.0, 1.0], "needs a yield point and another one"),
-        ([0.0, 0.1, 0.2], [0.0, 1.0, 3.0], "stiffens on its way to its peak, point 2"),
-        ([0.1, 0.2], [1.0, 3.0], "stiffens on its way to its peak, point 1"),
-        ([0.1, 0.2], [1.0, 2.0], "is a straight line on its way to its peak, point 1"),
+        ([0.0, 0.1, 0.2], [0.0, 1.0, 3.0], "stiffens up to its peak, point 2"),
+        ([0.1, 0.2], [1.0, 3.0], "stiffens up to its peak, point 1"),
+        ([0.1, 0.2], [1.0, 2.0], "is a straight line up to its peak, point 1"),
         ([0.1, np.nan], [1.0, 2.0], r"displacement\[1\] is nan"),
         ([0.1, 0.2], [1.0, 2.0, 3.0], "must be of one shape"),
     ],
@@ -180,13 +180,13 @@ def test_bad_curves_are_named_by_their_point(displacement: list, capacity: list,
     [
         ({"curve": "drift"}, "unknown capacity curve 'drift'; allowed: 'pushover', 'spectrum'"),
         ({"distribution": "lu"}, "unknown distribution over the storeys 'lu'; allowed: 'triangular', 'first_mode'"),
-        ({"mass": [1.0, 2.0]}, r"mass must be one value or one a storey \(4\), got shape \(2,\)"),
+        ({"mass": [1.0, 2.0]}, r"mass must be one value or one per storey \(4\), got shape \(2,\)"),
         ({"height": 0.0}, "height is 0 at storey 1; it must be finite and above 0"),
         ({"law": "steel"}, "unknown storey law 'steel'"),
-        ({"law": ["bilinear"] * 2}, r"law must be one name here, .* got \['bilinear', 'bilinear'\]: build the Shear"),
-        ({"stiffness": 1.0e8}, "stiffness follows from the capacity curve; leave it out"),
-        ({"yield_force": 1.0}, "yield_force follows from the capacity curve; leave it out"),
-        ({"hardening_ratio": 0.1}, "hardening_ratio follows from the capacity curve; leave it out"),
+        ({"law": ["bilinear"] * 2}, r"law must be one name here, .* got \['bilinear', 'bilinear'\]: for storeys),
+        ({"stiffness": 1.0e8}, "stiffness follows from the capacity curve: remove"),
+        ({"yield_force": 1.0}, "yield_force follows from the capacity curve: remove"),
+        ({"hardening_ratio": 0.1}, "hardening_ratio follows from the capacity curve: remove"),
     ],
 )
 def test_other_bad_input_is_named(changed: dict, message: str) -> None:

@@ -123,7 +123,7 @@ def test_no_damping_on_falling_branches():
 
 
 def test_devices_are_not_in_tangent_damping():
-    with pytest.raises(ValueError, match="'rayleigh_tangent' does not go with a friction_damper"):
+    with pytest.raises(ValueError, match="'rayleigh_tangent' cannot be used with a friction_damper"):
         building("rayleigh_tangent", devices=("friction_damper",), slip_force=1e5, brace_stiffness=1e8)
 
 

@@ -127,7 +127,7 @@ def test_bad_input_is_named():
     skew = SEED_STIFFNESS + 1e3 * np.eye(3, k=1)
     free = chain_stiffness_matrix([0.0, 1e3, 1e3])
     for mass, stiffness, influence, message in (
-        (SEED_MASS[:2], SEED_STIFFNESS, None, r"stiffness must be square with one row a DOF \(2\)"),
+        (SEED_MASS[:2], SEED_STIFFNESS, None, r"stiffness must be square with one row per DOF \(2\)"),
         ([200, 0, 100], SEED_STIFFNESS, None, "mass must be positive definite"),
         ([200, -150, 100], SEED_STIFFNESS, None, "mass must be positive definite"),
         (SEED_MASS, skew, None, r"stiffness must be symmetric; stiffness\[0, 1\] differs from its mirror by 1000"),

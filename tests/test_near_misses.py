@@ -18,7 +18,7 @@ pytestmark = pytest.mark.fast
         (lambda: building(damping="raleigh"), "unknown damping 'raleigh' (did you mean 'rayleigh'?)"),
         (lambda: scene(recorders=("drifts",)), "'drifts' (did you mean 'drift'?)"),
         (lambda: scene(scatter={"stifness": 1.0}), "'stifness' (did you mean 'stiffness'?)"),
-        (lambda: building(damping="none"), "damping 'none' takes no damping_ratio: give damping='rayleigh' or"),
+        (lambda: building(damping="none"), "damping 'none' does not take damping_ratio: give damping='rayleigh' or"),
     ],
 )
 def test_near_misses_are_answered_with_what_was_meant(call, meant):

@@ -285,7 +285,7 @@ def test_snap_back_ends_the_curve_at_its_peak() -> None:
         ([[0.1]], "uniform", r"roof_displacement must have shape \[step\], got \(1, 1\)"),
         ([], "uniform", "roof_displacement must have shape"),
         ([0.1], "mode", "unknown lateral load pattern 'mode'; allowed: 'first_mode', 'triangular', 'uniform'"),
-        ([0.1], [1.0, 1.0], r"pattern must be one load a floor, shape \[4\]"),
+        ([0.1], [1.0, 1.0], r"pattern must be one load per floor, shape \[4\]"),
         ([0.1], [1.0, -1.0, 1.0, 1.0], "the load on floor 2 is -1; it must be at least 0"),
         ([0.1], [1.0, 1.0, 1.0, 0.0], "the load on the roof is 0; it must be above 0"),
     ],

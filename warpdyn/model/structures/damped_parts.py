@@ -1,4 +1,4 @@
-"""Checks of the modes and the storeys that a damping is given for."""
+"""Checks of the arguments `damping_modes` and `damped_storeys`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from warpdyn.foundations.core.checks import whole_number
 
 
 def checked_storeys(given: tuple[int, int], storeys: int) -> tuple[int, int]:
-    """Return the first and last storey of those that damping is of."""
+    """Return the first and last damped storey."""
     if not isinstance(given, Sequence) or len(given) != 2:
         raise ValueError(f"damped_storeys must be the first and the last storey, such as (2, 6), got {given!r}")
     first, last = (whole_number(f"damped_storeys[{i}]", storey, 1) for i, storey in enumerate(given))
@@ -18,7 +18,7 @@ def checked_storeys(given: tuple[int, int], storeys: int) -> tuple[int, int]:
 
 
 def checked_modes(given: tuple[int, int] | None, storeys: int) -> tuple[int, int]:
-    """Return the two modes of Rayleigh damping; a one-storey building has its only mode twice."""
+    """Return the two modes of Rayleigh damping; for one storey its only mode twice."""
     if given is None:
         return 1, min(2, storeys)
     if not isinstance(given, Sequence) or len(given) != 2:

@@ -1,6 +1,6 @@
-"""Kinds of inherent damping of a shear building, one class each: what a kind takes, and what follows from it.
+"""Kinds of inherent damping of a shear building, one class each.
 
-To add one, write its class below and give it a row in DAMPING; a kind that kernels do not have yet is a part of theirs.
+To add a kind, write its class and a row in DAMPING; if its `kernel` is new, also a kernel part.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_
 
 
 class Damping:
-    """No damping, and what all kinds have in common: C = a0 M + dashpots, and a matrix of its own where there is one.
+    """No damping, and the base class of all kinds: C = a0 M + dashpots + a matrix of the kind.
 
     Args:
-        modes: The two modes, counted from 1, at which it has its ratio; None where the kind takes none.
-        storeys: First and last storey that it is of, counted from 1; None for all.
+        modes: The two modes, counted from 1, that have the damping ratio; None: the kind takes no modes.
+        storeys: First and last damped storey, counted from 1; None: all storeys.
     """
 
-    parameters: ClassVar[Mapping[str, Parameter]] = {}  # one value a storey, or one for the building
-    kernel: ClassVar[str] = "none"  # the damping that a kernel is built with, of those in its plan
-    takes_modes: ClassVar[bool] = False  # whether a building may name modes
-    takes_storeys: ClassVar[bool] = False  # whether it may name storeys
-    is_of_springs: ClassVar[bool] = False  # dashpots in proportion to the storeys' springs, without what gravity takes
+    parameters: ClassVar[Mapping[str, Parameter]] = {}  # one value per storey, or one for the building
+    kernel: ClassVar[str] = "none"  # the damping of the kernel's plan
+    takes_modes: ClassVar[bool] = False  # whether damping_modes= is allowed
+    takes_storeys: ClassVar[bool] = False  # whether damped_storeys= is allowed
+    is_of_springs: ClassVar[bool] = False  # dashpots in proportion to the storeys' stiffness without P-Delta
     is_uneven: ClassVar[bool] = False  # couples undamped modes even without gravity
     follows_tangent: ClassVar[bool] = False  # dashpots in proportion to the tangent stiffness
 
@@ -40,7 +40,7 @@ class Damping:
         self.modes, self.storeys = modes, storeys
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return the factors of the mass [1/s] and the stiffness [s], shape [2, structure]; 0 without.
+        """Return Rayleigh's factors of the mass [1/s] and the stiffness [s], shape [2, structure]; 0 for other kinds.
 
         Args:
             parameters: Parameters of the buildings, `structure` first.
@@ -49,7 +49,7 @@ class Damping:
         return np.zeros((2, frequency.shape[1]))
 
     def dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-        """Return the storeys' dashpots at rest [N s/m], shape [structure, storey]; None where there are none.
+        """Return the storeys' dashpots at rest [N s/m], shape [structure, storey]; None: no dashpots.
 
         Args:
             parameters: Parameters of the buildings, `structure` first.
@@ -58,44 +58,41 @@ class Damping:
         return None
 
     def ratios(self, parameters: Arrays, frequency: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
-        """Return the damping ratios of modes that do not couple, shape [mode, structure]."""
+        """Return the damping ratios of uncoupled modes, shape [mode, structure]."""
         return (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
 
     def of_mass(self, parameters: Arrays, squared: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
-        """Return the modes' damping over their mass, but for the dashpots' part [1/s], shape [structure, 1 or mode].
+        """Return the modes' damping over their mass, without the dashpots [1/s], shape [structure, 1 or mode].
 
         Args:
             parameters: Parameters of the buildings, `structure` first.
             squared: Squared circular frequencies [rad2/s2], shape [structure, mode].
-            rayleigh: As `rayleigh` returns it.
+            rayleigh: The result of `rayleigh`.
         """
         return rayleigh[0][:, None]
 
     def own_matrix(self, parameters: Arrays) -> np.ndarray | None:
-        """Return the part that neither dashpots nor the mass give [N s/m], shape [structure, storey, storey]."""
+        """Return the matrix of the kind [N s/m], shape [structure, storey, storey]; None: only dashpots and mass."""
         return None
 
     def of_modes(self, parameters: Arrays, shape: np.ndarray, of_mass: np.ndarray) -> np.ndarray:
-        """Return the matrix that couples modes of unit mass, but for the dashpots' part [1/s].
+        """Return the damping matrix of modes of unit mass, without the dashpots [1/s], shape [structure, mode, mode].
 
         Args:
             parameters: Parameters of the buildings, `structure` first.
             shape: Displacements of the modes, shape [structure, storey, mode].
-            of_mass: As `of_mass` returns it.
-
-        Returns:
-            Shape [structure, mode, mode].
+            of_mass: The result of `of_mass`.
         """
         own = self.own_matrix(parameters)
         diagonal = of_mass[:, :, None] * np.eye(shape.shape[-1])
         return diagonal if own is None else diagonal + shape.transpose(0, 2, 1) @ own @ shape
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
-        """Return what kernels read of it, but for dashpots, structures last; `rayleigh` is [structure, 2]."""
+        """Return the arrays that kernels read, without dashpots, structures last; `rayleigh` is [structure, 2]."""
         return {}
 
     def pack_dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-        """Return the dashpots that kernels read, shape [structure, storey]; None where there are none."""
+        """Return the dashpots that kernels read, shape [structure, storey]; None: no dashpots."""
         return self.dashpots(parameters, of_stiffness)
 
     def matrix(self, parameters: Arrays, rayleigh: np.ndarray, dampers: np.ndarray | float) -> np.ndarray:
@@ -103,7 +100,7 @@ class Damping:
 
         Args:
             parameters: Parameters of the buildings, `structure` first.
-            rayleigh: As `rayleigh` returns it.
+            rayleigh: The result of `rayleigh`.
             dampers: Slopes of viscous dampers' forces [N s/m], shape [structure, storey], or 0.
         """
         mass = parameters["mass"]
@@ -124,15 +121,16 @@ class Damping:
         damping_modes: tuple[int, int] | None,
         damped_storeys: tuple[int, int] | None,
     ) -> Damping:
-        """Return the damping of a building of so many storeys, or raise a ValueError on the modes or storeys named."""
+        """Return the damping of a building, or raise a ValueError if its modes or storeys are wrong."""
         for what, given in {"takes_modes": damping_modes, "takes_storeys": damped_storeys}.items():
             kinds = [repr(other) for other, kind in DAMPING.items() if getattr(kind, what)]
             if given is not None and not getattr(cls, what):
                 public = "damping_modes" if what == "takes_modes" else "damped_storeys"
-                raise ValueError(f"{public} belong to damping {' or '.join(kinds)}, not {name!r}")
+                raise ValueError(f"{public} needs damping={' or '.join(kinds)}, got damping={name!r}")
         if damping_modes is not None and damped_storeys is not None:
             raise ValueError(
-                "damping_modes and damped_storeys exclude each other: of some storeys it is the first mode"
+                "damping_modes and damped_storeys exclude each other: the damping of some storeys has its ratio in "
+                "their first mode. Remove damping_modes"
             )
         if damped_storeys is not None:
             return RayleighOfStoreys(storeys=checked_storeys(damped_storeys, storeys))
@@ -149,12 +147,12 @@ class StoreyDamping(Damping):
     is_uneven = True
 
     def dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-        """Return the dashpots that the building names."""
+        """Return the building's `damping_coefficient`."""
         return parameters["damping_coefficient"]
 
 
 class RatioDamping(Damping):
-    """What all kinds with a damping ratio take."""
+    """Base class of kinds with a damping ratio."""
 
     parameters: ClassVar[Mapping[str, Parameter]] = {"damping_ratio": DAMPING_RATIO}
 
@@ -176,7 +174,7 @@ class MassProportional(RatioDamping):
 
 
 class StiffnessProportional(RatioDamping):
-    """In proportion to the initial stiffness, with its ratio in the first mode: dashpots alone."""
+    """In proportion to the initial stiffness, with its ratio in the first mode: only dashpots."""
 
     kernel = "storey"
     is_of_springs = True
@@ -212,7 +210,7 @@ class Rayleigh(StiffnessProportional):
 
 
 class TangentRayleigh(Rayleigh):
-    """Rayleigh damping of the tangent stiffness: a kernel multiplies that by its factor as it goes."""
+    """Rayleigh damping of the tangent stiffness, which a kernel multiplies by its factor in each step."""
 
     kernel = "rayleigh_tangent"
     takes_storeys = False
@@ -228,14 +226,14 @@ class TangentRayleigh(Rayleigh):
 
 
 class RayleighOfStoreys(StiffnessProportional):
-    """Dashpots of some storeys, with their ratio in the first mode that these would have on a fixed base."""
+    """Dashpots in some storeys, with their ratio in the first mode of these storeys on a fixed base."""
 
     is_uneven = True
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return 2 zeta / w1 of the storeys by themselves."""
+        """Return 2 zeta / w1 of these storeys on a fixed base."""
         from warpdyn.engine.kernels.auxiliary.frequencies import (
-            circular_frequencies,  # brings warp, which a scene needs not
+            circular_frequencies,  # imports warp, which a scene does not need
         )
 
         assert self.storeys is not None
@@ -269,7 +267,7 @@ class ModalDamping(RatioDamping):
         return 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
 
     def of_modes(self, parameters: Arrays, shape: np.ndarray, of_mass: np.ndarray) -> np.ndarray:
-        """Return the one ratio's part alone, which couples no modes."""
+        """Return a diagonal matrix: the kind does not couple modes."""
         return of_mass[:, :, None] * np.eye(shape.shape[-1])
 
     def own_matrix(self, parameters: Arrays) -> np.ndarray | None:
@@ -284,7 +282,7 @@ class ModalDamping(RatioDamping):
         return {"damping_matrix": matrix.reshape(len(matrix), -1).T}
 
 
-# What a ShearBuilding calls each kind.
+# Names of the kinds in the argument `damping` of a ShearBuilding.
 DAMPING: dict[str, type[Damping]] = {
     "none": Damping,
     "storey": StoreyDamping,

@@ -16,9 +16,8 @@ from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 DESIGN_LEVELS = ("high", "moderate", "low", "pre")
 DAMAGE_STATES = ("slight", "moderate", "extensive", "complete")
 MASS_PER_AREA = 1000.0  # kg/m2 of floor
-# Lu's model uses this rounded value, from which its published strengths follow.
-GRAVITY_OF_LU = 9.8
-THIRD_CORNER = 1.0  # m: where MDOF-LU ends the level branch of ultimate strength, if that begins before
+GRAVITY_OF_LU = 9.8  # Lu's published strengths follow from this rounded value
+THIRD_CORNER = 1.0  # m: MDOF-LU ends the level branch of ultimate strength here, if it begins below
 
 
 @functools.cache
@@ -52,9 +51,9 @@ def building_class(building_type: str, design_level: str) -> Mapping[str, float]
 
 
 def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float]:
-    """Return the median storey drift ratio [1] of each structural damage state, in the form that `fragility` takes.
+    """Return the median storey drift ratio [1] of each structural damage state, as limits for `fragility`.
 
-    They hold for the type's class of heights: those of C1L, C1M and C1H differ.
+    The limits depend on the height class: those of C1L, C1M and C1H differ.
 
     Args:
         building_type: One of the 36 model building types, such as "C1M".
@@ -76,13 +75,13 @@ def hazus_chain(
 ) -> dict[str, float | np.ndarray]:
     """Return the parameters of the chain for a building of a Hazus type, after Lu.
 
-    All storeys have one stiffness, which gives the type's first period; strengths are the storey shears of a load that
-    grows in proportion to the floor's number. The share of the mass in the first mode is taken from the cubic in 1/N of
-    SimCenter's MDOF-LU, within 2e-4 of the closed form, and g as its 9.8 m/s2.
+    All storeys have the same stiffness, which gives the type's first period; strengths are the storey shears of a load
+    in proportion to the floor's number. The share of the mass in the first mode is the cubic in 1/N of SimCenter's
+    MDOF-LU, within 2e-4 of the closed form, and g is its 9.8 m/s2.
 
     Returns:
         `mass` [kg], `stiffness` [N/m], `height` [m], `yield_force` [N, storey], `hardening_ratio`, `damping_ratio`.
-        For laws of several corners those of the ultimate strength, level after it; for "hysteretic" also pinching and
+        Laws with several corners also get the ultimate strength, level after it; "hysteretic" also pinching and
         `unloading_exponent`, as in MDOF-LU.
     """
     row = building_class(building_type, design_level)

@@ -27,12 +27,12 @@ def floor_loads(
         Floor loads of sum 1, shape [floor].
 
     Raises:
-        ValueError: If the pattern is unknown, has another shape, a load is below 0 or that of the roof is not above 0.
+        ValueError: If the pattern is unknown, has another shape, a load is below 0 or the roof's load is not above 0.
     """
     if isinstance(pattern, str):
         one_of("lateral load pattern", pattern, PATTERNS)
         if pattern == "first_mode":
-            assert stiffness is not None  # who asks for the first mode gives it
+            assert stiffness is not None
             shape = modal_properties(mass, chain_stiffness_matrix(stiffness))["shape"].values[0]
         else:
             shape = np.cumsum(height) if pattern == "triangular" else np.ones(len(mass))
@@ -40,11 +40,11 @@ def floor_loads(
     else:
         loads = finite_numbers("pattern", pattern)
         if loads.shape != mass.shape:
-            raise ValueError(f"pattern must be one load a floor, shape [{len(mass)}], got shape {loads.shape}")
+            raise ValueError(f"pattern must be one load per floor, shape [{len(mass)}], got shape {loads.shape}")
         for floor in np.flatnonzero(loads < 0):
             raise ValueError(f"the load on floor {floor + 1} is {loads[floor]:g}; it must be at least 0")
         if loads[-1] == 0:
-            raise ValueError("the load on the roof is 0; it must be above 0, or the storeys below it carry no shear")
+            raise ValueError("the load on the roof is 0; it must be above 0, so that the storey below it carries shear")
     return loads / loads.sum()
 
 

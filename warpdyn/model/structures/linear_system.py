@@ -1,4 +1,4 @@
-"""Linear systems of full matrices, in SI units, checked when they are built."""
+"""Linear systems with full matrices, in SI units, checked when they are built."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ MAXIMUM_DOFS = 32
 
 @with_suggestions
 class LinearSystem(Structure):
-    """A linear system of full matrices, of at most 32 degrees of freedom: M u'' + C u' + K u = F.
+    """A linear system with full matrices and at most 32 degrees of freedom: M u'' + C u' + K u = F.
 
-    Parts of the system may move freely. Their periods are infinite, and default steps follow from the other modes.
+    It may have free (rigid-body) motions. Their periods are infinite, and default steps follow from the other modes.
 
     Args:
         mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
@@ -64,7 +64,7 @@ class LinearSystem(Structure):
             if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
                 raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: they must agree")
             difference = np.abs(matrix - matrix.T)
-            # Rounding in the assembly of a matrix is accepted; a larger difference is a mistake.
+            # Accept rounding in the assembly of a matrix.
             if difference.max() > 1e-12 * np.abs(matrix).max():
                 row, column = np.unravel_index(difference.argmax(), difference.shape)
                 raise ValueError(
@@ -80,15 +80,15 @@ class LinearSystem(Structure):
         if smallest <= 1e-13 * abs(largest):
             raise ValueError(
                 f"mass is singular or not positive definite (smallest eigenvalue {smallest:g} kg): "
-                "every degree of freedom needs mass; condense those without it"
+                "every degree of freedom needs mass; condense the massless ones"
             )
         smallest, largest = np.linalg.eigvalsh(matrices["damping"])[[0, -1]]
         if smallest < -1e-12 * abs(largest):
             raise ValueError(
-                f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would put energy in"
+                f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would add energy"
             )
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(matrices)
-        # A matrix can only be scaled: these are the bounds of its factor.
+        # Scatter can only scale a matrix: these are the bounds of the factor.
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(
             {
                 "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
@@ -98,16 +98,13 @@ class LinearSystem(Structure):
         )
         self.influence = np.ones(dofs) if influence is None else finite_numbers("influence", influence)
         if self.influence.shape != (dofs,):
-            raise ValueError(f"influence must be {dofs} finite values, one a degree of freedom")
+            raise ValueError(f"influence must be {dofs} finite values, one per degree of freedom")
         self.modal()  # raises an error if the stiffness has a negative eigenvalue
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped system.
 
         The period of a free motion is infinite.
-
-        Raises:
-            ValueError: If the stiffness matrix has a negative eigenvalue or is 0.
         """
         mass, stiffness = self.parameters["mass"], self.parameters["stiffness"]
         return modal_properties(mass, stiffness, self.influence, may_move_freely=True)
@@ -123,7 +120,7 @@ class LinearSystem(Structure):
         return dict.fromkeys(self.parameters, np.array(1.0))
 
     def is_by_storey(self, name: str) -> bool:
-        """Return False: a factor is of the whole matrix."""
+        """Return False: a factor scales the whole matrix."""
         return False
 
     def input_name(self, name: str) -> str:
@@ -131,7 +128,7 @@ class LinearSystem(Structure):
         return f"{name}_factor"
 
     def chosen(self) -> dict[str, Any]:
-        """Return what is no matrix."""
+        """Return the law, the damping and the influence."""
         return {"law": self.law, "damping": self.damping, "influence": self.influence.tolist()}
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
@@ -140,11 +137,11 @@ class LinearSystem(Structure):
 
     @property
     def fundamental_period(self) -> float:
-        """First period of the undamped system [s]; infinite if a part can move freely."""
+        """First period of the undamped system [s]; infinite if it has a free motion."""
         return float(self.modal()["period"][0])
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return what tables of notebooks say of it: its periods and its total mass."""
+        """Return the rows of its table in notebooks: periods, masses and influence."""
         return [
             ("periods", "period", self.modal()["period"].values, "s"),
             ("diagonal of the mass matrix", "mass", np.diag(self.parameters["mass"]), "kg"),

@@ -1,4 +1,4 @@
-"""Undamped modes of a structure, and damping matrices that are based on them."""
+"""Undamped modes of a structure, and damping matrices based on them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from scipy.linalg import eigh
 from warpdyn.foundations.core.checks import check_dataset, unmasked
 from warpdyn.foundations.core.description import Text
 
-ROUNDINGS = 16  # of a squared frequency that is 0, over the highest and the number of modes
+ROUNDINGS = 16  # times the number of modes and the machine epsilon: rounding of a squared frequency over the highest
 
 
 def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return squared circular frequencies [rad2/s2], 0 of free motions but for rounding, and shapes of unit modal mass.
+    """Return squared circular frequencies [rad2/s2], exactly 0 for free motions, and shapes of unit modal mass.
 
     Args:
         stiffness: Stiffness matrix [N/m], symmetric, shape [dof, dof].
@@ -30,16 +30,16 @@ def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray,
 def modal_properties(
     mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None, *, may_move_freely: bool = False
 ) -> xr.Dataset:
-    """Return periods, shapes and participation of the undamped modes, from the lowest frequency up.
+    """Return periods, shapes and participation of the undamped modes, by increasing frequency.
 
-    Shapes are scaled so that their largest component is +1; participation factors belong to that scaling.
+    Shapes are scaled so that their largest component is +1, and participation factors refer to that scaling.
     Chopra, Dynamics of Structures, sections 10.2 and 13.2.
 
     Args:
         mass: Masses [kg], shape [dof], or mass matrix, symmetric and positive definite, shape [dof, dof].
         stiffness: Stiffness matrix [N/m], symmetric and positive definite, shape [dof, dof].
-        influence: Displacement of each DOF per unit base displacement, shape [dof]; ones if left out.
-        may_move_freely: Whether the stiffness may be singular, so that some periods are infinite (but not all).
+        influence: Displacement of each DOF per unit base displacement, shape [dof]; None: ones.
+        may_move_freely: Whether the stiffness may be singular, so that some periods (but not all) are infinite.
 
     Returns:
         Dataset over `mode` and `dof`.
@@ -52,7 +52,7 @@ def modal_properties(
     matrix = np.diag(mass) if mass.ndim == 1 else mass
     for name, value in (("mass", matrix), ("stiffness", stiffness)):
         if value.ndim != 2 or value.shape != (len(mass), len(mass)) or value.size == 0:
-            raise ValueError(f"{name} must be square with one row a DOF ({len(mass)}), got shape {value.shape}")
+            raise ValueError(f"{name} must be square with one row per DOF ({len(mass)}), got shape {value.shape}")
         _check_symmetric(name, value)
     least, *_, most = np.linalg.eigvalsh(matrix)[[0, -1]]
     if least <= len(matrix) * np.finfo(float).eps * most:
@@ -64,13 +64,13 @@ def modal_properties(
     if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
         what = "negative" if eigenvalue[0] < 0 else "all 0"
         raise ValueError(
-            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
-            "parts may move freely, but a system needs a period and no negative stiffness"
+            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): a "
+            "system may have free motions, but no negative stiffness, and it needs at least one finite period"
         )
     if not may_move_freely and eigenvalue[0] <= 0:
         raise ValueError(
-            f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2 "
-            f"beside a greatest of {eigenvalue[-1]:.6g} (a part of the structure can move freely)"
+            f"stiffness must be positive definite; its generalised eigenvalues are {eigenvalue[0]:.6g} to "
+            f"{eigenvalue[-1]:.6g} rad2/s2 (a part of the structure can move freely)"
         )
     shape = shape.T  # [mode, dof]
     shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
@@ -99,10 +99,10 @@ def modal_table(modes: xr.Dataset) -> str:
     """Return the modes as a text table: periods, frequencies, participation, effective masses and their sums.
 
     Args:
-        modes: What `modal()` of a structure returned, or its first modes.
+        modes: The result of a structure's `modal()`, or its first modes.
 
     Raises:
-        ValueError, TypeError: If it is something else.
+        ValueError, TypeError: If `modes` is something else.
 
     Example:
         >>> print(wd.modal_table(building.modal()))
@@ -136,8 +136,8 @@ def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
     """Return the stiffness matrices of shear chains on a fixed base.
 
     Args:
-        storey_stiffness: Storey stiffness [N/m], from the ground up, shape [..., storey]. Storey dampers [N s/m] give
-            damping matrices in the same way.
+        storey_stiffness: Storey stiffness [N/m], from the ground up, shape [..., storey]. Dashpots [N s/m] give damping
+            matrices.
 
     Returns:
         Stiffness [N/m], shape [..., storey, storey].
@@ -164,7 +164,7 @@ def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: 
     Args:
         mass: Masses [kg], shape [..., dof].
         stiffness_matrix: Stiffness matrices [N/m], symmetric and positive definite, shape [..., dof, dof].
-        ratio: Damping ratio [-], 0 or above, shape [...] or one for all.
+        ratio: Damping ratio [-], 0 or above, shape [...] or [].
 
     Returns:
         Damping [N s/m], shape [..., dof, dof].

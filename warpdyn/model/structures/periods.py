@@ -1,4 +1,4 @@
-"""Shear chains of given periods."""
+"""Shear chains with given periods."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ RESTARTS = 10
 
 
 def chain_of_periods(period: ArrayLike, mass: np.ndarray, height: np.ndarray, distribution: str) -> np.ndarray:
-    """Return the storey stiffnesses [N/m, storey] of `from_periods`' chain; mass and height have shape [storey]."""
+    """Return the storey stiffnesses [N/m, storey] for `from_periods`; mass and height have shape [storey]."""
     one_of("stiffness distribution", distribution, STIFFNESS_DISTRIBUTIONS)
     periods = np.atleast_1d(finite_numbers("period", period))
     storeys = len(mass)
     if periods.ndim != 1 or not 1 <= periods.size <= storeys:
-        raise ValueError(f"period must be one to {storeys} periods, one a mode, got shape {np.shape(period)}")
+        raise ValueError(f"period must be one to {storeys} periods, one per mode, got shape {np.shape(period)}")
     for mode in np.flatnonzero(periods <= 0):
         raise ValueError(f"the period of mode {mode + 1} is {periods[mode]:g} s; it must be above 0")
     for mode in np.flatnonzero(np.diff(periods) >= 0):
         raise ValueError(
-            f"periods must fall from mode to mode, but mode {mode + 2} has {periods[mode + 1]:g} s after "
+            f"periods must decrease from mode to mode, but mode {mode + 2} has {periods[mode + 1]:g} s after "
             f"{periods[mode]:g} s"
         )
     shape = np.ones(storeys)
     if distribution == "linear_mode":
-        # Under the inertia forces of a mode that is linear over the height, every storey has the same drift ratio.
+        # In a mode that is linear over the height every storey has the same drift ratio.
         shape = storey_shears(floor_loads("triangular", mass, height)) / height
     stiffness = shape * _scale(shape, mass, periods[0])
     return stiffness if periods.size == 1 else _bent(stiffness, mass, periods)
@@ -43,7 +43,7 @@ def _scale(stiffness: np.ndarray, mass: np.ndarray, period: float) -> float:
 
 
 def _frequencies(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Return all circular frequencies [rad/s], rising; by numpy, because describing a scene must not import warp."""
+    """Return all circular frequencies [rad/s], increasing; by NumPy, because building a scene must not import warp."""
     root = np.sqrt(mass)
     return np.sqrt(np.linalg.eigvalsh(chain_stiffness_matrix(stiffness) / np.outer(root, root)))
 
@@ -52,9 +52,9 @@ def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarra
     """Modify a distribution of stiffness until it has the given first periods.
 
     The logarithm of the stiffness is that of the start plus a polynomial over the storeys. High terms are scaled down,
-    so that a few periods give a smooth distribution; as many periods as storeys leave every stiffness free.
+    so that a few periods give a smooth distribution; with as many periods as storeys, every stiffness is free.
     """
-    from scipy.optimize import least_squares  # which takes a tenth of a second to import
+    from scipy.optimize import least_squares  # its import takes a tenth of a second
 
     count, storeys = periods.size, start.size
     place = np.linspace(-1, 1, storeys)
@@ -72,7 +72,7 @@ def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarra
         drift = np.diff(root[:, None] * vectors, axis=0, prepend=0.0)[:, :count]
         return (drift**2 * stiffness[:, None] / (2 * square[:count])).T @ basis
 
-    # The search may end in a local minimum; it then starts again elsewhere.
+    # If the search ends in a local minimum, start again from another point.
     random = np.random.default_rng(0)
     nearest: Any = None
     for scale in (0.0, *np.linspace(0.2, 2.0, RESTARTS)):
@@ -86,5 +86,5 @@ def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarra
     reached = periods[worst] * np.exp(-nearest.fun[worst])
     raise ValueError(
         f"no chain with these masses was found that has these periods: the nearest has {reached:.6g} s instead of "
-        f"{periods[worst]:.6g} s in mode {worst + 1}; ask for fewer periods or others"
+        f"{periods[worst]:.6g} s in mode {worst + 1}; give fewer or other periods"
     )

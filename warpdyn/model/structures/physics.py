@@ -1,7 +1,7 @@
-"""Physics of storeys beside their laws and their damping, one row of PHYSICS each, such as P-Delta; and what ends them.
+"""Physics of storeys in addition to laws and damping, such as P-Delta, one row of PHYSICS each; and drift capacities.
 
-To add one, write its row here and its part of the kernels, with the row's name, in `warpdyn/engine/kernels/parts/`.
-A building has it if it is given its parameters; the kernels of other buildings hold nothing of it.
+To add an effect, write its row here and its kernel part, with the row's name, in `warpdyn/engine/kernels/parts/`.
+A building has the effect if its parameters are given; kernels of other buildings do not contain it.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ Values = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True, kw_only=True)
 class Physics:
-    """A force between floors that is no part of a storey law.
+    """A force between floors that is not part of a storey law.
 
     Args:
-        parameters: What a building is given of it, one value a storey; all of them or none.
-        stiffness: What it adds to a storey's stiffness [N/m], from the parameters, [..., storey]; linear in the drift,
-            since exact methods know no more of it.
-        packed: The arrays that its part of the kernels reads, from the parameters, each [..., storey].
-        problem: An error message on parameters that do not go together, or None.
+        parameters: Its parameters, one value per storey; a building has all of them or none.
+        stiffness: Its addition to a storey's stiffness [N/m], from the parameters, [..., storey]; the force must be
+            linear in the drift, because exact methods use only this stiffness.
+        packed: The arrays that its kernel part reads, from the parameters, each [..., storey].
+        problem: An error message on inconsistent parameters, or None.
     """
 
     parameters: Mapping[str, Parameter]
@@ -38,11 +38,11 @@ class Physics:
 def storey_weight_over_height(parameters: Values) -> np.ndarray:
     """Return the load that each storey carries over its height [N/m], shape [..., storey].
 
-    A storey of height h that carries the load W is pushed outward by the force W / h times its drift, as if a spring of
-    negative stiffness -W / h acted beside its own (Chopra, Dynamics of Structures, section 22.1).
+    P-Delta: a storey of height h that carries the load W is pushed outward by W / h times its drift, like a parallel
+    spring of negative stiffness -W / h (Chopra, Dynamics of Structures, section 22.1).
 
     Args:
-        parameters: Parameters of shear buildings, `gravity_load` among them, each [..., storey].
+        parameters: Parameters of shear buildings, including `gravity_load`, each [..., storey].
     """
     from_the_top = parameters["gravity_load"][..., ::-1]
     return np.cumsum(from_the_top, axis=-1)[..., ::-1] / parameters["height"]
@@ -58,8 +58,8 @@ def _buckling_problem(parameters: Values) -> str | None:
     bounds, loads = (per_height * parameters["height"] for per_height in (stiffness, leaning))
     bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
     return (
-        f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: from the top down it must stay "
-        f"below stiffness times height there, {bound:g} N"
+        f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: the sum of the loads above must "
+        f"be below its stiffness times its height, {bound:g} N"
     )
 
 
@@ -74,12 +74,12 @@ PHYSICS = {
 
 
 def physics_of(names: Mapping[str, object]) -> tuple[str, ...]:
-    """Return the rows of PHYSICS of which a building has a parameter."""
+    """Return the names of the rows of PHYSICS whose parameters a building has."""
     return tuple(row for row, physics in PHYSICS.items() if physics.parameters.keys() & names.keys())
 
 
 def effective_stiffness(parameters: Values, stiffness: np.ndarray | None = None) -> np.ndarray:
-    """Return the initial, or another, storey stiffness with what physics add to it [N/m], shape [..., storey]."""
+    """Return the initial (or another) storey stiffness plus that of PHYSICS [N/m], shape [..., storey]."""
     stiffness = parameters["stiffness"] if stiffness is None else stiffness
     for row in physics_of(parameters):
         stiffness = stiffness + PHYSICS[row].stiffness(parameters)
@@ -87,17 +87,17 @@ def effective_stiffness(parameters: Values, stiffness: np.ndarray | None = None)
 
 
 def physics_problem(parameters: Values) -> str | None:
-    """Return an error message on the first parameters of physics that do not go together, or None."""
+    """Return an error message on the first inconsistent parameters of PHYSICS, or None."""
     problems = (PHYSICS[row].problem(parameters) for row in physics_of(parameters))
     return next((problem for problem in problems if problem), None)
 
 
-# A building may be given either or both; the one that is passed first counts.
+# A building may have both; the storey collapses at the smaller drift.
 DRIFT_CAPACITIES = {
     "drift_capacity": Parameter("m", "storey drift at collapse", low=0.0, low_open=True),
     "drift_ratio_capacity": Parameter("1", "storey drift ratio at collapse", low=0.0, low_open=True),
 }
-# No storey stands that leans by half its height: where gravity pulls and nothing else is said, it collapses there.
+# Default for buildings with a gravity load: at this drift ratio a storey has fallen.
 COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY = 0.5
 
 
@@ -110,7 +110,7 @@ def inverse_drift_capacity(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return one over the drift at which each storey collapses [1/m], shape [..., storey].
 
     Args:
-        parameters: Parameters of shear buildings, one or both of DRIFT_CAPACITIES among them, each [..., storey].
+        parameters: Parameters of shear buildings, including one or both of DRIFT_CAPACITIES, each [..., storey].
     """
     inverse = []
     if "drift_capacity" in parameters:

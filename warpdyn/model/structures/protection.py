@@ -1,4 +1,4 @@
-"""Buildings with an additional storey: isolators below, or a tuned mass damper on the roof."""
+"""Base isolation and tuned mass dampers: buildings with an additional storey below or on the roof."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 class ProtectedChain:
     """Methods of a ShearBuilding that add isolators or a tuned mass damper."""
 
-    # Of the ShearBuilding that this is a part of.
+    # Attributes of the ShearBuilding.
     storeys: int
     storey_laws: tuple[str, ...]
     devices: tuple[str, ...]
@@ -37,7 +37,7 @@ class ProtectedChain:
     own_storeys: np.ndarray  # which storeys are not isolators or a tuned mass damper
 
     def modal(self) -> xr.Dataset:
-        """Return periods and shapes; the ShearBuilding's own."""
+        """Return periods and shapes."""
         raise NotImplementedError
 
     def on_isolators(
@@ -49,28 +49,28 @@ class ProtectedChain:
         damper_coefficient: float = 0.0,
         **parameters: float,
     ) -> Self:
-        """Return the building on isolators, which form an additional first storey below the mass of the base.
+        """Return the building with base isolation: an additional first storey of isolators below the mass of the base.
 
-        Rayleigh damping stays that of the building on a fixed base, in proportion to the stiffness of its own storeys
-        alone (`damped_storeys`); isolators have only their hysteresis and their own viscous damping. Rayleigh damping
-        in two modes keeps the ratio of the first. Stiffness-proportional damping becomes such damping, too.
+        Rayleigh and stiffness-proportional damping stay those of the building on a fixed base, in proportion to the
+        stiffness of its storeys (`damped_storeys`), with the ratio of the first mode. The isolators have only their
+        hysteresis and `damper_coefficient`.
 
         Args:
             law: Law of the isolators, by name or as an object of its class: "lead_rubber_bearing" (`stiffness` before
                 yield [N/m], `yield_force` [N], `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before
-                sliding [N/m], `friction_coefficient`, `radius` [m]; `weight` [N] is the building's own unless it is
-                given), or "elastic", "bilinear" or "bouc_wen".
+                sliding [N/m], `friction_coefficient`, `radius` [m]; `weight` [N], by default that of the building), or
+                "elastic", "bilinear" or "bouc_wen".
             base_mass: Mass between the isolators and the first storey [kg].
             displacement_capacity: Displacement at which the isolators fail [m]. The height of their storey is set to
-                ten times that, so that its drift ratio is 0.1 there: with a Scene's `collapse_drift_ratio` of 0.1 a
-                building whose isolators fail has collapsed. That ratio is no drift ratio of the building: a run names
-                the storey (`storey_kind`), and fragility curves and damage shares leave it out.
+                ten times this displacement, so that its drift ratio is 0.1 there: with `collapse_drift_ratio=0.1` in
+                the Scene, a building whose isolators fail has collapsed. This ratio is not a drift ratio of the
+                building: a run marks the storey (`storey_kind`), and fragility curves and damage shares exclude it.
             damper_coefficient: Linear viscous damping across the isolators [N s/m].
-            **parameters: Stiffness of the isolators, and what their law takes where it is a name.
+            **parameters: Stiffness of the isolators, and the parameters of their law if it is a name.
 
         Raises:
-            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, of mass or of tangents,
-                or there is P-Delta.
+            ValueError: If a value is out of bounds, a name is unknown, the damping is modal, mass-proportional or
+                "rayleigh_tangent", or the building has a gravity load.
 
         Example:
             >>> bearings = wd.laws.LeadRubberBearing(yield_force=1.2e5, post_yield_stiffness=1.2e6)
@@ -90,8 +90,8 @@ class ProtectedChain:
             values = {"weight": weight} | values
         if "gravity_load" in self.parameters:
             raise ValueError(
-                "a building with a gravity_load takes no isolators: P-Delta across them is in their tested stiffness, "
-                "and their storey has no height for it"
+                "a building with a gravity_load cannot have isolators: their storey has no height for P-Delta, which "
+                "their tested stiffness includes; remove gravity_load="
             )
         values = {"mass": mass, "height": capacity / CAPACITY_RATIO, **values}
         return self._with_storey(0, law, values, damper_coefficient)
@@ -107,22 +107,22 @@ class ProtectedChain:
         """Return the building with a tuned mass damper on its roof: an additional, elastic last storey with a dashpot.
 
         The defaults are Den Hartog's optimum, which minimises the roof's largest response to a harmonic force without
-        other damping: frequency ratio 1 / (1 + mu), damping ratio sqrt(3 mu / (8 (1 + mu))) (Den
-        Hartog, Mechanical Vibrations, 4th edition, section 3.3; his ratio is over the building's frequency, this one
-        over the damper's own). Rayleigh damping stays that of the building without it, as in `on_isolators`.
+        other damping: frequency ratio 1 / (1 + mu), damping ratio sqrt(3 mu / (8 (1 + mu))) (Den Hartog, Mechanical
+        Vibrations, 4th edition, section 3.3, where the damping ratio is over the building's frequency; here it is over
+        the damper's). Rayleigh damping stays that of the building without the damper, as in `on_isolators`.
 
         Args:
             mass_ratio: Mass of the damper over that of the first mode [1], whose shape is 1 at the roof; at most 1.
             frequency_ratio: Frequency of the damper over the building's first frequency [1].
             damping_ratio: Damping ratio of the damper [1].
-            displacement_capacity: Displacement from the roof that the damper has room for [m]; the height of its storey
-                is set to ten times that, so that its drift ratio is 0.1 there.
+            displacement_capacity: Largest displacement of the damper from the roof [m]; the height of its storey is set
+                to ten times this displacement, so that its drift ratio is 0.1 there.
 
         Raises:
-            ValueError: If a value is out of bounds, or the damping is modal, of mass or of tangents.
+            ValueError: If a value is out of bounds, or the damping is modal, mass-proportional or "rayleigh_tangent".
 
         Example:
-            >>> damped = building.with_tuned_mass_damper(mass_ratio=0.02)  # tuned as Den Hartog has it
+            >>> damped = building.with_tuned_mass_damper(mass_ratio=0.02)  # Den Hartog's optimum
             >>> damped.dofs
             3
         """
@@ -151,11 +151,11 @@ class ProtectedChain:
         return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
 
     def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
-        """Return the building with a storey inserted at a place, with its own law, parameters and dashpot."""
+        """Return the building with a storey inserted at a place, with its law, parameters and dashpot."""
         if self.damping not in DAMPINGS:
             raise ValueError(
-                f"a building of damping {self.damping!r} takes no isolators and no tuned mass damper: this damping is "
-                f"of the whole building and would act on them, too; use one of {', '.join(map(repr, DAMPINGS))}"
+                f"a building with damping {self.damping!r} cannot have isolators or a tuned mass damper: this damping "
+                f"would also act on them; use one of {', '.join(map(repr, DAMPINGS))}"
             )
         dashpot = real_number("damper_coefficient [N s/m]", dashpot, least=0)
         taken = {"mass", "stiffness", "height", *LAWS[law].parameters}
@@ -183,7 +183,7 @@ class ProtectedChain:
             if new is None and name in LAWS[law].parameters:
                 new = LAWS[law].parameters[name].default
             elif new is None and name not in ("stiffness", "mass", "height"):
-                new = before[0]  # this law does not use it, or it is a device's parameter, where any value will do
+                new = before[0]  # not used: it belongs to another law, or to a device of zero strength
             if new is None:
                 raise ValueError(missing_at(name, place, law))
             values[name] = np.insert(before, place, new)
@@ -191,7 +191,7 @@ class ProtectedChain:
             values["damping_ratio"] = ratio
         damped, damping = None, self.damping
         if damping in ("rayleigh", "stiffness_proportional"):
-            damping = "rayleigh"  # with damped_storeys: in proportion to their stiffness alone
+            damping = "rayleigh"  # with damped_storeys: in proportion to their stiffness
             first, last = self.damped_storeys or (1, self.storeys)
             damped = (first + (place == 0), last + (place == 0))
         laws = (*laws[:place], law, *laws[place:])

@@ -1,4 +1,4 @@
-"""Shear buildings, in SI units, checked at construction."""
+"""Shear buildings, in SI units, checked when they are built."""
 
 from __future__ import annotations
 
@@ -36,49 +36,51 @@ from warpdyn.model.structures.structure import MAXIMUM_STOREYS, Structure, count
 
 __all__ = ["LinearSystem", "ShearBuilding"]
 
-BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value a storey
+BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value per storey
 
 
 @with_suggestions
 class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
-    """A chain of storeys: masses that move sideways, joined by storey springs and dampers.
+    """A shear building: a chain of floor masses that move horizontally, joined by storey springs and dampers.
 
     `from_hazus`, `from_capacity` and `from_periods` make one from properties of the whole building.
 
-    With gravity loads each storey carries those of its floor and above, W, and its height h gives the P-Delta force
-    W / h times its drift. Modes, periods and stable steps are those of the stiffness less W / h. The recorded
-    base shear and storey forces are those of the springs alone: the shear in the columns.
+    With gravity loads each storey carries the loads of its floor and those above, W, and the P-Delta force is W / h
+    times its drift, with its height h. Modes, periods and stable steps are those of the stiffness less W / h. The
+    recorded base shear and storey forces are those of the springs: the shear in the columns.
 
     Args:
-        mass: Floor mass [kg], shape [storey], from the ground up; a single value serves every storey.
+        mass: Floor mass [kg], shape [storey], from the ground up; a single value is used for every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law, one for all storeys or one a storey. An object of a class of `warpdyn.engine.laws` brings its
-            parameters along, as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`; a name, "bilinear" or OpenSees'
-            "Steel01", leaves them to `parameters`. `warpdyn.laws.LAWS` has every law; the help of its class says what
-            it takes.
-        devices: What stands beside the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
-            `Gap` (a stop on either side of the storey's drift) or `OneSidedGap` (one ahead).
-        damping: "none"; "storey" (`damping_coefficient` a storey); "rayleigh" (`damping_ratio` at `damping_modes`,
-            whose frequencies are those under gravity, as eigenvalues are after OpenSees' gravity analysis; of mass and
-            initial stiffness without P-Delta, as that of OpenSees' betaKinit, for gravity dissipates nothing);
-            "rayleigh_tangent" (the same of mass and tangent stiffness, OpenSees' betaK: it fades as storeys yield, and
-            is 0 on falling branches, where OpenSees' gives energy); "mass_proportional" or "stiffness_proportional"
-            (initial stiffness; `damping_ratio` in the first mode); or "modal" (`damping_ratio` in every mode).
-        damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; 1 and 2 by default.
-        damped_storeys: First and last storey with Rayleigh damping, if the others are isolators or a tuned mass damper:
-            the damping is then in proportion to their stiffness alone, with its ratio in the first mode that they would
-            have on a fixed base. A mass-proportional part would damp the displacement of the isolators (Ryan and
-            Polanco 2008, Journal of Structural Engineering 134).
-        gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, that leans with the
-            building (P-Delta); None for no P-Delta.
-        drift_capacity: Storey drift at which the building collapses [m], shape [storey], as of OpenSees' MinMax; None
-            for none.
-        drift_ratio_capacity: The same as a drift ratio [1], shape [storey]; of both, the one that is passed first
-            counts.
-        **parameters: What the damping takes, and laws and devices that are given by name: one value or one a storey,
-            such as `yield_force` [N] and `damping_ratio`. Where laws differ, a value counts in storeys whose law takes
-            it, and is NaN in the others. A storey without a device has 0 for its `slip_force` [N],
+        law: Storey law, one for all storeys or a list with one per storey. A law is an object with its parameters, such
+            as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`, or a name, such as "bilinear" or OpenSees' "Steel01",
+            with its parameters in `**parameters`. `warpdyn.laws.LAWS` lists all laws; the help of a law's class
+            explains its parameters.
+        devices: Devices parallel to the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
+            `Gap` (stops on both sides of the storey's drift) or `OneSidedGap` (a stop on the positive side).
+        damping: Inherent damping:
+            "none";
+            "storey" (`damping_coefficient` per storey);
+            "rayleigh" (`damping_ratio` at `damping_modes`; from mass and initial stiffness without P-Delta, as in
+            OpenSees' betaKinit; frequencies include P-Delta, as eigenvalues after OpenSees' gravity analysis);
+            "rayleigh_tangent" (as "rayleigh" but with the tangent stiffness, OpenSees' betaK: it decreases as storeys
+            yield, and is 0 on falling branches, where OpenSees' becomes negative);
+            "mass_proportional" or "stiffness_proportional" (initial stiffness; `damping_ratio` in the first mode);
+            "modal" (`damping_ratio` in every mode).
+        damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; None: 1 and 2.
+        damped_storeys: First and last storey with Rayleigh damping, if the others are isolators or a tuned mass damper.
+            The damping is then in proportion to the stiffness of these storeys, with its ratio in their first mode on
+            a fixed base. A mass-proportional part would damp the displacement of the isolators (Ryan and Polanco 2008,
+            Journal of Structural Engineering 134).
+        gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, for P-Delta; None:
+            no P-Delta.
+        drift_capacity: Storey drift at which the building collapses [m], shape [storey], as OpenSees' MinMax; None: no
+            capacity.
+        drift_ratio_capacity: The capacity as a drift ratio [1], shape [storey]; if both are given, the smaller counts.
+        **parameters: Parameters of the damping, and of laws and devices given by name: one value or one per storey,
+            such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys whose law has
+            the parameter, and is NaN in the others. A storey without a device has 0 for its `slip_force` [N],
             `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
 
     Raises:
@@ -122,7 +124,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         stiff = [device for device in self.devices if device != "viscous_damper"]
         if kind.follows_tangent and stiff:
             raise ValueError(
-                f"damping {damping!r} does not go with a {stiff[0]}: its stiffness would damp too; take 'rayleigh'"
+                f"damping {damping!r} cannot be used with a {stiff[0]}, whose tangent stiffness would add damping: use "
+                "damping='rayleigh'"
             )
         given = {"mass": mass, "stiffness": stiffness, "height": height, **parameters}
         of_all = {"gravity_load": gravity_load, "drift_capacity": drift_capacity}
@@ -143,18 +146,19 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             if name not in self.parameter_table:
                 others = [repr(other) for other, each in DAMPING.items() if name in each.parameters]
                 if others:
-                    raise ValueError(f"damping {damping!r} takes no {name}: give damping={' or '.join(others)}")
+                    raise ValueError(f"damping {damping!r} does not take {name}: give damping={' or '.join(others)}")
                 takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(self.parameter_table))
                 raise ValueError(
-                    f"unknown parameter {name!r}{hint}: a building of law {law!r} and damping {damping!r} takes {takes}"
+                    f"unknown parameter {name!r}{hint}: a building with law {law!r} and damping {damping!r} takes "
+                    f"{takes}"
                 )
         arrays = {}
         for name, value in self._values(given, kind.parameters).items():
             arrays[name] = real_numbers(name, value)
             if arrays[name].ndim > 1:
-                raise ValueError(f"{name} must be one value or one a storey, got shape {arrays[name].shape}")
+                raise ValueError(f"{name} must be one value or one per storey, got shape {arrays[name].shape}")
             if not arrays[name].size:
-                raise ValueError(f"{name} is empty: it must be one value or one a storey")
+                raise ValueError(f"{name} is empty: it must be one value or one per storey")
         several = len(self.storey_laws) if len(self.storey_laws) > 1 else 1
         lengths = {"law": several} | {n: array.size for n, array in arrays.items() if n not in BUILDING_PARAMETERS}
         longest = max(lengths, key=lambda name: lengths[name])
@@ -191,16 +195,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys
 
     def _values(self, given: Mapping[str, ArrayLike], of_damping: Collection[str]) -> dict[str, ArrayLike]:
-        """Return each parameter's given value or its default.
-
-        Raises:
-            ValueError: If some have neither; the message names them all, and what needs them.
-        """
+        """Return each parameter's given value or its default; raise a ValueError that names all missing ones."""
         several = len(self.storey_laws) > 1
         values: dict[str, ArrayLike] = {}
         missing = []
         for name, parameter in self.parameter_table.items():
-            # Where laws differ, each law supplies its own default.
+            # If laws differ, each law has its own default.
             by_law = several and any(name in LAWS[each].parameters for each in self.storey_laws)
             value = given.get(name, np.nan if by_law else parameter.default)
             if value is None:
@@ -211,10 +211,10 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             return values
         needing = {f"law {self.law!r}": self.storey_law.parameters, f"damping {self.damping!r}": of_damping}
         who = [owner for owner, parameters in needing.items() if any(name in parameters for name in missing)]
-        told = ", ".join(f"{name} ({self.parameter_table[name].long_name})" for name in missing)
+        names = ", ".join(f"{name} ({self.parameter_table[name].long_name})" for name in missing)
         verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
         needs = "need" if len(who) > 1 else "needs"
-        raise ValueError(f"{told} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}")
+        raise ValueError(f"{names} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}")
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Return values of a parameter, NaN at storeys whose law does not take it, and which storeys take it."""
@@ -241,36 +241,36 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         return self.parameters
 
     def is_by_storey(self, name: str) -> bool:
-        """Return whether a parameter has one value a storey."""
+        """Return whether a parameter has one value per storey."""
         return name not in BUILDING_PARAMETERS
 
     def input_name(self, name: str) -> str:
-        """Return the parameter's own name."""
+        """Return the parameter's name."""
         return name
 
     def chosen(self) -> dict[str, Any]:
-        """Return laws and damping."""
-        said: dict[str, Any] = {"law": self.law, "damping": self.damping}
-        said |= {"devices": list(self.devices)} if self.devices else {}
+        """Return laws, devices, damping, and the numbers of isolators and mass dampers' storeys."""
+        found: dict[str, Any] = {"law": self.law, "damping": self.damping}
+        found |= {"devices": list(self.devices)} if self.devices else {}
         added = np.flatnonzero(~self.own_storeys) + 1
-        said |= {"added_storeys": added.tolist()} if added.size else {}
-        chosen = {"damping_modes": self.damping_modes, "damped_storeys": self.damped_storeys}
-        said |= {name: list(numbers) for name, numbers in chosen.items() if numbers}
-        return said | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
+        found |= {"added_storeys": added.tolist()} if added.size else {}
+        of_damping = {"damping_modes": self.damping_modes, "damped_storeys": self.damped_storeys}
+        found |= {name: list(numbers) for name, numbers in of_damping.items() if numbers}
+        return found | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return what tables of notebooks say of it: its first periods and its parameters."""
+        """Return the rows of its table in notebooks: its first periods and its parameters."""
         periods = self.modal()["period"].values[:3]
         return [("first periods", "", periods, "s"), *super().told()]
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return `storey` and, where accelerations are recorded, `floor`; and the kind of storeys if some are added."""
+        """Return `storey`, `floor` if a recorder has it, and the kinds of storeys if there are added ones."""
         of_kinds = {} if self.own_storeys.all() else {STOREY_KIND: ("storey", self.storey_kinds, KIND_ATTRIBUTES)}
         return numbered_storeys(self.storeys, recorders) | of_kinds
 
     @property
     def storey_kinds(self) -> np.ndarray:
-        """Kind of each storey, an index into STOREY_KINDS, shape [storey]: isolators are below, mass dampers above."""
+        """Kind of each storey, an index into STOREY_KINDS, shape [storey]."""
         place = np.arange(self.storeys)
         first = int(np.flatnonzero(self.own_storeys)[0])
         return np.where(self.own_storeys, 0, np.where(place < first, 1, 2)).astype(np.int8)
@@ -281,7 +281,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     @property
     def default_collapse_drift_ratio(self) -> float | None:
-        """A drift ratio at which no storey stands, where gravity pulls and the storeys have no drift capacities."""
+        """The drift ratio of collapse of a building with a gravity load and without drift capacities."""
         is_pulled = "gravity_load" in self.parameters and not capacities_of(self.parameters)
         return COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY if is_pulled else None
 
@@ -295,7 +295,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
 
 def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tuple]:
-    """Return `storey` and, where something is recorded of floors, `floor`, counted from the ground up."""
+    """Return `storey` and, if a recorded variable is along floors, `floor`, counted from the ground up."""
     coordinates = {"storey": count_along("storey", storeys, "storey, from the ground up")}
     of_chains = known_recorders()["chain"]
     if any("floor" in variable.dims for name in recorders for variable in of_chains[name].values()):
@@ -305,4 +305,4 @@ def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tupl
 
 def _unequal(name: str, values: int, other: str, others: int) -> str:
     """Return an error message on two parameters with values for different numbers of storeys."""
-    return f"{name} has {values} values and {other} has {others}: lists of one value a storey must be of one length"
+    return f"{name} has {values} values and {other} has {others}: lists with one value per storey must be equally long"

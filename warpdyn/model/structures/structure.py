@@ -1,4 +1,4 @@
-"""The interface of structures: what a scene, the integration and the dataset read of every kind."""
+"""The interface of structures, which scenes, the integration and datasets use."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ class Structure(ABC):
     """A structure that a scene can have, checked when it is built.
 
     Attributes:
-        family: Which kernels integrate it.
-        demand: The recorder that errors are controlled by.
-        can_yield: Whether it may come out of an earthquake in another state than it went into it.
-        is_many: Whether it stands for many structures of several kinds, each of which is one.
-        is_scaled: Whether scatter can only multiply its parameters, being matrices.
-        law: Name of the storey laws and devices; "elastic" of a linear structure.
-        storey_laws: The law of each storey, or the one of all.
-        storey_law: The law of all storeys as one.
-        devices: What stands beside the storeys' springs.
+        family: The kernels that integrate it: "chain" or "dense".
+        demand: The recorder whose error is controlled.
+        can_yield: Whether an earthquake may change its state permanently.
+        is_many: Whether it represents many structures of several kinds.
+        is_scaled: Whether its parameters are matrices, which scatter can only multiply.
+        law: Name of the storey laws and devices; "elastic" for a linear structure.
+        storey_laws: The law of each storey, or one law for all.
+        storey_law: The laws of all storeys, combined.
+        devices: Names of the devices parallel to the storeys' springs.
         damping: Name of the kind of damping.
         parameters: Values by name.
-        parameter_table: What is known of each of them.
+        parameter_table: Units, bounds and defaults by name.
     """
 
     family: ClassVar[str]
@@ -54,44 +54,44 @@ class Structure(ABC):
     @property
     @abstractmethod
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """What scatter multiplies or replaces, each of shape [storey] or []."""
+        """Values that scatter multiplies or replaces, each of shape [storey] or []."""
 
     @abstractmethod
     def is_by_storey(self, name: str) -> bool:
-        """Return whether a parameter has one value a storey."""
+        """Return whether a parameter has one value per storey."""
 
     @abstractmethod
     def input_name(self, name: str) -> str:
-        """Return what the dataset calls the drawn values of a parameter."""
+        """Return the name of a parameter's random values in the dataset."""
 
     @abstractmethod
     def chosen(self) -> dict[str, Any]:
-        """Return what was chosen beside the parameters, as JSON tells it."""
+        """Return the choices other than parameters, such as the law, for its JSON."""
 
     def description(self) -> dict[str, Any]:
-        """Return what the structure's JSON says."""
+        """Return the structure as a dictionary, for its JSON."""
         return {"type": type(self).__name__, **self.chosen(), **self.parameters}
 
     def _repr_html_(self) -> str:
         return html_table(repr(self), self.told(), ("", "name", "values, from the ground up", "units"))
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return what tables of notebooks say of it, a row each: its parameters, name by name."""
+        """Return the rows of its table in notebooks: its parameters."""
         known = self.parameter_table.items()
         return [(each.long_name, name, self.parameters[name], each.units) for name, each in known]
 
     @abstractmethod
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return the coordinates along the dimensions of what these recorders keep."""
+        """Return the coordinates along the dimensions of the recorded variables."""
 
     @property
     def default_collapse_drift_ratio(self) -> float | None:
-        """The storey drift ratio at which it collapses where neither scene nor structure names one; None for none."""
+        """The storey drift ratio of collapse if neither scene nor structure gives one; None: it does not collapse."""
         return None
 
     @property
     def forgets(self) -> bool:
-        """Whether its forces follow from where it is and how it moves, however it came there."""
+        """Whether its forces depend only on present displacements and velocities, not on their history."""
         return {*self.storey_laws, *self.devices} <= {"elastic", "viscous_damper"}
 
 

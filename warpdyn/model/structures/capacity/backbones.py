@@ -1,6 +1,6 @@
-"""Storey backbones of two to four corners as the parameters of the laws that follow them, with their falling branches.
+"""Parameters of laws for storey backbones of two to four corners, with falling branches.
 
-A backbone is given by the drifts [m] and forces [N] of its corners, shape [corner, storey], from yield on.
+A backbone is given by the drifts [m] and forces [N] of its corners, shape [corner, storey], beginning at yield.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.engine.laws.backbone import LARGEST_LAST_RISE
 
-# Corners of the laws' backbones. Those of the IMK laws are yield, capping point and the beginning of the residual.
+# Corners of the laws' backbones. Those of the IMK laws are yield, capping point and the begin of the residual strength.
 CORNERS = {
     "trilinear": 2,
     "quadrilinear": 3,
@@ -19,17 +19,17 @@ CORNERS = {
     "ibarra_medina_krawinkler_peak_oriented": 3,
     "ibarra_medina_krawinkler_pinching": 3,
 }
-KINEMATIC = ("trilinear", "quadrilinear")  # hardening moves their backbones: none of them falls
-SHAPED = (*KINEMATIC, "hysteretic", "pinching4")  # these may rise to an ultimate strength and be level from there
-# Drift of a level branch's end over that of its beginning, as SimCenter's MDOF-LU has it: it has no effect but on the
-# energy that damage is measured by.
+KINEMATIC = ("trilinear", "quadrilinear")  # kinematic hardening: these backbones cannot fall
+SHAPED = (*KINEMATIC, "hysteretic", "pinching4")  # these may rise to an ultimate strength and stay level
+# Drift at the end of a level branch over that at its beginning, as in SimCenter's MDOF-LU: it only affects the energy
+# by which damage is measured.
 LEVEL_END = 10.0
 
 Parameters = dict[str, np.ndarray]
 
 
 def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters of a law that give storeys a backbone, beside stiffness and yield force.
+    """Return the parameters of a law for a backbone, in addition to stiffness and yield force.
 
     Args:
         law: One of `CORNERS`.
@@ -59,10 +59,10 @@ def _over_yield(drift: np.ndarray, force: np.ndarray) -> Parameters:
 
 
 def _with_more_corners(drift: np.ndarray, force: np.ndarray, corners: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a backbone with corners put on its last branch: one in the middle, or two at thirds.
+    """Return a backbone with missing corners on its last branch: one in the middle, or two at thirds.
 
-    GEM's Vulnerability Modellers ToolKit puts them there. A last branch that rises after one that falls is left whole:
-    the one before it is divided.
+    This is the rule of GEM's Vulnerability Modellers ToolKit. If the last branch rises after a falling one, the falling
+    one is divided.
     """
     missing = corners - len(drift)
     if missing <= 0:
@@ -79,19 +79,20 @@ def _with_more_corners(drift: np.ndarray, force: np.ndarray, corners: int) -> tu
 def _kinematic(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
     """Return the parameters of backbones that bend down at each corner and never fall.
 
-    Up to the law's number of corners, the last point is one, and what follows is level; one point more gives the slope.
+    With one point more than the law has corners, the last point gives the slope after the last corner; otherwise the
+    backbone is level there.
     """
     corners = CORNERS[law]
     slope = np.diff(force, axis=0, prepend=0.0) / np.diff(drift, axis=0, prepend=0.0)
     for point in range(1, len(drift)):
         if np.any(slope[point] > slope[point - 1] * (1 + 1e-9)):
             raise ValueError(
-                f"the capacity curve bends up at its corner {point}: law {law!r} takes curves that bend down at each"
+                f"the capacity curve bends up at its corner {point}: law {law!r} needs curves that bend down at each"
             )
     if len(drift) > corners + 1:
         raise ValueError(
-            f"the capacity curve has {len(drift)} points; law {law!r} takes two to {corners + 1}, 'quadrilinear' "
-            "and 'pinching4' four"
+            f"the capacity curve has {len(drift)} points; law {law!r} takes two to {corners + 1}: use "
+            "law='quadrilinear' or 'pinching4' for four points"
         )
     hardening = np.zeros_like(force[0])
     if len(drift) == corners + 1:
@@ -101,20 +102,20 @@ def _kinematic(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
 
 
 def _capped(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters after Ibarra, Medina and Krawinkler, whose third branch falls to a level residual force."""
+    """Return the parameters of IMK laws, whose third branch falls to a constant residual force."""
     if np.any(force[1] < force[0]):
         raise ValueError(
-            f"the capacity curve falls from its yield point on, and law {law!r} has a capping point beyond that: give "
-            "one, or take 'pinching4' or 'hysteretic'"
+            f"the capacity curve falls after its yield point, and law {law!r} needs a higher capping point: add one, "
+            "or use law='pinching4' or 'hysteretic'"
         )
     values = {"plastic_drift_to_capping": drift[1] - drift[0], "capping_force_ratio": force[1] / force[0]}
     if len(drift) == 2:
         return values
     if np.any(force[2] >= force[1]):
         raise ValueError(
-            f"the capacity curve does not fall after its second corner, where law {law!r} has its capping point: take "
-            "'pinching4', 'hysteretic', 'trilinear' or 'quadrilinear', or give yield and capping point alone and "
-            "`post_capping_drift`"
+            f"the capacity curve does not fall after its second corner, the capping point of law {law!r}: use "
+            "law='pinching4', 'hysteretic', 'trilinear' or 'quadrilinear', or give only yield and capping point, and "
+            "post_capping_drift="
         )
     residual = np.zeros_like(force[0])
     if len(drift) == 4:
@@ -123,18 +124,18 @@ def _capped(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
         if np.any(residual >= 1):
             raise ValueError(
                 f"the residual strength of the capacity curve, that of its last two points, is {residual[0]:g} of the "
-                f"yield strength; law {law!r} takes less than 1: take 'pinching4' or 'hysteretic'"
+                f"yield strength; law {law!r} takes less than 1: use law='pinching4' or 'hysteretic'"
             )
     to_no_force = force[1] * (drift[2] - drift[1]) / (force[1] - force[2])
     return values | {"post_capping_drift": to_no_force, "residual_force_ratio": residual}
 
 
 def _without_level_end(law: str, drift: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a backbone without its last corner, which is level with the one before: both have their mean force."""
+    """Return a backbone without its last corner; the one before gets the mean force of both."""
     if np.any(np.abs(force[-1] - force[-2]) > (LARGEST_LAST_RISE - 1) * force[-2]):
         raise ValueError(
-            f"the capacity curve has {len(drift)} points; law {law!r} takes {len(drift) - 1}, and a last one within "
-            "1 % of the capacity before it, where its strength stays: take 'pinching4', which takes any four"
+            f"the capacity curve has {len(drift)} points; law {law!r} takes {len(drift) - 1}, and a last one of "
+            "constant strength, within 1 % of the one before: use law='pinching4', which takes any four points"
         )
     force = force.copy()
     force[-2] = 0.5 * (force[-2] + force[-1])

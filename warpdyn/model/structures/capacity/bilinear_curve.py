@@ -17,10 +17,10 @@ SECANT_SHARE = 0.6  # share of the yield strength at which the secant gives a cu
 def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float, float, float]:
     """Return yield displacement, yield strength and hardening ratio of the bilinear curve that replaces a curve.
 
-    It ends at the curve's peak, has the same area up to there, and its initial stiffness is the curve's secant at
+    It ends at the curve's peak, has the same area up to the peak, and its initial stiffness is the curve's secant at
     0.6 of the yield strength (ASCE 41-17, section 7.4.3.2.4, up to the peak). A curve of a yield and an ultimate point
-    is returned unchanged. Of several solutions the one with the lowest strength is taken; if there is none, an
-    elastic-perfectly-plastic curve at the peak, with a warning.
+    is returned unchanged. If there are several solutions, the lowest strength is taken; if there is no solution, an
+    elastic-perfectly-plastic curve with the strength of the peak, and a warning.
 
     Args:
         displacement: Displacements [m], increasing, with or without the origin, shape [point].
@@ -52,8 +52,8 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
     if area < straight * (1 + 1e-9):
         what = "is a straight line" if area > straight * (1 - 1e-9) else "stiffens"
         raise ValueError(
-            f"the capacity curve {what} on its way to its peak, point {given_peak}: no bilinear curve of a hardening "
-            "ratio below 1 has its area; it needs a yield point above the line from the origin to its peak"
+            f"the capacity curve {what} up to its peak, point {given_peak}: no bilinear curve with a hardening ratio "
+            "below 1 has its area; it needs a yield point above the line from the origin to its peak"
         )
     if x.size == 3:
         at, strength = x[1], y[1]
@@ -61,8 +61,9 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
         at = yield_displacement(strength)
     else:
         warn_caller(
-            f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: taken as "
-            f"elastic-perfectly-plastic, at that peak, with {1 + excess(top) * 0.5 * top * end / area:.3g} of the area"
+            f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: an "
+            "elastic-perfectly-plastic curve with the strength of the peak is used, with "
+            f"{1 + excess(top) * 0.5 * top * end / area:.3g} of the area"
         )
         return yield_displacement(top), float(top), 0.0
     return float(at), float(strength), float((top - strength) / (end - at) * at / strength)
@@ -72,17 +73,17 @@ def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: flo
     """Return the lowest strength at which the excess area is zero, or None.
 
     The excess rises and may fall again. It is linear between the strengths whose secant points are points of the curve;
-    where the curve falls before its peak, it jumps at such a strength.
+    if the curve falls before its peak, it jumps at such a strength.
     """
-    from scipy.optimize import brentq  # which takes a tenth of a second to import, and few scenes need
+    from scipy.optimize import brentq  # its import takes a tenth of a second, and few scenes need it
 
     ends = np.unique(capacity / SECANT_SHARE)
     ends = np.append(ends[(ends > 0) & (ends < top)], top)
     for begin, end in pairwise([0.0, *ends]):
-        begin += 1e-9 * (end - begin)  # beyond a jump
+        begin += 1e-9 * (end - begin)  # after a jump
         if excess(begin) * excess(end) <= 0:
             return brentq(excess, begin, end, xtol=1e-15 * top, rtol=1e-14)
-    # By rounding, the root of an elastic-perfectly-plastic curve may be missed at the end.
+    # Because of rounding, the root of an elastic-perfectly-plastic curve may be missed at the end.
     return top if abs(excess(top)) <= 1e-12 else None
 
 
@@ -95,7 +96,7 @@ def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndar
     """Return the curve, with the origin as its first point.
 
     Raises:
-        ValueError: If the curve starts below zero, folds back, has a negative capacity or none.
+        ValueError: If the curve starts below zero, folds back, or has a negative capacity or zeros only.
     """
     x, y = finite_numbers("displacement", displacement), finite_numbers("capacity", capacity)
     if x.ndim != 1 or x.shape != y.shape or not x.size:

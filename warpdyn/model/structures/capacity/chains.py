@@ -1,4 +1,4 @@
-"""Chains of storeys from a capacity curve: what each storey's share of its displacements and forces is."""
+"""Chains of storeys from a capacity curve: each storey's share of the displacements and forces."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from warpdyn.model.structures.modal import chain_stiffness_matrix, modal_propert
 CURVES = ("pushover", "spectrum")
 DISTRIBUTIONS = ("triangular", "first_mode", "frame", "soft_storey")
 SOFTENING = ("one_storey", "every_storey")
-# After GEM's Vulnerability Modellers ToolKit: the first mode of frames is the height to this power, up to so many
-# storeys; a soft first storey has this share of the others' stiffness.
+# GEM's Vulnerability Modellers ToolKit: exponent of the height in the first mode of frames, most storeys of a frame,
+# and stiffness of a soft first storey over that of the others.
 FRAME_EXPONENT, MOST_FRAME_STOREYS = 0.6, 12
 SOFT_STOREY_STIFFNESS = 0.2
 MOST_POINTS = 4
-LARGEST_EXCESS = 0.01  # of a bilinear curve over the given one beyond its peak, over the peak
+LARGEST_EXCESS = 0.01  # of a bilinear curve above the given one beyond its peak, over the peak
 
 
 @dataclass(frozen=True)
 class Pushed:
-    """A curve of base shear over roof displacement, and its shares in the storeys.
+    """A curve of base shear over roof displacement, and the storeys' shares.
 
     Args:
         displacement: Roof displacements [m], shape [point].
@@ -54,20 +54,10 @@ def capacity_chain(
     softening: str,
     unloading_exponent: ArrayLike = 0.0,
 ) -> tuple[dict[str, np.ndarray | float], np.ndarray]:
-    """Return parameters of `from_capacity`'s chain, and the storey drifts at the end of the curve [m], shape [storey].
+    """Return the parameters of `from_capacity`'s chain, and the storey drifts at the end of the curve [m, storey].
 
-    They are `stiffness` [N/m, storey] and `yield_force` [N, storey], and what the law takes of a backbone.
-
-    Args:
-        displacement: As of `from_capacity`.
-        capacity: As of `from_capacity`.
-        mass: Floor mass [kg], shape [storey].
-        height: Storey height [m], shape [storey].
-        curve: As of `from_capacity`.
-        distribution: As of `from_capacity`.
-        law: Name of the storey law.
-        softening: As of `from_capacity`.
-        unloading_exponent: That of the law `hysteretic`, one value or one a storey.
+    The parameters are `stiffness` [N/m, storey], `yield_force` [N, storey], and those of the law's backbone. The
+    arguments are those of `from_capacity`, with `mass` and `height` of shape [storey].
     """
     one_of("capacity curve", curve, CURVES)
     one_of("distribution over the storeys", distribution, DISTRIBUTIONS)
@@ -94,21 +84,21 @@ def capacity_chain(
 def _distributed(
     x: np.ndarray, y: np.ndarray, mass: np.ndarray, height: np.ndarray, curve: str, distribution: str
 ) -> Pushed:
-    """Return the pushover curve of a curve, pushover or spectrum, and the storeys' shares."""
+    """Return the pushover curve for a pushover curve or a spectrum, and the storeys' shares."""
     storeys = len(mass)
     uniform = modal_properties(mass, chain_stiffness_matrix(np.ones(storeys))).isel(mode=0)
     if distribution == "frame":
         if storeys > MOST_FRAME_STOREYS:
             raise ValueError(
-                f"distribution 'frame' holds up to {MOST_FRAME_STOREYS} storeys, got {storeys}: take 'first_mode', as "
-                "GEM's toolkit does"
+                f"distribution 'frame' has at most {MOST_FRAME_STOREYS} storeys, got {storeys}: use "
+                "distribution='first_mode', as GEM's toolkit does"
             )
         shape = (np.cumsum(height) / height.sum()) ** FRAME_EXPONENT
     elif distribution == "soft_storey" and storeys > 1:
         relative = np.array([SOFT_STOREY_STIFFNESS, *np.ones(storeys - 1)])
         shape = modal_properties(mass, chain_stiffness_matrix(relative))["shape"].values[0]
     else:
-        # Lu's and GEM's other chains convert spectra by the first mode of a chain of equal stiffness.
+        # Lu's and GEM's other chains convert spectra with the first mode of a chain of equal stiffness.
         shape = uniform["shape"].values
     period = 2 * np.pi * np.sqrt(x[0] / y[0])
     if curve == "spectrum":
@@ -121,16 +111,16 @@ def _distributed(
         return Pushed(x, y, shear, stiffness)
     shear = storey_shears(floor_loads("triangular", mass, height))
     equal = (float(uniform["period"]) / period) ** 2 if curve == "spectrum" else shear.sum() * y[0] / x[0]
-    # The chain that has a spectrum's period yields at another roof displacement, by some percent.
+    # The chain that has a spectrum's period yields at a roof displacement that differs by some percent.
     return Pushed(x * (shear.sum() * y[0] / equal / x[0]), y, shear, np.full(storeys, equal))
 
 
 def _storey_drifts(pushed: Pushed, softening: str, unloading_exponent: ArrayLike) -> np.ndarray:
     """Return the storey drifts at the points of the curve [m], shape [point, storey].
 
-    Up to the peak all storeys move in proportion. Beyond it those drifts of a storey are the ones that it has if it
-    softens alone: what is left of the roof displacement when the others have unloaded along their unloading stiffness.
-    Whichever storey softens, the roof then follows the curve.
+    Up to the peak all storeys move in proportion. Beyond the peak, each storey gets the drifts that it has if it
+    softens alone: the roof displacement minus the drifts of the others, which unload with their unloading stiffness.
+    The roof then follows the curve, whichever storey softens.
     """
     shear, u, v = pushed.shear, pushed.displacement, pushed.base_shear
     share = shear / pushed.stiffness * v[0] / u[0]
@@ -147,7 +137,7 @@ def _storey_drifts(pushed: Pushed, softening: str, unloading_exponent: ArrayLike
 
 
 def _peak(capacity: np.ndarray) -> int:
-    """Return the last point before the capacity falls, or the last of all."""
+    """Return the last point before the capacity falls, or the last point."""
     falls = np.flatnonzero(np.diff(capacity) < 0)
     return int(falls[0]) if falls.size else len(capacity) - 1
 
@@ -155,10 +145,7 @@ def _peak(capacity: np.ndarray) -> int:
 def _refuse_falling_branch(
     displacement: ArrayLike, capacity: ArrayLike, bilinear: tuple[float, float, float], law: str
 ) -> None:
-    """Raise a ValueError if a bilinear curve of yield displacement, strength and hardening leaves the given one.
-
-    It is that up to the given curve's peak; beyond, it goes on rising.
-    """
+    """Raise a ValueError if the given curve falls below the bilinear one (yield displacement, strength, hardening)."""
     x, y, (at, strength, ratio) = np.asarray(displacement, float), np.asarray(capacity, float), bilinear
     peak = int(np.flatnonzero(y == y.max())[-1])
     force = strength * (1 + ratio * (x / at - 1))
@@ -166,8 +153,8 @@ def _refuse_falling_branch(
         falling = ", ".join(repr(name) for name in CORNERS if name not in KINEMATIC)
         raise ValueError(
             f"the capacity curve falls after its peak, point {peak}, from {y[peak]:g} to {y[point]:g} at point "
-            f"{point}, where law {law!r} has {force[point]:g}: take a law that falls ({falling}) with a curve of two "
-            "to four points, or leave out the points after the peak"
+            f"{point}, where law {law!r} has {force[point]:g}: use a law that falls ({falling}) with a curve of two "
+            "to four points, or remove the points after the peak"
         )
 
 
@@ -175,31 +162,32 @@ def _checked_points(displacement: ArrayLike, capacity: ArrayLike, law: str) -> t
     """Return the curve's points without the origin, if they are corners of a backbone.
 
     Raises:
-        ValueError: If there are other than two to four, a part is stiffer than the first, or one rises after the peak.
+        ValueError: If there are not two to four points, a branch is stiffer than the first, or one rises after the
+            peak.
     """
     x, y = (values[1:] for values in checked_curve(displacement, capacity))
     given = np.size(displacement) - len(x)  # 1 if the origin was given: messages count the caller's points
     if len(x) > MOST_POINTS:
         raise ValueError(
-            f"the capacity curve has {len(x)} points beside the origin; law {law!r} takes two to {MOST_POINTS}, the "
-            "corners of its backbone: give the corners of the curve that replaces it"
+            f"the capacity curve has {len(x)} points without the origin; law {law!r} takes two to {MOST_POINTS}, the "
+            "corners of its backbone: replace the curve by one with these corners"
         )
     rise, length = np.diff(y, prepend=0.0), np.diff(x, prepend=0.0)
     for point in np.flatnonzero(rise > y[0] / x[0] * length * (1 + 1e-9)):
         raise ValueError(
-            f"the capacity curve is stiffer before point {point + given} than at first: no part of a backbone may be"
+            f"the capacity curve is stiffer before point {point + given} than at the origin: a backbone cannot stiffen"
         )
     peak = _peak(y)
     if law in KINEMATIC and peak < len(y) - 1:
         raise ValueError(
-            f"the capacity curve falls after point {peak + given}, and law {law!r} cannot fall: take 'pinching4', "
+            f"the capacity curve falls after point {peak + given}, and law {law!r} cannot fall: use law='pinching4', "
             "'hysteretic' or an IMK law"
         )
     for point in np.flatnonzero(rise[peak + 1 :] > 0) + peak + 1:
         if point < len(y) - 1 or y[point] > LARGEST_LAST_RISE * y[point - 1]:
             raise ValueError(
                 f"the capacity curve rises again at point {point + given}, from {y[point - 1]:g} to {y[point]:g}, "
-                f"after it has fallen from point {peak + given}: only the last point may lie higher than the one "
-                "before, by 1 % at most"
+                f"after falling from point {peak + given}: only the last point may be higher than the one before, by "
+                "at most 1 %"
             )
     return x, y
