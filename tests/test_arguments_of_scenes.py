@@ -23,7 +23,10 @@ LIMITS = {"complete": 0.02}
         (lambda: wd.simulate(BUILDING), r"takes a Scene, got ShearBuilding; give simulate\("),
         (lambda: wd.simulate(scene=BUILDING), r"takes a Scene, got ShearBuilding; give simulate\("),
         (lambda: wd.simulate(3), "takes a Scene, got int$"),
-        (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD), 4), "takes 1 by place, got 2 arguments; give by name: struct"),
+        (
+            lambda: wd.simulate(wd.Scene(BUILDING, CLOUD), 4),
+            "takes 1 positional arguments, got 2; give these by name: struct",
+        ),
         (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD), samples=4), "no argument 'samples'.*did you mean 'structures'"),
         (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD), metod="rk4"), "no argument 'metod'.*did you mean 'method'"),
         (lambda: wd.plan(BUILDING), r"give plan\(Scene"),
@@ -31,8 +34,8 @@ LIMITS = {"complete": 0.02}
         (lambda: wd.fragility_to(BUILDING, LIMITS), r"give fragility_to\(Scene"),
         (lambda: wd.levels_for(BUILDING, LIMITS), r"give levels_for\(Scene"),
         (lambda: wd.Scene(BUILDING, MOTIONS), r"got list; give Cloud\(motions\)"),
-        (lambda: wd.Scene(wd.ShearBuilding, CLOUD), r"the class ShearBuilding itself; give one, as ShearBuilding\("),
-        (lambda: wd.Scene(BUILDING, wd.Cloud), r"the class Cloud itself; give one, as Cloud\("),
+        (lambda: wd.Scene(wd.ShearBuilding, CLOUD), r"the class ShearBuilding itself; give ShearBuilding\("),
+        (lambda: wd.Scene(BUILDING, wd.Cloud), r"the class Cloud itself; give Cloud\("),
     ],
 )
 def test_what_is_wrong_is_told(call, told):

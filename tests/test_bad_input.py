@@ -180,7 +180,7 @@ SCENES = {
     ),
     "collapse of a full system": (
         lambda: wd.Scene(system(), wd.FreeVibration(1.0), collapse_drift_ratio=0.1),
-        "needs storeys: take a ShearBuilding",
+        "needs storeys: use a ShearBuilding",
     ),
     "drift capacity": (
         lambda: building(drift_capacity=0.0),
@@ -201,7 +201,7 @@ SCENES = {
     ),
     "storeys of one value": (
         lambda: scene(scatter={"damping_ratio": wd.RandomFactor(wd.Normal(1, 0.1), per="storey")}),
-        "scatter['damping_ratio']: damping_ratio has no values by storey; use per='building'",
+        "scatter['damping_ratio']: damping_ratio has one value for the building; use per='building'",
     ),
     "matrix for a value": (
         lambda: scene(structure=system(), scatter={"stiffness": wd.RandomValue(wd.Normal(1, 0.1))}),

@@ -92,5 +92,5 @@ def test_default_step_follows_what_replaces_the_nominal_value():
 
 def test_a_tail_that_is_not_run_is_told() -> None:
     building = wd.ShearBuilding(2e4, 2e7, 3.0, damping="rayleigh", damping_ratio=0.05)
-    with pytest.warns(UserWarning, match=r"the tail of 2 s is left out: nothing follows a FreeVibration"):
+    with pytest.warns(UserWarning, match=r"the tail of 2 s is ignored: a FreeVibration has its own duration"):
         wd.Scene(building, wd.FreeVibration(1.0, velocity=0.1), tail=2.0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import json
 import re
 from xml.etree import ElementTree
 
@@ -191,11 +190,3 @@ def test_shares_of_a_portfolio_are_by_stripes_of_any_unit():
     assert "comment" not in shares["stripe"].attrs
     slight = (expected_capacities("PGV")[0][:, None] < levels).astype(float)
     np.testing.assert_allclose(1 - shares["damage_share"].sel(damage_state="none"), slight)
-
-
-@pytest.mark.fast
-def test_the_scene_of_an_earlier_file_says_what_to_rename():
-    told = json.loads(scene("PGV", [0.1, 0.3]).to_json())
-    told["excitation"]["levels_in_g"] = told["excitation"].pop("levels")
-    with pytest.raises(ValueError, match=r"excitation is of an earlier warpdyn, .* rename this key to 'levels'"):
-        wd.Scene.from_json(json.dumps(told), MOTIONS)

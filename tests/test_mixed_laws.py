@@ -90,7 +90,7 @@ def test_drawn_values_are_checked_where_they_count():
     scatter = {"yield_force": wd.GivenValues([[1, 2e5, 3e5], [1, 2e5, -3e5]])}
     with pytest.raises(ValueError, match="the given yield_force is -300000 at structure 1, storey 3"):
         run_of(scatter, structures=2)
-    with pytest.raises(ValueError, match=r"scatter\['yield_force'\] lists nan at storey 3, whose law takes"):
+    with pytest.raises(ValueError, match=r"scatter\['yield_force'\] lists nan at storey 3, whose law needs"):
         run_of({"yield_force": wd.GivenValues([[1, 2e5, np.nan]])}, structures=1)
     with pytest.raises(ValueError, match=r"GivenValues.values\[1, 2\] is nan"):
         wd.GivenValues([[1, 2e5, 3e5], [1, 2e5, np.nan]])

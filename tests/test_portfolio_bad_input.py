@@ -26,7 +26,7 @@ BAD = {
     ),
     "listed": (
         lambda: wd.Portfolio({"ok": wd.Archetype(chain(1)), "a": wd.Archetype(chain(3), 5, TABLE)}),
-        "^scatter\\['stiffness'\\] lists 4 buildings, and there are 5",
+        "^scatter\\['stiffness'\\] lists 4 buildings, but there are 5",
     ),
     "unknown": (
         lambda: wd.Portfolio({"a": wd.Archetype(chain(1), scatter={"masss": 1.0})}),
@@ -53,8 +53,8 @@ def refuse(*arguments, **named):
 WILD = {"mass": wd.RandomValue(wd.Normal(0.0, 1.0))}
 BAD_DRAW = wd.Portfolio({"bad": wd.Archetype(chain(1), 9, WILD)})
 RUNS = {
-    "scatter": ({"scatter": SCATTER}, r"scatter of .*mass.* takes none.*Archetype\(building, count, scatter\)"),
-    "correlation": ({"correlation": {("mass", "stiffness"): 0.5}}, "correlation of .* takes none"),
+    "scatter": ({"scatter": SCATTER}, r"scatter of .*mass.* has no scatter.*Archetype\(building, count, scatter\)"),
+    "correlation": ({"correlation": {("mass", "stiffness"): 0.5}}, "correlation of .* has no correlation"),
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "OneMotionPerStructure or MotionsAtSites, got FreeVibration"),
     "structures": ({"structures": 3}, "structures= does not apply to a portfolio: leave it out"),
     "histories": ({"histories": wd.Histories([0])}, "histories of a portfolio are not kept"),

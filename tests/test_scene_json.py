@@ -124,7 +124,7 @@ class OtherMeasure(OwnMeasure):
 @pytest.mark.fast
 def test_what_json_does_not_hold_is_refused_by_name():
     text = SCENES["stripes"].to_json()
-    told = r"does not hold the samples of motion '0' \(200 at 0\.01 s, from by hand\)"
+    told = r"does not contain the samples of motion '0' \(200 at 0\.01 s, from by hand\)"
     with pytest.raises(ValueError, match=rf"{told}: give motions= that have these samples"):
         wd.Scene.from_json(text)
     changed = wd.GroundMotion(np.nextafter(MOTIONS[0].acceleration, 1), 0.01, "0")
@@ -136,7 +136,7 @@ def test_what_json_does_not_hold_is_refused_by_name():
     for kind in (OwnMeasure, OtherMeasure):
         own = wd.Scene(PLAIN, wd.Cloud(MOTIONS, kind(0.5)))
         with pytest.raises(
-            ValueError, match=rf"excitation\.measure was a '\w+\.{kind.__name__}', which is not warpdyn's"
+            ValueError, match=rf"excitation\.measure was a '\w+\.{kind.__name__}', not a class of warpdyn"
         ):
             wd.Scene.from_json(own.to_json(), MOTIONS)
 

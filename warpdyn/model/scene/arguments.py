@@ -1,4 +1,4 @@
-"""What is told of the arguments of a function of a scene, where Python would only count them."""
+"""Better TypeErrors for functions whose first argument is a Scene."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from warpdyn.model.structures.structure import Structure
 
 P = ParamSpec("P")
 R = TypeVar("R")
-# What is looked for by other names than near ones.
+# Names that users try and that are not similar to ours.
 OTHER_NAMES = {"samples": "structures", "count": "structures", "workers": "threads"}
 BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
 
 
 def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function whose first argument is a scene tell what is wrong with what it is called with.
+    """Let a function check that its first argument is a scene, and its other arguments' number and names.
 
     Raises:
-        TypeError: If the first argument is no scene, there are too many by place, or one has an unknown name.
+        TypeError: If the first argument is not a scene, there are too many positional arguments, or a name is unknown.
     """
     known = inspect.signature(function).parameters
     names = {name: name for name in known} | {word: name for word, name in OTHER_NAMES.items() if name in known}
@@ -41,7 +41,9 @@ def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
             raise TypeError(f"{name}() takes a Scene, got {kinds}{hint}")
         if len(given) > most:
             by_name = ", ".join(list(known)[most:])
-            raise TypeError(f"{name}() takes {most} by place, got {len(given)} arguments; give by name: {by_name}")
+            raise TypeError(
+                f"{name}() takes {most} positional arguments, got {len(given)}; give these by name: {by_name}"
+            )
         return function(*given, **named)
 
     return checked

@@ -1,4 +1,4 @@
-"""Correlation between the random parameters of a scene: its check, and the factor that applies it to normals."""
+"""Correlation between the random parameters of a scene: its check, and the factor that multiplies normals."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def check_correlation(structure: Structure, scatter: Scatter, correlation: Corre
         raise TypeError(f"correlation must map pairs of names to values, got {correlation!r}")
     if correlation and structure.is_many:
         raise ValueError(
-            f"correlation of {', '.join(map(str, correlation))}: a scene with a Portfolio takes none: each archetype "
-            "has its own, Archetype(building, count, scatter, correlation)"
+            f"correlation of {', '.join(map(str, correlation))}: a scene with a Portfolio has no correlation; give it "
+            "to each archetype, Archetype(building, count, scatter, correlation)"
         )
     for pair, value in correlation.items():
         if (
@@ -60,9 +60,9 @@ def correlation_factor(
     if eigenvalues[0] < -1e-10:
         raise ValueError(
             f"the correlations contradict each other: their matrix has eigenvalue {eigenvalues[0]:.3g}; "
-            "lower a correlation between parameters, or raise a storey_correlation"
+            "reduce a correlation between parameters, or increase a storey_correlation"
         )
-    # QR of the symmetric root gives a triangular factor also for correlations of exactly 1, where Cholesky fails.
+    # QR of the symmetric root gives a triangular factor even for correlations of exactly 1, where Cholesky fails.
     factor = np.asarray(np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r")).T
     factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
     factor[np.abs(factor) < 1e-14] = 0.0

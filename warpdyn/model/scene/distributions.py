@@ -1,4 +1,4 @@
-"""Distributions of one random variable, each a function of a standard normal one."""
+"""Distributions of one random variable, each a function of a standard normal variable."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class Normal:
     """A normal distribution.
 
     Args:
-        mean: Mean [units of what is drawn].
-        standard_deviation: Standard deviation [units of what is drawn], at least 0.
+        mean: Mean [units of the variable].
+        standard_deviation: Standard deviation [units of the variable], at least 0.
 
     Raises:
         ValueError: If a value is not finite, or the standard deviation is below 0.
@@ -47,7 +47,7 @@ class Lognormal:
     """A lognormal distribution, by its median and dispersion.
 
     Args:
-        median: Median [units of what is drawn], above 0.
+        median: Median [units of the variable], above 0.
         dispersion: Standard deviation of the natural logarithm [1], at least 0.
 
     Raises:
@@ -68,10 +68,10 @@ class Lognormal:
 
     @classmethod
     def from_mean(cls, mean: float, cov: float) -> Lognormal:
-        """Return the distribution of a given mean and coefficient of variation (standard deviation over mean).
+        """Return the distribution with a given mean and coefficient of variation (standard deviation over mean).
 
         Args:
-            mean: Mean [units of what is drawn], above 0.
+            mean: Mean [units of the variable], above 0.
             cov: Coefficient of variation [1], at least 0.
 
         Raises:
@@ -96,8 +96,8 @@ class Uniform:
     """A uniform distribution between two bounds.
 
     Args:
-        low: Lower bound [units of what is drawn].
-        high: Upper bound [units of what is drawn], above the lower.
+        low: Lower bound [units of the variable].
+        high: Upper bound [units of the variable], above the lower.
 
     Raises:
         ValueError: If a bound is not finite, or the upper is not above the lower.

@@ -1,4 +1,4 @@
-"""How many structures a function draws from a scene, and warnings of numbers that are hardly meant."""
+"""The number of structures that a function draws from a scene, and warnings of numbers that are probably mistakes."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene.scatter import GivenValues
 from warpdyn.model.scene.scene import Scene
 
-ADVISED = 16  # structures in messages: as many as the default study of README draws
+ADVISED = 16  # structures, in messages, as in the README
 
 
 def number_of_structures(function: str, scene: Scene, structures: int | None) -> int:
-    """Return the number of structures to draw, and warn if it is hardly meant.
+    """Return the number of structures to draw, and warn if it is probably a mistake.
 
     Args:
         function: The public function, for messages.
         scene: The scene.
-        structures: What the caller asked for. None for as many as the scene lists, and for one if it lists none.
+        structures: The caller's number; None: as many as the scene lists, or one if it does not list any.
     """
     if structures is not None or scene.structure.is_many:
         _warn_of_copies(scene, structures)
@@ -41,7 +41,7 @@ def number_of_structures(function: str, scene: Scene, structures: int | None) ->
 
 
 def _warn_of_copies(scene: Scene, structures: object) -> None:
-    """Warn of structures that are all alike, and so are their histories, which statistics would take for more data."""
+    """Warn of identical structures: statistics would count their identical histories as more data."""
     design = scene.excitation
     is_drawn = scene.structure.is_many or scene.scatter or not design.is_design
     one_each = isinstance(design, OneMotionPerStructure | MotionsAtSites)
@@ -49,6 +49,6 @@ def _warn_of_copies(scene: Scene, structures: object) -> None:
     if is_drawn or one_each or not isinstance(structures, int | np.integer) or structures < 2:
         return
     warn_caller(
-        f"nothing is scattered, so that all {structures} structures are the same: each history is run {structures} "
-        "times, and statistics count it so often; leave out `structures`, or give the scene a scatter"
+        f"nothing is scattered, so that all {structures} structures are the same: each history is run and counted in "
+        f"statistics {structures} times. Remove structures=, or give the scene a scatter"
     )

@@ -1,4 +1,4 @@
-"""Portfolios: many buildings of different storeys and laws, as archetypes and how many buildings there are of each."""
+"""Portfolios: many buildings with different storeys and laws, as archetypes with a number of buildings each."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from warpdyn.model.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.model.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.model.structures.structure import Structure
 
-MOST_BUILDINGS = 2**31 - 1  # they are counted in 32 bits
+MOST_BUILDINGS = 2**31 - 1  # buildings are counted in 32 bits
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class Archetype:
-    """Buildings of one kind: as many storeys, one law, one kind of damping.
+    """Buildings of one type: the same number of storeys, storey laws and kind of damping.
 
     Args:
         building: The nominal building.
-        count: How many buildings there are of it; None for as many as `scatter` lists, or one.
-        scatter: What differs among them, as a Scene takes it: parameter name -> RandomFactor, RandomValue or
-            GivenValues, one for each building, which hold a table of single buildings.
-        correlation: Correlation of pairs of scattered parameters [1], as a Scene takes it.
+        count: Number of buildings; None: as many as `scatter` lists, or one.
+        scatter: Differences between the buildings, as in a Scene: parameter name -> RandomFactor, RandomValue or
+            GivenValues, which contain one value for each building.
+        correlation: Correlation of pairs of scattered parameters [1], as in a Scene.
 
     Raises:
-        ValueError, TypeError: If an argument is of another kind, or the scatter does not fit the building or the count.
+        ValueError, TypeError: If an argument is invalid, or the scatter does not fit the building or the count.
 
     Example:
         >>> archetype = wd.Archetype(building, count=20, scatter=scatter)
@@ -57,34 +57,34 @@ class Archetype:
             whole_number("count", self.count, 1, MOST_BUILDINGS)
         check_scatter(self.building, self.scatter)
         check_correlation(self.building, self.scatter, self.correlation)
-        self.buildings()  # the lengths of lists agree with it
+        self.buildings()  # raises an error if lists have other lengths
 
     def buildings(self) -> int:
-        """Return how many buildings there are of it: `count`, or as many as the scatter lists, or one."""
+        """Return the number of buildings: `count`, or as many as the scatter lists, or one."""
         listed = {key: len(spread.values) for key, spread in self.scatter.items() if isinstance(spread, GivenValues)}
         count = next(iter(listed.values()), 1) if self.count is None else int(self.count)
         for key, length in listed.items():
             if length != count:
-                raise ValueError(f"scatter[{key!r}] lists {length} buildings, and there are {count}: they must agree")
+                raise ValueError(f"scatter[{key!r}] lists {length} buildings, but there are {count}: they must agree")
         return count
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class Portfolio(Structure):
-    """Buildings of several archetypes, numbered from 0 in the order of these.
+    """Buildings of several archetypes, numbered from 0 in the order of the archetypes.
 
-    What is drawn of a building depends on the seed, its archetype and its number alone.
+    A building's random values depend only on the seed, its archetype and its number.
 
     Args:
-        archetypes: Archetype by name.
+        archetypes: Archetypes by name.
 
     Attributes:
-        counts: How many buildings there are of each archetype, shape [archetype].
-        first: Number of the first of them.
+        counts: Number of buildings of each archetype, shape [archetype].
+        first: Number of the first building of each archetype, shape [archetype].
 
     Raises:
-        ValueError, TypeError: If there is no archetype, or one is not valid; the message names the archetype.
+        ValueError, TypeError: If there is no archetype, or one is invalid; the message names it.
 
     Example:
         >>> stiffer = wd.ShearBuilding(1e5, 6e7, 3.0, law=law, **damped)
@@ -116,13 +116,13 @@ class Portfolio(Structure):
                 counts.append(archetype.buildings())
         object.__setattr__(self, "archetypes", FrozenMapping(dict(self.archetypes)))
         if sum(counts) > MOST_BUILDINGS:
-            raise ValueError(f"archetypes have {sum(counts)} buildings, and a portfolio at most {MOST_BUILDINGS}")
+            raise ValueError(f"archetypes have {sum(counts)} buildings, but a portfolio has at most {MOST_BUILDINGS}")
         object.__setattr__(self, "counts", np.array(counts))
         object.__setattr__(self, "first", np.cumsum(counts) - counts)
 
     @property
     def buildings(self) -> int:
-        """How many there are."""
+        """Number of buildings."""
         return int(self.counts.sum())
 
     @property
@@ -132,12 +132,12 @@ class Portfolio(Structure):
 
     @property
     def dofs(self) -> int:
-        """Storeys of the highest."""
+        """Storeys of the highest building."""
         return int(self.storeys.max())
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """Nothing: each archetype has values of its own."""
+        """No values: they belong to the archetypes."""
         return {}
 
     def is_by_storey(self, name: str) -> bool:
@@ -145,21 +145,21 @@ class Portfolio(Structure):
         return False
 
     def input_name(self, name: str) -> str:
-        """Return a parameter's own name."""
+        """Return the parameter's name."""
         return name
 
     def chosen(self) -> dict[str, Any]:
         """Return the archetypes."""
-        told = {}
+        found = {}
         for (name, archetype), count in zip(self.archetypes.items(), self.counts, strict=True):
             of_scene = {"scatter": archetype.scatter, "correlation": archetype.correlation}
-            told[name] = {"count": int(count), "structure": archetype.building, **of_scene}
-        return {"archetypes": told}
+            found[name] = {"count": int(count), "structure": archetype.building, **of_scene}
+        return {"archetypes": found}
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return `storey` and, where accelerations are recorded, `floor`, up to the highest building's.
+        """Return `storey` and, if a recorder has it, `floor`, up to those of the highest building.
 
-        If an archetype has isolators or a tuned mass damper, the kind of each archetype's storeys follows.
+        If an archetype has isolators or a tuned mass damper, also return the kind of each archetype's storeys.
         """
         coordinates = numbered_storeys(self.dofs, recorders)
         buildings = [each.building for each in self.archetypes.values()]

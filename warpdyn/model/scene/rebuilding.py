@@ -1,4 +1,4 @@
-"""From a scene's JSON back to what it describes: the inverse of `description`, for what is warpdyn's own."""
+"""Scenes from their JSON: the inverse of `description`, for objects of warpdyn's classes."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warpdyn.engine.laws.building_law import name_of
 from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
@@ -44,15 +45,15 @@ BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
 def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]) -> dict[str, Any]:
-    """Return the arguments of the Scene that some JSON describes; arguments and errors as of `Scene.from_json`."""
+    """Return the arguments of the Scene that JSON describes; arguments and errors are those of `Scene.from_json`."""
     if not isinstance(text, str):
         raise TypeError(f"from_json() takes the text of a dataset's attribute 'scene', got {type(text).__name__}")
     try:
         told = json.loads(text)
     except json.JSONDecodeError as error:
-        raise ValueError(f"from_json(): this is no JSON ({error}); give a dataset's attribute 'scene'") from None
+        raise ValueError(f"from_json(): the text is not JSON ({error}); give a dataset's attribute 'scene'") from None
     if not isinstance(told, dict) or not {"structure", "excitation"} <= told.keys():
-        raise ValueError("from_json(): this describes no scene; give a dataset's attribute 'scene'")
+        raise ValueError("from_json(): the JSON is not a scene; give a dataset's attribute 'scene'")
     _check_keys(told, "the scene", SCENE_KEYS, ("structure", "excitation"))
     is_empty = isinstance(motions, list | tuple) and not motions
     found = Rebuilding(() if is_empty else checked_motions(motions))
@@ -66,7 +67,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
 
 
 def _check_keys(told: object, where: str, allowed: Collection[str], needed: Collection[str]) -> None:
-    """Raise a ValueError that names the key that a part of the JSON lacks, or has and should not."""
+    """Raise a ValueError that names a missing or unknown key of the JSON."""
     if not isinstance(told, Mapping):
         keys = f" with {', '.join(needed)}" if needed else ""
         raise ValueError(f"from_json(): {where} must be a JSON object{keys}, got {told!r}")
@@ -80,13 +81,8 @@ def _check_keys(told: object, where: str, allowed: Collection[str], needed: Coll
 
 
 def _made(kind: Any, inner: dict[str, Any], where: str) -> Any:
-    """Return an object of a class from what the JSON says of its arguments."""
+    """Return an object of a class with its arguments from the JSON."""
     taken = signature(kind).parameters
-    if kind is designs.Stripes and "levels_in_g" in inner:
-        raise ValueError(
-            f"from_json(): {where} is of an earlier warpdyn, whose Stripes called their levels 'levels_in_g': rename "
-            "this key to 'levels' in the JSON; the values stay as they are"
-        )
     needed = [name for name, each in taken.items() if each.default is Parameter.empty]
     _check_keys(inner, where, list(taken), needed)
     return kind(**inner)
@@ -97,22 +93,23 @@ def _pairs(correlation: Mapping[str, float]) -> dict[tuple[str, ...], float]:
     return {tuple(names.split(" ")): value for names, value in correlation.items()}
 
 
-class Rebuilding:
-    """Objects from what JSON says of them.
+def _foreign(where: str, kind: str) -> ValueError:
+    """Return an error on a class that is not one of warpdyn."""
+    return ValueError(f"from_json(): {where} was a {kind!r}, not a class of warpdyn: build the scene with Scene(...)")
 
-    Args:
-        motions: The ground motions that descriptions may be of.
-    """
+
+class Rebuilding:
+    """Objects from JSON, with the ground motions whose descriptions it may contain."""
 
     def __init__(self, motions: Sequence[GroundMotion]) -> None:
         self.by_digest = {motion.description()["digest"]: motion for motion in motions}
 
     def value(self, told: Any, where: str) -> Any:
-        """Return a value; `where` says in errors which it is."""
+        """Return a value; errors call it `where`."""
         if isinstance(told, str) and told.startswith(NAMED_BY_SHAPE):
             raise ValueError(
-                f"from_json(): the values of {where} are not in the JSON, which says of long arrays their shape alone "
-                f"({told.removeprefix(NAMED_BY_SHAPE)}): build this scene from its own parts"
+                f"from_json(): the values of {where} are not in the JSON, which contains only the shape of long arrays "
+                f"({told.removeprefix(NAMED_BY_SHAPE)}): build the scene with Scene(...)"
             )
         if isinstance(told, list):
             return [self.value(each, f"{where}[{place}]") for place, each in enumerate(told)]
@@ -124,18 +121,15 @@ class Rebuilding:
         if "type" not in told:
             return inner
         if told["type"] not in OWN:
-            raise ValueError(
-                f"from_json(): {where} was a {told['type']!r}, which is not warpdyn's own: build this scene from its "
-                "own parts"
-            )
+            raise _foreign(where, told["type"])
         return _made(OWN[told["type"]], inner, where)
 
     def motion(self, told: dict[str, Any]) -> GroundMotion:
-        """Return the ground motion of a description, which tells its samples by their digest."""
-        if told.get("digest") not in self.by_digest:  # older files have none
+        """Return the ground motion of a description, which contains a digest of its samples."""
+        if told.get("digest") not in self.by_digest:
             given = f"none of the {len(self.by_digest)} given has" if self.by_digest else "give motions= that have"
             raise ValueError(
-                f"from_json(): the JSON does not hold the samples of motion {told['name']!r} ({told['samples']} at "
+                f"from_json(): the JSON does not contain the samples of motion {told['name']!r} ({told['samples']} at "
                 f"{told['step']:g} s, from {told['source'] or 'an array'}): {given} these samples"
             )
         return self.by_digest[told["digest"]]
@@ -153,17 +147,16 @@ class Rebuilding:
             rest.pop("law", None)
             return _made(LinearSystem, rest, where)
         if kind != "ShearBuilding":
-            raise ValueError(
-                f"from_json(): {where} was a {kind!r}, which is not warpdyn's own: build this scene from its own parts"
-            )
+            raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
         law, own_laws = rest.pop("law"), rest.pop("storey_laws", None)
         devices, added = tuple(rest.pop("devices", ())), rest.pop("added_storeys", ())
         chosen: dict[str, Any] = {
             name: tuple(rest.pop(name)) for name in ("damping_modes", "damped_storeys") if name in rest
         }
-        chosen |= {"damping": rest.pop("damping"), "devices": devices, "law": own_laws or law.split("+")[0]}
-        # JSON has no NaN, which stands where a storey's law does not take a parameter.
+        law = own_laws or law.removesuffix(name_of([""], devices))
+        chosen |= {"damping": rest.pop("damping"), "devices": devices, "law": law}
+        # JSON has null instead of NaN, in storeys whose law does not have the parameter.
         chosen |= {name: self._numbers(value, f"{where}.{name}") for name, value in rest.items()}
         building = ShearBuilding(**chosen)
         building.own_storeys[[storey - 1 for storey in added]] = False
@@ -182,6 +175,6 @@ class Rebuilding:
         _check_keys(told, where, ARCHETYPE_KEYS, ARCHETYPE_KEYS)
         building = self.structure(told["structure"], where)
         if not isinstance(building, ShearBuilding):
-            raise ValueError(f"from_json(): {where} is no ShearBuilding")
+            raise ValueError(f"from_json(): {where} must be a ShearBuilding, got {building!r}")
         correlation: Any = _pairs(told["correlation"])
         return Archetype(building, told["count"], self.value(told["scatter"], f"{where}.scatter"), correlation)

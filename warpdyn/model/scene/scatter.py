@@ -1,4 +1,4 @@
-"""Scatter: how the structures of a scene differ, as random or given values of their parameters."""
+"""Scatter: differences between the structures of a scene, as random or given values of their parameters."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from warpdyn.model.structures.structure import Structure
 
 
 class ParameterScatter(ABC):
-    """How one parameter differs from structure to structure."""
+    """The differences of one parameter between structures."""
 
     def variables(self, storeys: int) -> int:
-        """Return how many random variables it has in a structure of so many storeys."""
+        """Return the number of random variables in a structure with this number of storeys."""
         return 0
 
     def rows(self, count: int) -> np.ndarray | slice:
-        """Return the indices of all structures whose values are given, or else of so many structures."""
+        """Return the indices of all structures with given values, or of `count` random structures."""
         return np.arange(count)
 
     @abstractmethod
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why it does not fit a parameter of a structure; None if it does."""
+        """Return the reason why it does not fit a parameter of a structure, or None."""
 
     @abstractmethod
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
@@ -47,16 +47,7 @@ class ParameterScatter(ABC):
 
 @dataclass(frozen=True)
 class RandomScatter(ParameterScatter):
-    """Scatter by a random variable; a subclass says how the variable applies to the nominal value.
-
-    Args:
-        distribution: Distribution of the random variable.
-        per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
-
-    Raises:
-        ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all storeys.
-    """
+    """Scatter by a random variable, which a subclass applies to the nominal value."""
 
     distribution: Distribution
     per: str = "building"
@@ -69,26 +60,26 @@ class RandomScatter(ParameterScatter):
         if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
             raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
         if self.storey_correlation and self.per == "building":
-            raise ValueError("storey_correlation needs per='storey': one draw for the building is common to all")
+            raise ValueError("storey_correlation needs per='storey': with per='building' all storeys have one draw")
 
     def variables(self, storeys: int) -> int:
-        """Return how many random variables it has in a structure of so many storeys."""
+        """Return one variable per storey, or one for the building."""
         return storeys if self.per == "storey" else 1
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why it does not fit a parameter of a structure; None if it does."""
+        """Return the reason why it does not fit a parameter of a structure, or None."""
         if self.per == "storey" and not structure.is_by_storey(name):
-            return f"scatter[{name!r}]: {name} has no values by storey; use per='building'"
+            return f"scatter[{name!r}]: {name} has one value for the building; use per='building'"
         return None
 
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
-        """Return the parameter's values, as the base class says."""
+        """Return the parameter's random values."""
         drawn = self.distribution.from_standard_normal(normals)
         return self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
 
     @abstractmethod
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-        """Return the parameter's values from its nominal value and the drawn numbers, which broadcast."""
+        """Return the parameter's values from its nominal value and the random numbers, which broadcast."""
 
 
 @with_suggestions
@@ -112,7 +103,7 @@ class RandomFactor(RandomScatter):
     """
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-        """Return the nominal value times the drawn factors."""
+        """Return the nominal value times the random factors."""
         return nominal * drawn
 
 
@@ -135,29 +126,31 @@ class RandomValue(RandomScatter):
     """
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why it does not fit a parameter of a structure; None if it does."""
-        return super().problem(name, structure) or _unscaled(name, structure)
+        """Return the reason why it does not fit a parameter of a structure, or None."""
+        if structure.is_scaled:
+            return f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor"
+        return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-        """Return the drawn values in place of the nominal one."""
+        """Return the random values."""
         return np.broadcast_to(drawn, np.broadcast_shapes(nominal.shape, drawn.shape))
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class GivenValues(FrozenArrays, ParameterScatter):
-    """Given values, one for each structure: a design of experiments, or samples drawn elsewhere.
+    """Given values, one for each structure, such as a design of experiments.
 
     Args:
-        values: The parameter's values in its units, shape [structure] or, if it has one a storey, [structure, storey];
-            of a LinearSystem the factors on its matrix, shape [structure]. A storey whose law does not take the
-            parameter may have NaN throughout.
+        values: The parameter's values in its units, shape [structure] or, if it has one per storey, [structure,
+            storey]; for a LinearSystem the factors on its matrix, shape [structure]. A storey whose law does not have
+            the parameter may have NaN in all structures.
 
     Raises:
-        ValueError: If a value is not finite or the shape is another.
+        ValueError: If a value is not finite or the shape is wrong.
 
     Example:
-        >>> strengths = wd.GivenValues([[2.5e5, 2e5], [3e5, 2e5], [3.5e5, 2.5e5]])  # N, a row a structure
+        >>> strengths = wd.GivenValues([[2.5e5, 2e5], [3e5, 2e5], [3.5e5, 2.5e5]])  # N, one row per structure
         >>> wd.Scene(building, stripes, {"yield_force": strengths}).structures_given
         3
     """
@@ -165,7 +158,7 @@ class GivenValues(FrozenArrays, ParameterScatter):
     def __repr__(self) -> str:
         return f"GivenValues(of {len(self.values)} structures)"
 
-    values: Any  # like an array when given, an array once it is checked
+    values: Any  # an array after it is checked
 
     def __post_init__(self) -> None:
         values = real_numbers("GivenValues.values", self.values)
@@ -179,31 +172,24 @@ class GivenValues(FrozenArrays, ParameterScatter):
         object.__setattr__(self, "values", values)
 
     def rows(self, count: int) -> slice:
-        """Return what stands for all structures whose values are given, without a copy of them."""
+        """Return a slice of all structures with given values, which makes no copy of them."""
         return slice(None)
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why the values do not fit a parameter of a structure; None if they do."""
+        """Return the reason why the values do not fit a parameter of a structure, or None."""
         by_storey = structure.is_by_storey(name)
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
             wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
-            return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law takes {name}"
+            return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law needs {name}"
         return None
 
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
         """Return the given values of the structures."""
         values = self.values[structures]
         return np.broadcast_to(values.T, (*nominal.shape, len(values)))
-
-
-def _unscaled(name: str, structure: Structure) -> str | None:
-    """Return why a value cannot replace a matrix; None for a structure whose parameters are not matrices."""
-    if structure.is_scaled:
-        return f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor"
-    return None
 
 
 Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues]
@@ -216,7 +202,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
         raise TypeError(f"scatter must map names to values, got {scatter!r}")
     if scatter and structure.is_many:
         raise ValueError(
-            f"scatter of {', '.join(scatter)}: a scene with a Portfolio takes none: each archetype has its own, "
+            f"scatter of {', '.join(scatter)}: a scene with a Portfolio has no scatter; give it to each archetype, "
             "Archetype(building, count, scatter)"
         )
     allowed = ", ".join(structure.parameter_table)
@@ -226,9 +212,9 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
             raise ValueError(f"scatter names unknown parameter {name!r}{hint}; {structure!r} has {allowed}")
         if not isinstance(spread, ParameterScatter):
             raise TypeError(
-                f"scatter[{name!r}] must be a RandomFactor, a RandomValue or GivenValues, got {spread!r}: a value that "
-                f"all structures have is the structure's own {name}, one for each structure is GivenValues([...]), and "
-                f"a dispersion is RandomFactor(Lognormal(1.0, dispersion))"
+                f"scatter[{name!r}] must be a RandomFactor, a RandomValue or GivenValues, got {spread!r}: give a value "
+                f"for all structures to the structure's own {name}, one for each structure as GivenValues([...]), and "
+                f"a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
         problem = spread.problem(name, structure)
         if problem:
@@ -241,9 +227,9 @@ def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
 
 
 def representative(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return values of the scattered parameters that are equal only where all values that can be drawn are equal.
+    """Return values of the scattered parameters that differ wherever random values can differ.
 
-    They are the values at two places of each distribution, or all given values, of shape [value, storey] or [value].
+    They are two values of each distribution, or all given values, shape [value, storey] or [value].
     """
     return _at(structure, scatter, np.array([0.0, 1.0]))
 
@@ -260,13 +246,13 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
 def combined(
     nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
 ) -> np.ndarray:
-    """Return a parameter's values as `ParameterScatter.draw` does, NaN at storeys whose law does not take it."""
+    """Return the result of `ParameterScatter.draw`, with NaN at storeys whose law does not have the parameter."""
     values = spread.draw(nominal, normals, structures)
     taken = storeys_with(nominal)
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 
 
 def storeys_with(nominal: np.ndarray) -> np.ndarray | None:
-    """Return which storeys have a law that takes the parameter of this nominal value; None if all have."""
+    """Return which storeys have a law with the parameter of this nominal value; None: all storeys."""
     missing = np.isnan(nominal)
     return ~missing if missing.any() else None

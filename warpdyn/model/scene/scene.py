@@ -1,4 +1,4 @@
-"""Scenes: a structure, its excitation, the scatter of its parameters and what is recorded."""
+"""Scenes: a structure, its excitation, the scatter of its parameters and the recorders."""
 
 from __future__ import annotations
 
@@ -24,62 +24,62 @@ from warpdyn.model.structures.structure import Structure
 
 
 def _described(given: object) -> str:
-    """Return what was given in words."""
+    """Return the class of an argument in words."""
     return f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
 
 
 def _instead_of_structure(given: object) -> str:
-    """Return what to give instead, where a structure is at hand."""
+    """Return advice if the argument is related to a structure."""
     if isinstance(given, type) and issubclass(given, Structure):
-        return f"; give one, as {given.__name__}(...)"
+        return f"; give {given.__name__}(...)"
     return "; give its `portfolio`" if isinstance(getattr(given, "portfolio", None), Structure) else ""
 
 
 def _instead_of_excitation(given: object) -> str:
-    """Return what to give instead, where an excitation is at hand."""
+    """Return advice if the argument is related to an excitation."""
     if isinstance(given, type) and issubclass(given, Excitation):
-        return f"; give one, as {given.__name__}(...)"
+        return f"; give {given.__name__}(...)"
     if isinstance(given, list | tuple) and given and all(isinstance(each, GroundMotion) for each in given):
-        return "; give Cloud(motions) to run them as they are, or Stripes(motions, levels, measure)"
+        return "; give Cloud(motions) for unscaled motions, or Stripes(motions, levels, measure)"
     return ""
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
-    """Everything that decides what a run computes, except how it is integrated.
+    """The model of a run: a structure, its excitation, scatter and recorders, but not the method of integration.
 
     Args:
-        structure: A ShearBuilding or a LinearSystem; or a Portfolio of many buildings, each with a scatter of its own.
+        structure: A ShearBuilding or a LinearSystem; or a Portfolio of many buildings, each archetype with its scatter.
         excitation: Stripes, Cloud, OneMotionPerStructure or MotionsAtSites ground motions, or an EventSequence of them;
             FilteredNoise; HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
-        scatter: How structures differ: parameter name -> RandomFactor, RandomValue or GivenValues.
+        scatter: Differences between structures: parameter name -> RandomFactor, RandomValue or GivenValues.
         correlation: Correlation of pairs of scattered parameters [1], (name, name) -> -1 to 1, of the underlying
             normals.
-        sampling: "sobol" (scrambled; the default), whose medians vary least from seed to seed, "latin_hypercube" or
-            "monte_carlo", which is the default, and the only one, of a portfolio.
-        recorders: Names of the recorders; None for all of them: of a ShearBuilding "drift", "time_of_peak",
-            "acceleration", "base_shear", "residual" and "energy"; of a LinearSystem "displacement", "acceleration"
-            and "energy".
-        collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses: there it ends, with the demands up to
-            there, no residual drift, its `time_of_collapse` and its `storey_of_collapse`. Storeys may have capacities
-            of their own (`drift_capacity` and `drift_ratio_capacity` of a ShearBuilding). None for none, but for 0.5
-            where a building has a `gravity_load` and no such capacities.
-        tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None for long enough
+        sampling: "sobol" (scrambled; default), whose medians vary least from seed to seed, "latin_hypercube" or
+            "monte_carlo" (the default, and the only choice, for a portfolio).
+        recorders: Names of the recorders; None: all of them, which for a ShearBuilding are "drift", "time_of_peak",
+            "acceleration", "base_shear", "residual" and "energy", and for a LinearSystem "displacement",
+            "acceleration" and "energy".
+        collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses. The sample ends there: it has demands
+            up to the collapse, no residual drift, a `time_of_collapse` and a `storey_of_collapse`. Storeys may also
+            have capacities (`drift_capacity` and `drift_ratio_capacity` of a ShearBuilding). None: no collapse limit,
+            except 0.5 if the building has a `gravity_load` and no drift capacities.
+        tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None: long enough
             to read each structure's residual drift.
         record_from: Start time of the recorders [s] from the start of the run, or of each event of an EventSequence:
-            peaks and their times are those of the states from then on, so that a steady state is recorded without its
-            transient. Residual drifts, energies, collapses and histories are of the whole run. A sample that collapses
-            earlier keeps its peaks up to the collapse.
+            peaks and their times refer to later states, so that a steady state is recorded without its transient.
+            Residual drifts, energies, collapses and histories refer to the whole run. A sample that collapses earlier
+            has its peaks up to the collapse.
         title: Title of the dataset.
 
     Raises:
-        ValueError, TypeError: If a part is unknown or the parts do not fit each other.
+        ValueError, TypeError: If an argument is invalid, or the arguments do not fit each other.
 
     Example:
         >>> scene = wd.Scene(building, wd.Cloud(motions), scatter, recorders=("drift",))
         >>> run = wd.simulate(scene, structures=3)
-        >>> int((run["status"] == 0).sum())  # samples that are ok
+        >>> int((run["status"] == 0).sum())  # samples with status ok
         24
     """
 
@@ -136,14 +136,12 @@ class Scene:
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
             if self.structure.family != "chain":
-                raise ValueError("collapse_drift_ratio needs storeys: take a ShearBuilding, or leave it out")
+                raise ValueError("collapse_drift_ratio needs storeys: use a ShearBuilding, or remove it")
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
             if not self.excitation.has_tail and self.tail > 0:
                 kind = type(self.excitation).__name__
-                warn_caller(
-                    f"the tail of {self.tail:g} s is left out: nothing follows a {kind}, which has its own duration"
-                )
+                warn_caller(f"the tail of {self.tail:g} s is ignored: a {kind} has its own duration. Remove tail=")
         record_from = real_number("record_from [s]", self.record_from, least=0)
         object.__setattr__(self, "record_from", record_from)
         if record_from > 0 and record_from >= self.shortest_run:
@@ -163,41 +161,41 @@ class Scene:
 
     @property
     def representative_parameters(self) -> dict[str, np.ndarray]:
-        """Values of the scattered parameters that are equal only where all values that can be drawn are equal."""
+        """Values of the scattered parameters that differ wherever random values can differ."""
         return representative(self.structure, self.scatter)
 
     @property
     def sampling_of_structures(self) -> str:
-        """How structures are sampled: as `sampling` says, or "given" where nothing is drawn."""
+        """How structures are sampled: `sampling`, or "given" if nothing is random."""
         is_drawn = self.structure.is_many or any(not isinstance(s, GivenValues) for s in self.scatter.values())
         return self.sampling if is_drawn else "given"
 
     @property
     def collapse_limit(self) -> float | None:
-        """The storey drift ratio at which a sample ends, given or by default; None for none."""
+        """The storey drift ratio at which a sample collapses, given or by default; None: no limit."""
         if self.collapse_drift_ratio is not None or self.structure.is_many:
             return self.collapse_drift_ratio
         return self.structure.default_collapse_drift_ratio
 
     @property
     def shortest_run(self) -> float:
-        """Duration of the shortest motion, or of a load without samples, with the tail where it is given [s]."""
+        """Duration of the shortest motion, or of a load, including `tail` if it is given [s]."""
         known: Any = self.excitation  # noise and loads that are formulas have a duration
         lengths = [motion.step * (len(motion.values) - 1) for motion in known.motions] or [known.duration]
         return min(lengths) + (self.tail or 0.0 if known.has_tail else 0.0)
 
     @property
     def structures_given(self) -> int:
-        """How many structures the scene lists values or motions of; 0 if any number can be drawn."""
+        """Number of structures for which the scene lists values or motions; 0 if any number can be drawn."""
         listed = [len(spread.values) for spread in self.scatter.values() if isinstance(spread, GivenValues)]
         return max([*listed, self.excitation.structures_given])
 
     def description(self) -> dict[str, object]:
-        """Return what the scene's JSON says."""
+        """Return the scene as a dictionary, for its JSON."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def to_json(self) -> str:
-        """Return the scene as JSON, long arrays by their size alone; the sampled inputs stand in the dataset.
+        """Return the scene as JSON, with only the shape of long arrays; the dataset has the sampled inputs.
 
         Example:
             >>> scene.to_json()[:40]
@@ -207,16 +205,17 @@ class Scene:
 
     @classmethod
     def from_json(cls, text: str, motions: GroundMotion | Sequence[GroundMotion] = ()) -> Self:
-        """Return the scene that a dataset's attribute `scene` describes; it runs to the same bits.
+        """Return the scene that a dataset's attribute `scene` describes; its results are bit-identical.
 
         Args:
             text: The JSON.
-            motions: The ground motions of the scene, in any order, and others: the JSON holds digests of their samples.
+            motions: The ground motions of the scene, in any order, and possibly others: the JSON contains digests of
+                their samples.
 
         Raises:
-            ValueError: If a motion is missing, an array of the scene is so long that the JSON holds its shape alone, or
-                a part was an object of the user's own; the message names it.
-            TypeError: If `text` is no text, or a motion is no GroundMotion.
+            ValueError: If a motion is missing, the JSON contains only the shape of a long array, or an object of the
+                scene has a class of the user's; the message names it.
+            TypeError: If `text` is not text, or a motion is not a GroundMotion.
 
         Example:
             >>> same = wd.Scene.from_json(run.attrs["scene"], motions)
@@ -239,7 +238,7 @@ class Scene:
             ("sampling", self.sampling),
             ("recorders", ", ".join(self.recorders)),
             ("collapse drift ratio", limit),
-            ("tail", "as long as it takes" if self.tail is None else f"{self.tail:g} s"),
+            ("tail", "until residual drifts can be read" if self.tail is None else f"{self.tail:g} s"),
             ("recorded from", f"{self.record_from:g} s"),
         ]
         return html_table(f"Scene: {self.title}", rows)

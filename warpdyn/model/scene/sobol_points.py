@@ -23,7 +23,7 @@ class SobolPoints:
         count: Number of points.
 
     Raises:
-        ValueError: If SciPy has no direction numbers for so many dimensions, or the sequence ends before `count`.
+        ValueError: If SciPy has no direction numbers for the dimensions, or the sequence ends before `count`.
 
     Example:
         >>> SobolPoints(2, np.random.default_rng(0), 8).at(np.arange(4)).shape
