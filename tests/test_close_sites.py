@@ -84,9 +84,9 @@ def test_a_grid_with_stations_at_one_place_has_the_spacing_of_its_places():
     [
         ([42.0, 42.1], [114.0, 114.1], "latitude outside -90 to 90 degrees.*exchanged"),
         ([14.0, np.nan], [42.0, 42.1], "longitude.1. is nan"),
-        ([14.0, 14.1], [42.0], "rows of one length"),
+        ([14.0, 14.1], [42.0], "lists of the same length"),
         ([], [], "at least one point"),
-        ([[14.0]], [[42.0]], "rows of one length"),
+        ([[14.0]], [[42.0]], "lists of the same length"),
     ],
 )
 def test_places_that_cannot_be_are_refused(longitude, latitude, message):
@@ -101,7 +101,7 @@ def test_a_model_that_is_no_correlation_is_refused():
         def correlation(self, distance):
             return np.where(np.asarray(distance) == 0, 1.0, -0.9)
 
-    with pytest.raises(ValueError, match="not those of any random field"):
+    with pytest.raises(ValueError, match="not those of a random field"):
         wd.sites.within_event_residuals([14.0, 14.1, 14.2], [42.0, 42.1, 42.3], Negative(), draws=1)
     with pytest.raises(TypeError, match="takes a SpatialCorrelation"):
         wd.sites.within_event_residuals([14.0], [42.0], "exponential", draws=1)

@@ -67,7 +67,7 @@ def test_places_that_do_not_fit_are_refused(tmp_path):
     path = file(tmp_path, GEM, "gem.csv")
     numbered = PLACES.assign(ID_1=[9, 12, 13])
     for places, message in (
-        (numbered[:1], "2 of 4 assets are in 1 units of ID_1 that places has no row of: '12'"),
+        (numbered[:1], r"places has no row for 1 \('12'\) units of ID_1, with 2 of 4 assets"),
         (pd.concat([numbered, numbered[:1]]), "the unit '9' of ID_1 has two rows"),
         (numbered.drop(columns="ID_1"), "both need a column of ids, such as ID_1"),
         (numbered.drop(columns="latitude"), "places: there is no column 'latitude'"),
@@ -79,12 +79,12 @@ def test_places_that_do_not_fit_are_refused(tmp_path):
         with pytest.raises(ValueError, match=message):
             wd.inventories.read_openquake(path, places=places)
     without_unit = file(tmp_path, GEM.replace("ITA,Italy,12", "ITA,Italy,"), "gem.csv")
-    with pytest.raises(ValueError, match=r"gem\.csv: 2 of 4 rows have no ID_1, the first is row 2: .* their place is"):
+    with pytest.raises(ValueError, match=r"gem\.csv: 2 of 4 rows have no ID_1, the first is row 2: their place is"):
         wd.inventories.read_openquake(without_unit, places=numbered)
     path = file(tmp_path, GEM, "gem.csv")
     with pytest.raises(TypeError, match=r"places must be a pandas DataFrame or a path"):
         wd.inventories.read_openquake(path, places=5)
-    with pytest.raises(ValueError, match=r"has coordinates of its own: leave out places="):
+    with pytest.raises(ValueError, match=r"has coordinates: remove places="):
         wd.inventories.read_openquake(file(tmp_path, "id,lon,lat,ID_1\na,1,2,9\n"), places=numbered)
 
 
@@ -103,15 +103,17 @@ def geojson(folder, *buildings):
 def test_exchanged_properties_do_not_override_the_geometry(tmp_path):
     swapped = {"Longitude": 37.8, "Latitude": -12.3}
     path = geojson(tmp_path, (swapped, [-12.3, 37.8]), ({"Longitude": -12.4, "Latitude": 37.9}, [-12.4001, 37.9001]))
-    with pytest.warns(UserWarning, match=r"of 2 buildings 1 \('0'\) are more than 1 km .*exchanged in the properties"):
+    with pytest.warns(
+        UserWarning, match=r"of 2 buildings 1 \('0'\) have .* more than 1 km .*exchanged in the properties"
+    ):
         found = wd.inventories.read_geojson(path)
     # The second building's properties agree with its geometry, and stay.
     assert found[["longitude", "latitude"]].values.tolist() == [[-12.3, 37.8], [-12.4, 37.9]]
     path = geojson(
         tmp_path, ({"Longitude": 10.0, "Latitude": 45.0}, [11.0, 45.0]), ({"Longitude": None, "Latitude": 1.0}, [3, 4])
     )
-    missing = r"1 \('1'\) have no number as Longitude or Latitude: the places of their geometries are taken"
-    far = r"1 \('0'\) are more than 1 km away .*the properties are wrong"
+    missing = r"1 \('1'\) have no number as Longitude or Latitude: the places of their geometries are used"
+    far = r"1 \('0'\) have .* more than 1 km away .*the properties are wrong"
     with pytest.warns(UserWarning, match=missing), pytest.warns(UserWarning, match=far):
         assert wd.inventories.read_geojson(path)["longitude"].tolist() == [11.0, 3.0]
     path = geojson(
@@ -137,12 +139,12 @@ BUILDINGS = "id,Longitude,Latitude,NumberOfStories,YearBuilt,PlanArea,StructureT
         ("-122,37.8", "inf,37.8", "1 .* have a longitude outside"),
         ("-122,37.8", "37.8,-122", "longitude and latitude seem to be exchanged"),
         ("-122,37.8", "238,37.8", "longitudes seem to be from 0 to 360: subtract 360"),
-        ("1990", "1990.5", "year outside 1000 to 2100, or no whole number"),
+        ("1990", "1990.5", "year that is not a whole number from 1000 to 2100"),
         ("1000", "inf", "plan area below 0 or infinite"),
         ("1000", "-1", "plan area below 0"),
-        (",2,", ",2.5,", "storeys that are no whole number"),
-        (",1000,W1", ",1000", "line 2 has 6 values and there are 7 columns"),
-        (",1000,W1", ",1000,W1,9", "line 2 has 8 values and there are 7 columns"),
+        (",2,", ",2.5,", "storeys that are not a whole number"),
+        (",1000,W1", ",1000", "line 2 has 6 values, but there are 7 columns"),
+        (",1000,W1", ",1000,W1,9", "line 2 has 8 values, but there are 7 columns"),
         ("1,-122", '"1 ",-122', None),
         ("\n", "\r\n", None),
         ("id,", "\ufeffid,", None),

@@ -64,14 +64,14 @@ def test_points_with_other_columns_are_refused(other, tmp_path):
 def test_the_unit_of_intensities_has_no_default(tmp_path):
     text = "PGA,PGV [in/s],PGD [cm]\n0.3,10,20\n"
     folder = grid(tmp_path, text, text, text)
-    with pytest.raises(ValueError, match=r"EventGrid.csv: column 'PGA' of a.csv does not say the unit.*unit='inps2'"):
+    with pytest.raises(ValueError, match=r"EventGrid.csv: column 'PGA' of a.csv does not give the unit.*unit='inps2'"):
         wd.sites.read_intensity_grid(folder)
     found = wd.sites.read_intensity_grid(folder, unit="g")
     assert found["PGV"].values == pytest.approx(0.254)
     assert found["PGV"].attrs["units"] == "m s-1"
     assert found["PGD"].values == pytest.approx(0.2)
     for header, message in (
-        ("PGA [g]", "unit='inps2' is another"),
+        ("PGA [g]", "unit='inps2' is given"),
         ("PGA [furlong]", "unknown unit 'furlong'"),
         ("PGA,PGV [g]", "has the unit 'g'; allowed are m/s"),
         ("PGA,SA_0.3,SA(0.3)", r"SA\(0.3\) in two columns"),
@@ -178,11 +178,11 @@ def field(folder, rows, mesh=MESH, **how):
 
 def test_events_without_rows_count_as_zero(tmp_path):
     rows = "0,0.5,0\n3,0.75,0\n0,0.1,1\n"
-    with pytest.warns(UserWarning, match=r"2 of 4 events \(1, 2\) have no row.*events=4"):
+    with pytest.warns(UserWarning, match=r"2 \(1, 2\) of 4 events have no row.*events=4"):
         found = field(tmp_path, rows)
     assert found["PGA"].mean("earthquake").values == pytest.approx([0.3125, 0.025])  # (0.5 + 0.75) / 4
     assert found["earthquake"].values.tolist() == ["0", "1", "2", "3"]
-    with pytest.warns(UserWarning, match=r"6 of 8 events \(1, 2, 4, ...\) have no row"):
+    with pytest.warns(UserWarning, match=r"6 \(1, 2, 4, ...\) of 8 events have no row"):
         assert field(tmp_path, rows, events=8)["PGA"].mean("earthquake").values == pytest.approx([0.15625, 0.0125])
     listed = file(tmp_path, "#,,\nevent_id,rup_id\n3,1\n0,1\n7,2\n", "events.csv")
     with pytest.warns(UserWarning, match=r"1 of 3 events \(7\)"):
@@ -204,16 +204,16 @@ def test_events_without_rows_count_as_zero(tmp_path):
         ("0,0.5,0\n", {"events": []}, "ids of events must be whole numbers"),
         ("0,0.5,0\n", {"events": [0.5]}, "ids of events must be whole numbers"),
         ("0,0.5,0\n", {"events": 0}, "events must be a whole number of at least 1"),
-        ("0.5,0.5,0\n", {}, "the event .*0.5.* is no whole number"),
-        ("-1,0.5,0\n", {}, "the event .*-1.* is no whole number"),
-        ("x,0.5,0\n", {}, "the event 'x' is no whole number"),
+        ("0.5,0.5,0\n", {}, "the event .*0.5.* is not a whole number"),
+        ("-1,0.5,0\n", {}, "the event .*-1.* is not a whole number"),
+        ("x,0.5,0\n", {}, "the event 'x' is not a whole number"),
         (",0.5,0\n", {}, "row 1 .* has no event or site"),
         ("0,0.5,\n", {}, "row 1 .* has no event or site"),
         ("4000000000,0.5,0\n", {}, "give events="),
-        ("0,nan,0\n", {}, "1 values of gmv_PGA are no intensities"),
-        ("0,inf,0\n", {}, "1 values of gmv_PGA are no intensities"),
+        ("0,nan,0\n", {}, "1 values of gmv_PGA are not finite numbers of at least 0"),
+        ("0,inf,0\n", {}, "1 values of gmv_PGA are not finite numbers of at least 0"),
         ("0,0.5,0\n0,0.6,0\n", {}, "site 0 has event 0 twice"),
-        ("0,0.5\n", {}, "line 2 has 2 values and there are 3 columns"),
+        ("0,0.5\n", {}, "line 2 has 2 values, but there are 3 columns"),
     ],
 )
 def test_fields_that_cannot_be_are_refused_with_the_file(rows, how, message, tmp_path):
@@ -256,15 +256,15 @@ SHAKEMAP = """<shakemap_grid event_id="made"><event event_id="made" magnitude="7
         (" 6.3 300", " 63 300", "values of MMI are impossible, the first is 63 at point 3; they must be from 0 to 12"),
         ("6.3 300", "6.3 0", "values of SVEL are impossible"),
         ("6.3 300 0.5", "6.3 300 -0.5", "values of STDPGA are impossible"),
-        ("10 45.1 21", "45.1 10 21", "LON goes from 10 to 45.1.*exchanged"),
+        ("10 45.1 21", "45.1 10 21", "LON is from 10 to 45.1.*exchanged"),
         ("10 45.1 21", "nan 45.1 21", "grid_specification|longitude"),
         ('name="MMI" units="intensity"', 'name="pga" units="%g"', "'PGA' twice"),
         ('index="4"', 'index="3"', "indices of <grid_field> must be 1 to 6, each once"),
         ('index="4"', 'index="x"', "index of <grid_field> must be a whole number above 0, got 'x'"),
         ('nlon="2"', 'nlon="2.5"', "nlon of <grid_specification> must be a whole number"),
-        ('nlon="2"', 'nlon="3"', "24 values, and its grid 6 points of 6 fields"),
+        ('nlon="2"', 'nlon="3"', "24 values, but its grid has 6 points of 6 fields"),
         ('lon_min="10"', 'lon_min="x"', "lon_min and lon_max of <grid_specification> must be numbers"),
-        ('units="%g"', 'units="furlong"', "PGA is in 'furlong'"),
+        ('units="%g"', 'units="furlong"', "PGA has the unit 'furlong'"),
     ],
 )
 def test_shakemaps_that_cannot_be_are_refused_with_the_file(old, new, message, tmp_path):

@@ -122,11 +122,11 @@ def test_buildings_outside_the_grid_are_counted_and_named():
     assert grid.at(inside).structures_given == 2
     outside = buildings([-121.99, -122.10, -121.0, -121.9], [37.01, 37.0, 37.0, 37.2])
     with pytest.raises(
-        ValueError, match=r"3 \('b1', 'b2', 'b3'\) of 4 buildings lie outside the grid.*spacing is 1\.7\d km"
+        ValueError, match=r"3 \('b1', 'b2', 'b3'\) of 4 buildings are outside the grid.*spacing is 1\.7\d km"
     ):
         grid.at(outside)
     assert grid.at(outside, reach=100e3).structures_given == 4
-    with pytest.raises(ValueError, match=r"4 .* of 4 buildings lie outside the grid.*reach is 0\.00 km"):
+    with pytest.raises(ValueError, match=r"4 .* of 4 buildings are outside the grid.*reach is 0\.00 km"):
         grid.at(outside, reach=1.0)
     assert grid.at(outside, [0, 0]).structures_given == 2  # only those of the portfolio count
     exchanged = wd.sites.MotionGrid(
@@ -188,7 +188,7 @@ def test_a_stock_has_its_buildings_in_the_order_of_the_portfolio(tmp_path):
     assert not np.array_equal(stock.rows, np.arange(60))
     found = np.asarray(grid.at(inventory, stock, draws=5, seed=2).site)
     assert np.array_equal(found, np.asarray(grid.at(inventory, draws=5, seed=2).site)[stock.rows])
-    with pytest.raises(ValueError, match="made of another inventory: 60 ids differ"):
+    with pytest.raises(ValueError, match="made from another inventory: 60 ids differ"):
         grid.at(inventory.iloc[::-1].assign(id=lambda frame: "x" + frame["id"]), stock)
 
 
@@ -235,7 +235,7 @@ WRONG_GRIDS = {
     "column": (lambda at: (at / "EventGrid.csv").write_text("GP_file,Latitude\na,1\n"), "no column 'Longitude'"),
     "intensities": (
         lambda at: [(at / f"site{i}.csv").write_text("PGA\n1\n") for i in range(20)],
-        "take read_intensity_grid",
+        "use read_intensity_grid",
     ),
 }
 
@@ -260,7 +260,7 @@ def test_an_event_grid_of_intensities(tmp_path):
     with pytest.raises(ValueError, match=r"PGV must have .* and be in m s-1"):
         wd.sites.scale_records(found["PGV"], motions(1))
     write_grid(tmp_path)
-    with pytest.raises(ValueError, match="take read_event_grid"):
+    with pytest.raises(ValueError, match="use read_event_grid"):
         wd.sites.read_intensity_grid(tmp_path, unit="g")
 
 
@@ -287,13 +287,13 @@ def test_a_shakemap(tmp_path, unit, factor):
 
 
 WRONG_SHAKEMAPS = {
-    "unit": (("%g", "furlong"), "PGA is in 'furlong'"),
-    "values": (("6.4 40 14 24 15 5 0.6", "6.4 40 14"), "holds 32 values, and its grid 4 points of 9 fields"),
-    "text": (("6.4 40", "6.4 x"), "holds what is no number"),
+    "unit": (("%g", "furlong"), "PGA has the unit 'furlong'"),
+    "values": (("6.4 40 14 24 15 5 0.6", "6.4 40 14"), "has 32 values, but its grid has 4 points of 9 fields"),
+    "text": (("6.4 40", "6.4 x"), "must contain only numbers"),
     "no places": (('name="LON"', 'name="X"'), "no field LON"),
-    "not one": (("shakemap_grid", "grid"), "is no ShakeMap"),
-    "no XML": (("</grid_data>", ""), "is no XML"),
-    "places": (("-122.0 37.02", "37.02 -122.0"), "LON goes from -122 to 37.02.*may be exchanged"),
+    "not one": (("shakemap_grid", "grid"), "is not a ShakeMap"),
+    "no XML": (("</grid_data>", ""), "is not XML"),
+    "places": (("-122.0 37.02", "37.02 -122.0"), "LON is from -122 to 37.02.*may be exchanged"),
 }
 
 
@@ -321,8 +321,12 @@ def test_ground_motion_fields(tmp_path):
         wd.sites.read_ground_motion_field(fields, sites)
     sites.write_text(MESH)
     for old, new, message in (
-        ("0,3.0E-01", "0,-3.0E-01", "1 values of gmv_PGA are no intensities, the first is -0.3 at site p2"),
-        ("20.0,p2", "20.0,p9", r"1 sites \(p9\) are not in"),
+        (
+            "0,3.0E-01",
+            "0,-3.0E-01",
+            "1 values of gmv_PGA are not finite numbers of at least 0, the first is -0.3 at site p2",
+        ),
+        ("20.0,p2", "20.0,p9", r"lacks sites of the fields: 1 \(p9\)"),
         ("20.0,p2", "20.0,p1", "site p1 has event 0 twice"),
         ("gmv_", "", "no columns gmv_<measure>"),
         ("event_id", "event", "no column event_id or eid"),
@@ -389,9 +393,9 @@ def test_fields_that_cannot_be_scaled_to(tmp_path):
         (
             found["PGA"].copy(data=[[0.1, np.nan, -1, 0]]),
             motions(1),
-            "2 values of PGA are no intensities: nan at point 1",
+            "2 values of PGA are not finite numbers of at least 0: nan at point 1",
         ),
-        (found["PGA"], [motions(1)[0], tuple(motions(2))], "all of one kind"),
+        (found["PGA"], [motions(1)[0], tuple(motions(2))], "all single motions, or all pairs"),
         (found["PGA"], [wd.GroundMotion([0.0, 0.0], 0.01, "silence")], "'silence' has no PGA to scale"),
     ):
         with pytest.raises(ValueError, match=message):

@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -76,6 +76,12 @@ def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
             of_caller = level
         frame = frame.f_back
     warnings.warn(message, category, stacklevel=of_caller)
+
+
+def counted(names: Collection[object], most: int = 3) -> str:
+    """Return the number of names and the first ones, such as "5 (a, b, c, ...)"."""
+    shown = ", ".join(str(name) for name in [*names][:most])
+    return f"{len(names):,} ({shown}{', ...' if len(names) > most else ''})"
 
 
 def say(message: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -59,6 +60,19 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
     if text.lstrip().startswith("<") or "\0" in text:
         raise ValueError(f"{function}: {path} is not {kind}: it begins with {text.strip()[:20]!r}")
     return text
+
+
+def xml_root(path: Path) -> ElementTree.Element:
+    """Return the root of an XML file, with tags without namespaces; raise a ValueError if the file is not XML."""
+    try:
+        # Python's expat reads no external entities, and from 2.4.1 on none that grow without bounds.
+        root = ElementTree.parse(path).getroot()
+    except ElementTree.ParseError as error:
+        raise ValueError(f"{path} is not XML: {error}") from None
+    for element in root.iter():
+        if isinstance(element.tag, str):
+            element.tag = element.tag.rpartition("}")[2]
+    return root
 
 
 def check_separator(line: str) -> None:

@@ -1,4 +1,4 @@
-"""Inventories as the OpenQuake engine takes them: exposure models of CSV files, with or without their XML."""
+"""Inventories of the OpenQuake engine: exposure models in CSV files, with or without their XML file."""
 
 from __future__ import annotations
 
@@ -13,24 +13,18 @@ import pandas as pd
 from warpdyn.foundations.core.checks import one_of, shortened
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.files.text import existing_file, inside_folder
+from warpdyn.foundations.files.text import existing_file, inside_folder, xml_root
 from warpdyn.model.inventories.places_of_assets import UNIT_ID, with_places
-from warpdyn.model.inventories.table import checked_inventory, named_rows
+from warpdyn.model.inventories.table import checked_inventory, named_rows, no_column
 from warpdyn.model.inventories.text_tables import read_csv
 
 # OpenQuake's names of the columns (the engine's manual, "Exposure models").
-OPENQUAKE_NAMES = {
-    "id": "id",
-    "longitude": "lon",
-    "latitude": "lat",
-    "structure_type": "taxonomy",
-    "number": "number",
-}
-# What else the engine's exports (assetcol) and GEM's Global Exposure Model call these columns and costs.
-VALUE = "value-"  # before the names of numbers, areas and costs in the engine's exports
+OPENQUAKE_NAMES = {"id": "id", "longitude": "lon", "latitude": "lat", "structure_type": "taxonomy", "number": "number"}
+# Other names of these columns and costs, in the engine's exports (assetcol) and in GEM's Global Exposure Model.
+VALUE = "value-"  # prefix of numbers, areas and costs in the engine's exports
 GEM_NAMES = {"taxonomy": "TAXONOMY", "number": "BUILDINGS", "occupancy": "OCCUPANCY", "area": "TOTAL_AREA_SQM"}
 GEM_COST = "COST_{}_USD"
-AREA = "area"  # of the floors, by which costs per area are taken times
+AREA = "area"  # floor area, which multiplies costs per area
 STRUCTURAL = ("structural",)
 COST_KINDS = ("aggregated", "per_asset", "per_area")
 
@@ -45,32 +39,32 @@ def read_openquake(
     """Read an exposure model of the OpenQuake engine, or of GEM's Global Exposure Model.
 
     Args:
-        path: The CSV file, with columns `id`, `lon`, `lat` and `taxonomy` and, if it has them, `number`, `area` and
-            costs, also as the engine exports them (`value-number`, `value-structural`); or a file of GEM's Global
-            Exposure Model (`ID_1`, `TAXONOMY`, `BUILDINGS`, `COST_STRUCTURAL_USD` and so on), which has neither ids
-            nor coordinates; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
-            `<conversions>` and the names of columns in `<exposureFields>`. Case does not matter. All other columns are
-            kept, with tags and occupants.
-        costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). Of an XML file
-            they are taken times the number or the area, as their kind says; of a CSV file alone they are of the whole
-            asset. A file without the default's column has no costs; any other column must be there.
-        columns: Other names of columns by their meaning, as `from_table` takes them.
-        places: Places of assets without coordinates: a table, or its CSV file, with one row per administrative unit:
-            the ids that both have in columns `ID_0`, `ID_1` and so on, `longitude` and `latitude` [degree]. An asset is
-            at the place of its unit. GEM's files are of the first administrative level (`ID_1`), whose centroids
-            boundary data sets have, such as geoBoundaries and GADM.
+        path: A CSV file with columns `id`, `lon`, `lat` and `taxonomy` and, optionally, `number`, `area` and costs,
+            also as exported by the engine (`value-number`, `value-structural`); or a file of GEM's Global Exposure
+            Model (`ID_1`, `TAXONOMY`, `BUILDINGS`, `COST_STRUCTURAL_USD` and so on), which has neither ids nor
+            coordinates; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
+            `<conversions>` and the names of columns in `<exposureFields>`. Case does not matter. All other columns,
+            such as tags and occupants, are kept.
+        costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). With an XML
+            file they are multiplied by the number or the area according to their kind; in a single CSV file they are
+            costs of the whole asset. Only the default column may be missing; then there are no costs.
+        columns: Other names of columns by their meaning, as in `from_table`.
+        places: Coordinates of assets without coordinates: a table, or its CSV file, with one row per administrative
+            unit: ids in columns `ID_0`, `ID_1` and so on, which both tables have, `longitude` and `latitude` [degree].
+            Each asset is at the place of its unit. GEM's files are of the first administrative level (`ID_1`); boundary
+            data sets such as geoBoundaries and GADM give centroids.
 
     Returns:
-        The inventory, as `from_table` returns it: an asset a row, with the `number` of buildings that it stands for.
-        Ids of assets that have none are the file's name and the number of the row. Rows of 0 buildings, which GEM's
-        files have by rounding, are left out, with a warning.
-        Storeys are those of a column that `columns` names, or else of the taxonomy (see `portfolio`).
+        The inventory, as from `from_table`: one row per asset, with its `number` of buildings. If the file has no ids,
+        they are the file's name and the number of the row. Rows with 0 buildings, which GEM's files have by rounding,
+        are removed, with a warning. Storeys are those of a column that `columns` names, or of the taxonomy (see
+        `portfolio`).
 
     Raises:
-        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if a column of `costs` is not
-            there, the XML is no exposure model, holds its assets itself or names files outside its folder; if the
+        ValueError, FileNotFoundError: As in `from_table`, with the file's name; or if a column of `costs` is missing,
+            the XML is not an exposure model, contains its assets itself or names files outside its folder; if the
             file has no coordinates and `places` is missing or lacks a unit; or if there is no such file.
-        TypeError: If `costs` is one name and no sequence of names.
+        TypeError: If `costs` is a single name instead of a sequence of names.
 
     Example:
         >>> inventory = wd.inventories.read_openquake("exposure_model.xml", costs=("structural", "nonstructural"))
@@ -91,7 +85,7 @@ def read_openquake(
     if path.suffix.lower() == ".xml":
         model = _exposure_model(path)
         kinds = {each.get("name", ""): each.get("type", "") for each in model.iter("costType")}
-        # Costs have the name "value" and their own as the type.
+        # A cost has the name "value", and its name is the type.
         of_cost = [
             (each.get("type") if each.get("oq") == "value" else each.get("oq"), each) for each in model.iter("field")
         ]
@@ -104,7 +98,7 @@ def read_openquake(
             one_of(f"type of the area in {path}", area_kind, ("aggregated", "per_asset"))
         files = [inside_folder(path.parent, name, str(path)) for name in (model.findtext("assets") or "").split()]
         if not files:
-            raise ValueError(f"{path}: <assets> names no CSV files; assets in the XML itself are not read")
+            raise ValueError(f"{path}: <assets> names no CSV files. Put the assets in a CSV file and name it there")
         table = pd.concat([_exposure_table(file, fields.get("id", "id")) for file in files], ignore_index=True)
     else:
         table = _exposure_table(path, "id")
@@ -127,7 +121,7 @@ def _exposure_table(path: Path, identifier: str) -> pd.DataFrame:
 
 
 def _name_in_file(name: str, names: Mapping[str, str]) -> str:
-    """Return what a file calls a column of the engine's or a cost, or the engine's name."""
+    """Return a file's name of a column or a cost of the engine, or the engine's name."""
     gem = GEM_NAMES.get(name, GEM_COST.format(name.upper()))
     return next((names[each] for each in (name, VALUE + name, gem.lower()) if each in names), name)
 
@@ -144,7 +138,7 @@ def _with_ids_and_places(
     has_places = all(columns.get(m, names[n]) in table for m, n in (("longitude", "lon"), ("latitude", "lat")))
     if places is not None:
         if has_places:
-            raise ValueError(f"{what} has coordinates of its own: leave out places=")
+            raise ValueError(f"{what} has coordinates: remove places=")
         table = with_places(what, table, places)
     elif is_of_units and not has_places:
         raise ValueError(
@@ -157,7 +151,7 @@ def _with_ids_and_places(
 
 
 def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame:
-    """Return the rows of a file of GEM's that have buildings; rounding makes numbers below a half 0."""
+    """Return the rows of a file of GEM that have buildings; rounding turns numbers below a half into 0."""
     if number != GEM_NAMES["number"] or number not in table:
         return table
     is_none = (pd.to_numeric(table[number], errors="coerce") == 0).to_numpy()
@@ -165,7 +159,7 @@ def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame
         raise ValueError(f"{what}: every row has 0 in the column {number}")
     if is_none.any():
         warn_caller(
-            f"{what}: {is_none.sum():,} of {len(table):,} rows have 0 buildings, by rounding, and are left out with "
+            f"{what}: {is_none.sum():,} of {len(table):,} rows have 0 buildings, by rounding, and are removed with "
             "their costs"
         )
     return table[~is_none]
@@ -179,20 +173,20 @@ def _with_costs(
     kinds: Mapping[str, str],
     area_kind: str,
 ) -> pd.DataFrame:
-    """Return an inventory with the costs of each asset as a whole.
+    """Return an inventory with the costs of each whole asset.
 
     Args:
-        what: The file, in errors.
+        what: The file, for errors.
         inventory: The inventory.
         costs: Names of the costs that are summed.
-        places: The columns of these and of the area.
-        kinds: What each cost is of: the asset, a building or an area.
-        area_kind: Whether areas are of the asset or of one building.
+        places: The columns of the costs and of the area.
+        kinds: The kind of each cost, one of COST_KINDS: of the asset, per building or per area.
+        area_kind: Whether areas are those of the asset ("aggregated") or of one building ("per_asset").
     """
     if "replacement_cost" in inventory or not costs:
         return inventory
     absent = [name for name in costs if places[name] not in inventory]
-    if absent == list(costs) == list(STRUCTURAL):  # nobody asked for costs, and there are none
+    if absent == list(costs) == list(STRUCTURAL):  # the default, in a file without costs
         return inventory
     if absent:
         known = [*kinds, *(str(name) for name in inventory.columns)]
@@ -214,25 +208,17 @@ def _with_costs(
 
 
 def _exposure_model(path: Path) -> ElementTree.Element:
-    """Return the exposure model of an NRML file, with bare names of elements."""
-    try:
-        # Python's expat takes no outside entities, and from 2.4.1 on none that grow without bounds.
-        root = ElementTree.parse(path).getroot()
-    except ElementTree.ParseError as error:
-        raise ValueError(f"{path} is no XML: {error}") from None
-    for element in root.iter():
-        if isinstance(element.tag, str):
-            element.tag = element.tag.rpartition("}")[2]
-    model = root.find("exposureModel")
+    """Return the exposure model of an NRML file, with tags without namespaces."""
+    model = xml_root(path).find("exposureModel")
     if model is None:
-        raise ValueError(f"{path} has no <exposureModel>: it is no exposure model of OpenQuake")
+        raise ValueError(f"{path} has no <exposureModel>: it is not an exposure model of OpenQuake")
     return model
 
 
 def _numbers(what: str, inventory: pd.DataFrame, column: str) -> pd.Series:
-    """Return a column as numbers, NaN where it is empty."""
+    """Return a column as numbers, with NaN for empty cells."""
     if column not in inventory:
-        raise ValueError(f"{what}: there is no column {column!r}; the columns are {', '.join(inventory.columns)}")
+        raise no_column(what, column, inventory)
     values = pd.to_numeric(inventory[column], errors="coerce")
     is_text = (values.isna() & inventory[column].notna()).to_numpy()
     if is_text.any():

@@ -1,4 +1,4 @@
-"""Places of assets that a file has no coordinates of: a join with a table of places, by ids of administrative units."""
+"""Coordinates for assets without them: a join with a table of places, by ids of administrative units."""
 
 from __future__ import annotations
 
@@ -8,31 +8,31 @@ import re
 import numpy as np
 import pandas as pd
 
+from warpdyn.foundations.core.messages import counted
 from warpdyn.foundations.files.text import check_names
 from warpdyn.model.inventories.text_tables import read_csv
 
 # GEM's exposure files have ID_0 (the country), ID_1 (the first level of administrative units) and so on.
 UNIT_ID = re.compile(r"ID_\d", re.IGNORECASE)
 LONGITUDES, LATITUDES = ("longitude", "lon", "long", "x"), ("latitude", "lat", "y")
-MOST_SHOWN = 3
-LARGEST_ID = 2**53  # up to which floating-point numbers are whole numbers of their own
+LARGEST_ID = 2**53  # floating-point numbers represent all whole numbers up to this one
 
 
 def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.PathLike) -> pd.DataFrame:
     """Return a table of assets with longitudes and latitudes of their administrative units.
 
     Args:
-        what: The file of the assets, in errors.
+        what: The file of the assets, for errors.
         table: The assets.
-        places: A table, or its CSV file, with a row per administrative unit: the ids that both tables have in columns
-            ID_0, ID_1 and so on (upper and lower case are alike), and its longitude and latitude [degree].
+        places: A table, or its CSV file, with one row per administrative unit: ids in columns ID_0, ID_1 and so on (in
+            upper or lower case), which both tables have, and its longitude and latitude [degree].
 
     Returns:
         The table with columns `lon` and `lat`.
 
     Raises:
-        ValueError: If the tables have no column of ids in common, an id is missing, a unit stands twice among the
-            places or is not among them, or a place is not on Earth.
+        ValueError: If the tables have no column of ids in common, an id is missing, a unit is repeated in or missing
+            from the places, or a place is not on Earth.
         TypeError: If `places` is neither a table nor a path.
     """
     if isinstance(places, str | os.PathLike):
@@ -66,22 +66,21 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
     if not of_units.is_unique:
         twice = of_units[of_units.duplicated()].iloc[0]
         raise ValueError(
-            f"{source}: the unit {twice!r} of {', '.join(keys).upper()} has two rows: leave one of them out"
+            f"{source}: the unit {twice!r} of {', '.join(keys).upper()} has two rows: remove one of these rows"
         )
     of_assets = _joined(what, table, [own[key] for key in keys])
     row = pd.Index(of_units).get_indexer(of_assets)
     if np.any(row < 0):
-        unknown = of_assets[row < 0].unique()
-        shown = ", ".join(map(repr, unknown[:MOST_SHOWN])) + (", ..." if unknown.size > MOST_SHOWN else "")
+        unknown = counted([repr(each) for each in of_assets[row < 0].unique()])
         raise ValueError(
-            f"{what}: {np.sum(row < 0):,} of {len(table):,} assets are in {unknown.size:,} units of "
-            f"{', '.join(keys).upper()} that {source} has no row of: {shown}"
+            f"{what}: {source} has no row for {unknown} units of {', '.join(keys).upper()}, with "
+            f"{np.sum(row < 0):,} of {len(table):,} assets"
         )
     return table.assign(lon=values[0][row], lat=values[1][row])
 
 
 def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
-    """Return the ids of units as one text each; whole numbers as such, as 11.0 and 11 are one unit."""
+    """Return the ids of each unit as one text; whole numbers without decimals, since 11.0 and 11 are the same unit."""
     texts = []
     for name in columns:
         values = table[name]
@@ -89,7 +88,7 @@ def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
         if missing.any():
             raise ValueError(
                 f"{what}: {missing.sum():,} of {len(table):,} rows have no {name}, the first is row "
-                f"{int(missing.argmax())}: without it their place is unknown. Complete the ids, or leave these rows out"
+                f"{int(missing.argmax())}: their place is unknown. Complete the ids, or remove these rows"
             )
         if pd.api.types.is_float_dtype(values):
             known = values.dropna()

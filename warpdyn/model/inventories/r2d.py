@@ -1,4 +1,4 @@
-"""Inventories as SimCenter's R2D tool takes them: CSV and GeoJSON files."""
+"""Inventories of SimCenter's R2D tool: CSV and GeoJSON files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.foundations.core.checks import one_of, shortened
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import counted, warn_caller
 from warpdyn.foundations.files.text import check_names, existing_file
 from warpdyn.model.inventories.table import FACTORS, checked_inventory
 from warpdyn.model.inventories.text_tables import read_csv
@@ -29,31 +29,30 @@ R2D_NAMES = {
     "plan_area": "PlanArea",
     "replacement_cost": "ReplacementCost",
 }
-FARTHEST = 1000.0  # m, of a building's properties from its geometry; footprints are smaller
+FARTHEST = 1000.0  # m, from the coordinates in a building's properties to its geometry; footprints are smaller
 METRES_OF_DEGREE = 111_195.0  # of a great circle
-MOST_SHOWN = 3
-ASSET_ID = "AIM_id"  # the id in R2D's files of results
+ASSET_ID = "AIM_id"  # the id in R2D's result files
 
 
 def read_r2d(
     path: str | os.PathLike, *, area_unit: str = "ft2", columns: Mapping[str, str] | None = None
 ) -> pd.DataFrame:
-    """Read a CSV file of buildings as SimCenter's R2D tool takes it.
+    """Read a CSV file of buildings for SimCenter's R2D tool.
 
     Args:
-        path: The file, with columns `id`, `Latitude`, `Longitude` and, if it has them, `NumberOfStories`, `YearBuilt`,
-            `OccupancyClass`, `StructureType`, `PlanArea` and `ReplacementCost`; case does not matter. All others are
-            kept under their names.
-        area_unit: Unit of `PlanArea`, which the file does not say: "ft2", as in SimCenter's examples, or "m2". A column
-            `plan_area`, as in files that `write_building_results` wrote, is in m2.
-        columns: Other names of columns by their meaning, as `from_table` takes them.
+        path: The file, with columns `id`, `Latitude`, `Longitude` and, optionally, `NumberOfStories`, `YearBuilt`,
+            `OccupancyClass`, `StructureType`, `PlanArea` and `ReplacementCost`, in upper or lower case. All other
+            columns are kept.
+        area_unit: Unit of `PlanArea`, which the file does not give: "ft2", as in SimCenter's examples, or "m2". A
+            column `plan_area`, as in files of `write_building_results`, is in m2.
+        columns: Other names of columns by their meaning, as in `from_table`.
 
     Returns:
-        The inventory, as `from_table` returns it, with `plan_area` in m2.
+        The inventory, as from `from_table`, with `plan_area` in m2.
 
     Raises:
-        ValueError, FileNotFoundError: As of `from_table`, with the file's name; or if there is no such file.
-        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
+        ValueError, FileNotFoundError: As in `from_table`, with the file's name; or if there is no such file.
+        TypeError, IsADirectoryError: If `path` is not a path, or is a folder.
 
     Example:
         >>> inventory = wd.inventories.read_r2d("buildings.csv")
@@ -69,23 +68,23 @@ def read_r2d(
 def read_geojson(
     path: str | os.PathLike, *, area_unit: str = "ft2", columns: Mapping[str, str] | None = None
 ) -> pd.DataFrame:
-    """Read a GeoJSON file (RFC 7946) of buildings as SimCenter's R2D tool and its BRAILS write it.
+    """Read a GeoJSON file (RFC 7946) of buildings from SimCenter's R2D tool or BRAILS.
 
-    The id is the property `id`, or else `AIM_id`, as in R2D's results, or else the feature's own. A building is at the
-    place of its properties `Latitude` and `Longitude`. If they are missing, or are more than 1 km away from its
-    geometry, it is at its point, or at the mean of the corners of its polygon's outer ring; a warning counts the
-    buildings that are moved, and says whether longitude and latitude are exchanged in the properties.
+    The id is the property `id`, or `AIM_id`, as in R2D's results, or the feature's id. Coordinates are the properties
+    `Latitude` and `Longitude`. If they are missing, or are more than 1 km away from the geometry, the coordinates of
+    the point, or the mean of the corners of the polygon's outer ring, replace them; a warning counts these buildings,
+    and reports whether longitude and latitude are exchanged in the properties.
 
     Args:
-        path: The file, a FeatureCollection of points or polygons whose properties are named as `read_r2d` says.
+        path: The file, a FeatureCollection of points or polygons with the names of properties of `read_r2d`.
         area_unit: Unit of `PlanArea`: "ft2" or "m2"; `plan_area` is in m2.
-        columns: Other names of properties by their meaning, as `from_table` takes them.
+        columns: Other names of properties by their meaning, as in `from_table`.
 
     Returns:
-        The inventory, as `from_table` returns it, without the polygons.
+        The inventory, as from `from_table`, without the polygons.
 
     Raises:
-        ValueError, TypeError, OSError: As of `read_r2d`; or if the file is no such JSON, or places are not in degrees.
+        ValueError, TypeError, OSError: As in `read_r2d`; or if the file is not such JSON, or places are not in degrees.
 
     Example:
         >>> inventory = wd.inventories.read_geojson("AnchorageBuildings.geojson")
@@ -97,10 +96,10 @@ def read_geojson(
         try:
             told = json.load(file)
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path} is no JSON: {error}") from None
+            raise ValueError(f"{path} is not JSON: {error}") from None
     features = told.get("features") if isinstance(told, dict) else None
     if not isinstance(features, list) or not all(isinstance(each, dict) for each in features):
-        raise ValueError(f"{path}: there is no list of features: a FeatureCollection is read")
+        raise ValueError(f"{path}: there is no list of features: the file must contain a FeatureCollection")
     _check_degrees(path, told)
     table = pd.DataFrame.from_records([each.get("properties") or {} for each in features])
     try:
@@ -121,7 +120,7 @@ def read_geojson(
 
 
 def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: list[dict]) -> None:
-    """Set places of properties that are far from their geometries to these, with a warning."""
+    """Replace coordinates that are missing or far from their geometries by those of the geometries, with a warning."""
     has_geometry = np.array([isinstance(each.get("geometry"), dict) for each in features])
     if not has_geometry.any():
         return
@@ -136,13 +135,13 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
         is_exchanged = bool(np.all(~_far_apart(told[is_far][:, ::-1], drawn[is_far])))
         cause = "longitude and latitude are exchanged in the properties" if is_exchanged else "the properties are wrong"
         warn_caller(
-            f"{path}: of {len(table):,} buildings {_some_ids(table, is_far)} are more than {FARTHEST / 1000:g} km away "
-            f"from their geometries by {names[0]} and {names[1]}: {cause}, and the places of the geometries are taken"
+            f"{path}: of {len(table):,} buildings {_some_ids(table, is_far)} have {names[0]} and {names[1]} more than "
+            f"{FARTHEST / 1000:g} km away from their geometries: {cause}, and the places of the geometries are used"
         )
     if is_missing.any():
         warn_caller(
             f"{path}: of {len(table):,} buildings {_some_ids(table, is_missing)} have no number as {names[0]} or "
-            f"{names[1]}: the places of their geometries are taken"
+            f"{names[1]}: the places of their geometries are used"
         )
     for axis, name in enumerate(names):
         table[name] = np.where(is_far | is_missing, drawn[:, axis], told[:, axis])
@@ -151,12 +150,11 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
 def _some_ids(table: pd.DataFrame, chosen: np.ndarray) -> str:
     """Return the number of chosen buildings and the ids of some."""
     ids = table["id"] if "id" in table else pd.Series(np.arange(len(table)))
-    shown = ", ".join(repr(each) for each in ids[chosen][:MOST_SHOWN])
-    return f"{chosen.sum():,} ({shown}{', ...' if chosen.sum() > MOST_SHOWN else ''})"
+    return counted([repr(each) for each in ids[chosen]])
 
 
 def _far_apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return which places are farther apart than a building is large, shape [building]; not those of unknown ones."""
+    """Return which places are farther apart than FARTHEST, shape [building]; False for NaN."""
     north = one[:, 1] - other[:, 1]
     east = (one[:, 0] - other[:, 0] + 180) % 360 - 180
     return np.hypot(north, east * np.cos(np.radians(other[:, 1]))) * METRES_OF_DEGREE > FARTHEST
@@ -169,23 +167,23 @@ def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[
     if "id" not in names and ASSET_ID.lower() in names:
         known["id"] = names[ASSET_ID.lower()]
     for meaning in ("id", "longitude", "latitude"):
-        known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error says R2D's name
+        known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error gives R2D's name
     if not isinstance(columns, Mapping) or isinstance(columns, xr.Dataset):
         raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
     source = known | dict(columns)
     inventory = checked_inventory(what, table, source)
-    if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # warpdyn's own is in m2
+    if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # which is in m2
         inventory["plan_area"] *= FACTORS[area_unit]
     return inventory
 
 
 def _check_degrees(path: object, told: Mapping[str, Any]) -> None:
-    """Raise a ValueError unless places are longitudes and latitudes on WGS 84, as RFC 7946 has it."""
+    """Raise a ValueError unless places are longitudes and latitudes on WGS 84, as RFC 7946 requires."""
     named = told.get("crs") or {}
     name = str((named.get("properties") or {}).get("name", "")) if isinstance(named, dict) else ""
     if name and not name.endswith(("CRS84", ":4326")):
         raise ValueError(
-            f"{path}: its places are in {name!r}; longitudes and latitudes in degrees are read, of CRS84 or EPSG:4326"
+            f"{path}: its places are in {name!r}; they must be longitudes and latitudes in degrees, CRS84 or EPSG:4326"
         )
 
 

@@ -1,4 +1,4 @@
-"""From the columns of an inventory to archetypes: by Hazus' types and design levels, a mapping or a function."""
+"""Rules from the columns of an inventory to archetypes: Hazus types and design levels, a mapping or a function."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from warpdyn.model.inventories.table import named_rows
 from warpdyn.model.inventories.taxonomies import MOST_STOREYS, MOST_STOREYS_OF_W1, families, structure_of
 from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_types
 
-# Design levels of buildings from before 1941, of 1941 to 1975 and from after 1975, by the seismic zone of the Uniform
+# Design levels of buildings built before 1941, from 1941 to 1975 and after 1975, by the seismic zone of the Uniform
 # Building Code (FEMA, Hazus Earthquake Model Technical Manual, chapter 5, "Guidelines for selection of damage functions
 # for typical buildings based on UBC seismic zone and building age").
 ERAS = (1941, 1976)  # first years of the second and of the third era
@@ -27,7 +27,7 @@ LEVELS = {
     "1": ("pre", "pre", "low"),
     "0": ("pre", "pre", "pre"),
 }
-# Wood houses are better than their age says, in the same table.
+# In the same table, wood houses have higher levels.
 LEVELS_OF_W1 = {
     "4": ("moderate", "moderate", "high"),
     "3": ("moderate", "moderate", "moderate"),
@@ -36,19 +36,19 @@ LEVELS_OF_W1 = {
     "1": ("low", "low", "low"),
     "0": ("low", "low", "low"),
 }
-NOT_TO_CODE = ("URM", "C3", "S5")  # unreinforced masonry, and frames filled with it: pre-code at any age
-MOST_TOLD = 8  # unknown types in a message
+NOT_TO_CODE = ("URM", "C3", "S5")  # unreinforced masonry and frames with infills of it: pre-code at any age
+MOST_NAMED = 8  # types in a message
 
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """Which archetype each building of an inventory has.
+    """The archetype of each building of an inventory.
 
     Args:
         names: Names of archetypes.
-        code: Index into `names` of each building, -1 where it has none, shape [building].
-        reasons: Why buildings have none, with their number and some of them.
-        hazus: Building type, design level and storeys of names that are Hazus'.
+        code: Index into `names` of each building, -1: no archetype, shape [building].
+        reasons: Why buildings have no archetype, with their number and some of them.
+        hazus: Building type, design level and storeys of names of Hazus types.
     """
 
     names: list[str]
@@ -60,15 +60,15 @@ class Named:
 @with_suggestions
 @dataclass(frozen=True)
 class HazusRule:
-    """The Hazus type of a building by its structure type and storeys, and its design level by its year.
+    """The Hazus type of a building from its structure type and storeys, and its design level from its year.
 
-    The type is Hazus' name, with the class of heights ("C1M") or without ("C1": L up to 3 storeys, M up to 7, H above;
-    unreinforced masonry L up to 2), or is the type that is equivalent to a string of GEM's building taxonomy, such as
-    "CR/LFINF+DUL/H:2". Storeys are those of the column; where it has none, those of the string. A ductility or code
-    level of the string (DUH, CDM and so on) is the design level; else it follows from the year and the seismic zone, as
-    the Hazus Earthquake Model Technical Manual has it in chapter 5: in zone 4 high code after 1975, moderate code from
-    1941, pre-code before, but moderate code for W1. Unreinforced masonry (URM) and frames filled with it (C3, S5) are
-    pre-code at any age, since they were not built to a seismic code.
+    The type is the Hazus name with the height class ("C1M") or without ("C1": L up to 3 storeys, M up to 7, H above;
+    unreinforced masonry L up to 2), or the type equivalent to a string of GEM's building taxonomy, such as
+    "CR/LFINF+DUL/H:2". Storeys are those of the column or, if it has no value, of the string. The design level is that
+    of a ductility or code level in the string (DUH, CDM and so on). Without one, it follows from the year and the
+    seismic zone, as in chapter 5 of the Hazus Earthquake Model Technical Manual: in zone 4 high code after 1975,
+    moderate code from 1941, pre-code before, but moderate code for W1. Unreinforced masonry (URM) and frames with
+    infills of it (C3, S5) are pre-code at any age, since they were not built to a seismic code.
 
     Args:
         seismic_zone: Zone of the Uniform Building Code: "4" (coastal California), "3", "2B", "2A", "1" or "0".
@@ -98,7 +98,7 @@ class HazusRule:
         family_names = list(tables)
 
         def of_building(values: list[float], otherwise: float) -> np.ndarray:
-            return np.array([*values, otherwise])[place]  # the code of what is missing is -1, the last
+            return np.array([*values, otherwise])[place]  # the code of a missing type is -1, the last value
 
         family = of_building([family_names.index(each.family) if each.family else -1 for each in said], -1).astype(int)
         storeys = of_building([each.storeys for each in said], np.nan)
@@ -108,7 +108,7 @@ class HazusRule:
         reasons = []
         reasons += _reason(inventory, place < 0, "have no structure type", "")
         without = (family < 0) & (place >= 0)
-        known = f"known are Hazus' {', '.join(family_names)}, and GEM's taxonomy; archetype_of= names types of your own"
+        known = f"known are Hazus' {', '.join(family_names)}, and GEM's taxonomy; give archetype_of= for other types"
         reasons += _unknown_types(inventory, without, column, known)
         has_type = family >= 0
         reasons += _reason(inventory, has_type & np.isnan(storeys), "have no number of storeys", "structure_type")
@@ -123,7 +123,9 @@ class HazusRule:
         by_age = self._levels_by_age(inventory, types)
         level = np.where(level >= 0, level, by_age)
         no_year = (types >= 0) & (level < 0)
-        reasons += _reason(inventory, no_year, "have no year of construction, which decides on their design level", "")
+        reasons += _reason(
+            inventory, no_year, "have no year of construction, from which their design level follows", ""
+        )
         self._warn_of_tall_wood(inventory, types, storeys)
 
         known = (types >= 0) & (level >= 0)
@@ -142,7 +144,7 @@ class HazusRule:
         return Named(list(hazus), code, reasons, hazus)
 
     def _levels_by_age(self, inventory: pd.DataFrame, types: np.ndarray) -> np.ndarray:
-        """Return the number of each building's design level by its year, -1 where that is not known."""
+        """Return the number of each building's design level by its year, -1 for an unknown year."""
         old = np.unique(np.concatenate([families()[name] for name in NOT_TO_CODE]))
         always = np.isin(types, old[old >= 0])
         level = np.where(always, DESIGN_LEVELS.index("pre"), -1)
@@ -161,7 +163,7 @@ class HazusRule:
         if tall.any():
             warn_caller(
                 f"{named_rows(inventory.assign(storeys=storeys), tall, 'storeys')} buildings of type W1 have more than "
-                f"{MOST_STOREYS_OF_W1} storeys, which Hazus does not mean by it: such wood buildings are W2"
+                f"{MOST_STOREYS_OF_W1} storeys: in Hazus such wood buildings are W2"
             )
 
 
@@ -173,7 +175,7 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
 
     Args:
         rule: A HazusRule; or a mapping from structure types to names; or a function of the inventory that returns the
-            name of each building, None or NaN where it knows none.
+            name of each building, None or NaN for no name.
         inventory: The inventory.
     """
     if isinstance(rule, HazusRule):
@@ -193,7 +195,8 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
         returned = pd.Series(rule(inventory))
         if len(returned) != len(inventory):
             raise ValueError(
-                f"portfolio: archetype_of returned {len(returned)} names for {len(inventory)} buildings: one each"
+                f"portfolio: archetype_of returned {len(returned)} names for {len(inventory)} buildings; it must "
+                "return one for each"
             )
         chosen = pd.Categorical(returned.to_numpy())
         names, code = [str(each) for each in chosen.categories], chosen.codes.astype(np.int32)
@@ -207,24 +210,24 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
 
 
 def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Series, known: str) -> list[str]:
-    """Return a reason that counts the buildings of each unknown type, the most frequent first, and what is known."""
+    """Return a reason that counts the buildings of each unknown type, most frequent first, and lists known types."""
     if not unknown.any():
         return []
     counts = column[unknown].value_counts()
     counts = counts[counts > 0]
-    told = ", ".join(f"{name!r} ({count:,})" for name, count in list(counts.items())[:MOST_TOLD])
-    more = f" and {counts.size - MOST_TOLD:,} more types" if counts.size > MOST_TOLD else ""
-    return [f"{np.count_nonzero(unknown):,} are of unknown types: {told}{more} ({known})"]
+    shown = ", ".join(f"{name!r} ({count:,})" for name, count in list(counts.items())[:MOST_NAMED])
+    more = f" and {counts.size - MOST_NAMED:,} more types" if counts.size > MOST_NAMED else ""
+    return [f"{np.count_nonzero(unknown):,} are of unknown types: {shown}{more} ({known})"]
 
 
 def _allowed_storeys(tables: Mapping[str, np.ndarray], families_of_rows: np.ndarray) -> str:
-    """Return in brackets the storeys that each type of some rows may have, for a few types."""
+    """Return in brackets the allowed storeys of the types of some rows, for a few types."""
     if not families_of_rows.size:
         return ""
     names = [list(tables)[place] for place in np.unique(families_of_rows)]
-    spans = [(name, np.flatnonzero(tables[name] >= 0)) for name in names[:MOST_TOLD]]
-    told = ", ".join(f"{name} has {span.min()} to {span.max()}" for name, span in spans)
-    return f" ({told}{', ...' if len(names) > MOST_TOLD else ''})"
+    spans = [(name, np.flatnonzero(tables[name] >= 0)) for name in names[:MOST_NAMED]]
+    shown = ", ".join(f"{name} has {span.min()} to {span.max()}" for name, span in spans)
+    return f" ({shown}{', ...' if len(names) > MOST_NAMED else ''})"
 
 
 def _reason(inventory: pd.DataFrame, bad: np.ndarray, what: str, *columns: str) -> list[str]:

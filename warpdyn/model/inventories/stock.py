@@ -1,4 +1,4 @@
-"""From an inventory to a portfolio: its archetypes, their limits, and which building is which row."""
+"""The portfolio of an inventory: its archetypes, their limits, and the row of each building."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class BuildingStock:
 
     Args:
         portfolio: One building for each row of the inventory that has an archetype.
-        limits: Storey drift ratio limits [1] of each archetype, as `damage_shares` takes them.
-        rows: Row of the inventory of each building of the portfolio, counted from 0, shape [building].
-        left_out: Rows that have no archetype, counted from 0.
-        inventory_ids: Ids of the inventory, in its own order.
+        limits: Storey drift ratio limits [1] of each archetype, for `damage_shares`.
+        rows: Row in the inventory of each building of the portfolio, counted from 0, shape [building].
+        left_out: Rows without an archetype, counted from 0.
+        inventory_ids: Ids of the inventory, in its order.
 
     Example:
         >>> stock = wd.inventories.portfolio(inventory)
@@ -63,16 +63,15 @@ class BuildingStock:
         return np.repeat(np.arange(len(self.portfolio.archetypes), dtype=np.int32), self.portfolio.counts)
 
     def buildings(self, inventory: pd.DataFrame) -> pd.DataFrame:
-        """Return the rows of the inventory in the order of the portfolio.
+        """Return the rows of the inventory in the order of the portfolio, whose buildings are ordered by archetype.
 
-        A column of these goes where a value of each building is asked for. A column of the inventory itself does not:
-        its rows are in another order, as a portfolio's buildings stand archetype by archetype.
+        Use their columns for arguments with one value for each building, not columns of the inventory.
 
         Args:
-            inventory: The inventory that the stock was made of.
+            inventory: The inventory from which the stock was made.
 
         Raises:
-            ValueError: If it is another one, whose ids differ.
+            ValueError: If it is another inventory, with other ids.
 
         Example:
             >>> labels = {"kind": stock.buildings(inventory)["structure_type"]}
@@ -80,33 +79,33 @@ class BuildingStock:
         """
         self.check(inventory)
         found = inventory.iloc[self.rows]
-        # Also where both orders are the same one, the index is not that of an inventory as it was read.
+        # The index marks the order of the portfolio, even if it equals that of the inventory.
         return found.set_axis(pd.Index(found.index.to_numpy(), name=found.index.name))
 
     def check(self, inventory: pd.DataFrame) -> None:
-        """Raise a ValueError unless the stock was made of this inventory: as many rows, with the same ids.
+        """Raise a ValueError unless the stock was made from this inventory, with the same ids.
 
         Args:
             inventory: The inventory.
 
         Raises:
-            ValueError: If its rows are not as many, or an id differs.
+            ValueError: If the number of rows or an id differs.
             TypeError: If `inventory` is not a DataFrame.
         """
         check_kind("BuildingStock", "a DataFrame", inventory, pd.DataFrame, argument="inventory")
         if "id" not in inventory:
             raise ValueError(
-                f"the inventory has no column 'id', only {', '.join(map(str, inventory.columns))}: give the one that "
-                "the stock was made of"
+                f"the inventory has no column 'id', only {', '.join(map(str, inventory.columns))}: give the inventory "
+                "from which this stock was made"
             )
         missing = self.rows.size and self.rows.max() >= len(inventory)
         if missing or len(inventory) != self.rows.size + self.left_out.size:
             raise ValueError(
-                f"the inventory has {len(inventory):,} rows, and the stock was made of one with "
-                f"{self.rows.size + self.left_out.size:,}: give the same one"
+                f"the inventory has {len(inventory):,} rows, but the stock was made from one with "
+                f"{self.rows.size + self.left_out.size:,}: give that inventory"
             )
         if self.inventory_ids.equals(inventory["id"].array):
-            return  # without rows that are taken, or text made of Arrow's, where nothing is wrong
+            return  # the fast way, without selecting rows or converting Arrow's text
         found, own = inventory["id"].to_numpy()[self.rows], self.id
         differs = found != own
         if differs.any():
@@ -114,24 +113,23 @@ class BuildingStock:
             one, other = found[place : place + 1].tolist()[0], own[place : place + 1].tolist()[0]
             if (found.astype(str) == own.astype(str)).all():
                 raise ValueError(
-                    f"the ids of the inventory are of type {type(one).__name__}, such as {one!r}, and those that the "
-                    f"stock was made of are of type {type(other).__name__}, such as {other!r}: give the inventory as "
-                    "the reader returned it"
+                    f"the ids of the inventory are of type {type(one).__name__}, such as {one!r}, and those of the "
+                    f"stock are of type {type(other).__name__}, such as {other!r}: give the inventory as the reader "
+                    "returned it"
                 )
             raise ValueError(
-                f"the stock was made of another inventory: {differs.sum():,} ids differ, such as "
+                f"the stock was made from another inventory: {differs.sum():,} ids differ, such as "
                 f"{one!r} in row {self.rows[place]}, which was {other!r}"
             )
 
     def replacement_costs(self, inventory: pd.DataFrame) -> np.ndarray:
-        """Return the replacement cost of each building, as `DamageLoss` takes it, shape [building].
+        """Return the replacement cost of each building, for `DamageLoss`, shape [building].
 
         Args:
-            inventory: The inventory that the stock was made of.
+            inventory: The inventory from which the stock was made.
 
         Raises:
-            ValueError: If there is no replacement cost, or some buildings have none or one below 0; the message counts
-                and names them.
+            ValueError: If replacement costs are missing or below 0; the message counts and names the buildings.
         """
         self.check(inventory)
         if "replacement_cost" not in inventory:
@@ -147,13 +145,13 @@ class BuildingStock:
         return cost
 
     def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:
-        """Return the replacement cost of all buildings of each archetype, as `portfolio_losses` takes it.
+        """Return the sum of the replacement costs of each archetype, for `portfolio_losses`.
 
         Args:
-            inventory: The inventory that the stock was made of.
+            inventory: The inventory from which the stock was made.
 
         Raises:
-            ValueError: As of `replacement_costs`.
+            ValueError: As in `replacement_costs`.
         """
         cost = self.replacement_costs(inventory)
         sums = np.bincount(self.archetype_index, cost, minlength=len(self.portfolio.archetypes))
@@ -174,33 +172,33 @@ def portfolio(
 ) -> BuildingStock:
     """Return the portfolio of an inventory: an archetype for every kind of building in it.
 
-    A row is one building of the portfolio, whatever `number` of buildings it stands for: one history each shows what
-    happens to all of them. The number weighs results: shares of buildings by `DamageCounts(number=...)` or
-    `damage_shares(number=...)`, losses by the replacement cost, which is that of all buildings of the row.
-    Areas change no drift: masses, stiffnesses and strengths of Hazus' buildings are all in proportion to them.
+    A row of the inventory is one building of the portfolio, for any `number` of buildings in the row: they share one
+    history. The number is the weight of results: of shares of buildings by `DamageCounts(number=...)` or
+    `damage_shares(number=...)`, and of losses by the replacement cost of all buildings of the row. Areas do not affect
+    drifts: masses, stiffnesses and strengths of Hazus' buildings are in proportion to them.
 
     Args:
-        inventory: What a reader of `wd.inventories` returned, or some of its rows.
-        archetype_of: The rule from columns to archetypes. None for `HazusRule()`, by structure type, storeys and year;
-            or a mapping from structure types to names of archetypes; or a function that takes the inventory and returns
-            the name of each building, None where it knows none. A name is one of `archetypes`, or is a Hazus type with
-            its design level and storeys: "C1M high 5".
-        archetypes: Archetypes of the user's own by name; their `count` is replaced.
-        limits: Storey drift ratio limits [1] by damage state of each of these that has some.
-        building: What makes the building of a Hazus archetype of type, design level and storeys, such as
+        inventory: The result of a reader of `wd.inventories`, or some of its rows.
+        archetype_of: The rule from columns to archetypes. None: `HazusRule()`, by structure type, storeys and year. Or
+            a mapping from structure types to names of archetypes; or a function from the inventory to the name of each
+            building, or None. A name is one of `archetypes`, or a Hazus type with its design level and
+            storeys: "C1M high 5".
+        archetypes: The user's archetypes by name; their `count` is replaced.
+        limits: Storey drift ratio limits [1] by damage state for archetypes, by name.
+        building: Function from type, design level and storeys of a Hazus archetype to its building, such as
             `lambda *of: wd.ShearBuilding.from_hazus(*of, law="hysteretic")`.
-        scatter: What differs among buildings of a Hazus archetype, as an Archetype takes it.
-        correlation: Correlation of pairs of scattered parameters [1], as an Archetype takes it.
-        unknown: What is done with buildings for which the rule finds no archetype: "refuse" (an error that counts and
-            names them) or "leave out" (a warning that does).
+        scatter: Scatter of Hazus archetypes, as in an Archetype.
+        correlation: Correlation of pairs of scattered parameters [1], as in an Archetype.
+        unknown: For buildings without an archetype: "refuse" (an error counts and names them) or "leave out" (a warning
+            counts and names them).
 
     Returns:
-        The portfolio with its archetypes in the order of Hazus' table (or of the names), their limits, and which row
-        each building is.
+        The portfolio with its archetypes in the order of Hazus' table (or of the names), their limits, and the row of
+        each building.
 
     Raises:
-        ValueError: If buildings have no archetype, such as those without a type, of a type that Hazus does not have, or
-            with storeys that disagree with it; or if a name is no archetype.
+        ValueError: If buildings have no archetype, such as buildings without a type, of a type that Hazus does not
+            have, or with storeys that disagree with it; or if a name is not an archetype.
         TypeError: If an argument is of the wrong kind.
 
     Example:
@@ -210,8 +208,7 @@ def portfolio(
     """
     if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
         raise TypeError(
-            "portfolio() takes an inventory, as the readers of wd.inventories return it, got "
-            f"{type(inventory).__name__}"
+            f"portfolio() takes an inventory, as from the readers of wd.inventories, got {type(inventory).__name__}"
         )
     for argument, given in {"scatter": scatter, "correlation": correlation, "archetypes": archetypes}.items():
         if given is not None and not isinstance(given, Mapping):
@@ -232,12 +229,10 @@ def portfolio(
     is_known = named.code >= 0
     if not is_known.all():
         count = np.count_nonzero(~is_known)
-        told = f"{count:,} of {len(inventory):,} buildings have no archetype: {'; '.join(named.reasons)}"
+        problem = f"{count:,} of {len(inventory):,} buildings have no archetype: {'; '.join(named.reasons)}"
         if unknown == REFUSE or count == len(inventory):
-            raise ValueError(
-                f"portfolio: {told}. Complete the inventory or the rule, or leave them out: unknown={LEAVE_OUT!r}"
-            )
-        warn_caller(f"portfolio: left out are {told}")
+            raise ValueError(f"portfolio: {problem}. Complete the inventory or the rule, or give unknown={LEAVE_OUT!r}")
+        warn_caller(f"portfolio: left out are {problem}")
     counts = np.bincount(named.code[is_known], minlength=len(named.names))
     made: dict[str, Archetype] = {}
     found_limits: dict[str, Mapping[str, float]] = {}
@@ -252,11 +247,11 @@ def portfolio(
                 found_limits[name] = hazus_drift_limits(kind, level)
         if name in own_limits:
             found_limits[name] = own_limits[name]
-    # Few archetypes fit into 16 bits, whose stable sort takes a time in proportion to the buildings.
+    # Codes of few archetypes fit into 16 bits, whose stable sort is linear in the number of buildings.
     small = np.int16 if len(made) < 2**15 else np.int32
     order = np.argsort(np.where(is_known, named.code, len(made)).astype(small), kind="stable")
     rows, left_out = np.split(order, [int(is_known.sum())])
-    # A copy of what belongs to the user, who may change it in place.
+    # A copy, because the user may change the inventory in place.
     return BuildingStock(Portfolio(made), found_limits, rows, left_out, inventory["id"].array.copy())
 
 
@@ -266,6 +261,6 @@ def _hazus_parts(name: str, own: Mapping[str, object]) -> tuple[str, str, int]:
     if len(parts) == 3 and parts[0] in building_types() and parts[1] in DESIGN_LEVELS and parts[2].isdigit():
         return parts[0], parts[1], int(parts[2])
     raise ValueError(
-        f"portfolio: {name!r} is neither one of archetypes{did_you_mean(name, list(own))} nor a Hazus type with its "
+        f"portfolio: {name!r} is neither in archetypes={did_you_mean(name, list(own))} nor a Hazus type with its "
         "design level and storeys, such as 'C1M high 5'"
     )

@@ -1,4 +1,4 @@
-"""The table that all readers of inventories return, and what is wrong with one."""
+"""The table that all readers of inventories return, and its checks."""
 
 from __future__ import annotations
 
@@ -14,43 +14,34 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.files.text import check_names
 
-# Columns with a meaning of their own, in their order in the table.
+# Columns with a meaning, in their order in the table.
 NEEDED = ("id", "longitude", "latitude")
-COLUMNS = (
-    *NEEDED,
-    "storeys",
-    "year",
-    "occupancy",
-    "structure_type",
-    "plan_area",
-    "replacement_cost",
-    "number",
-)
+COLUMNS = (*NEEDED, "storeys", "year", "occupancy", "structure_type", "plan_area", "replacement_cost", "number")
 TEXTS = ("occupancy", "structure_type")
 NUMBERS = tuple(name for name in COLUMNS if name not in ("id", *TEXTS))
 MOST_SHOWN = 3  # rows that a message names
-FIRST_YEAR, LAST_YEAR = 1000, 2100  # of construction; files say 0 or 9999 of what is not known
+FIRST_YEAR, LAST_YEAR = 1000, 2100  # of construction; files have 0 or 9999 for unknown years
 FACTORS = {"m2": 1.0, "ft2": 0.3048**2}  # m2; the international foot
 
 
 def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | None = None) -> pd.DataFrame:
-    """Return the inventory of buildings of a pandas or xarray table.
+    """Return the inventory of buildings in a pandas or xarray table.
 
     Args:
-        table: One row for each asset: a frame, or a dataset of variables along one dimension.
-        columns: The table's names of the columns that have a meaning: `{"storeys": "N_STORIES", ...}`; names that are
-            the same need not be given. The meanings are `id`, `longitude` and `latitude` [degree], which must be there,
-            and `storeys`, `year` of construction, `occupancy`, `structure_type`, `plan_area` [m2 of the building's
-            ground plan], `replacement_cost` of the asset, with all its buildings, in one currency, and `number` of
-            buildings that it stands for (1 where there is no such column).
+        table: One row for each asset: a DataFrame, or a Dataset of variables along one dimension.
+        columns: The table's names of the columns with a meaning, such as `{"storeys": "N_STORIES"}`, except equal ones.
+            The meanings are `id`, `longitude` and `latitude` [degree], which are required, and `storeys`, `year` of
+            construction, `occupancy`, `structure_type`, `plan_area` [m2 of the building's ground plan],
+            `replacement_cost` of the asset, with all its buildings, in one currency, and `number` of buildings (1 if
+            there is no such column).
 
     Returns:
-        A frame over `building` with these columns, text as categories, and every other column of the table as it was.
+        A DataFrame over `building` with these columns, text as categories, and all other columns unchanged.
 
     Raises:
-        ValueError: If a column is missing, or rows have values that cannot be: ids that stand twice, latitudes beyond
-            90 degrees, storeys that are no whole number from 1, and the like. One message counts them and names some.
-        TypeError: If `table` is neither a frame nor a dataset.
+        ValueError: If a column is missing, or rows have impossible values, such as repeated ids, latitudes beyond
+            90 degrees, or storeys that are not whole numbers from 1. One message counts them and names some.
+        TypeError: If `table` is neither a DataFrame nor a Dataset.
 
     Example:
         >>> frame = pd.DataFrame({"id": ["a"], "longitude": [-122.3], "latitude": [37.8], "floors": [2]})
@@ -72,12 +63,12 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     """Return a table as an inventory.
 
     Args:
-        what: The function or the file, in errors.
-        table: The table, which stays as it is.
+        what: The function or the file, for errors.
+        table: The table, which is not changed.
         columns: Its names of columns by their meaning.
 
     Raises:
-        ValueError: As `from_table` says.
+        ValueError: As in `from_table`.
     """
     try:
         check_names(table.columns)
@@ -92,11 +83,11 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     for meaning, name in columns.items():
         if meaning not in COLUMNS:
             raise ValueError(
-                f"{what}: unknown column {meaning!r}{did_you_mean(meaning, COLUMNS)}; those with a meaning are "
+                f"{what}: unknown column {meaning!r}{did_you_mean(meaning, COLUMNS)}; columns with a meaning are "
                 f"{', '.join(COLUMNS)}"
             )
         if name not in table.columns:
-            raise ValueError(_no_column(what, str(name), table))
+            raise no_column(what, str(name), table)
     source = {name: name for name in COLUMNS if name in table.columns} | dict(columns)
     for meaning, name in columns.items():
         others = [other for other, its in source.items() if its == name and other != meaning]
@@ -104,7 +95,7 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
             raise ValueError(f"{what}: the column {name!r} cannot be both {others[0]!r} and {meaning!r}")
     for name in NEEDED:
         if name not in source:
-            raise ValueError(_no_column(what, name, table))
+            raise no_column(what, name, table)
     if not len(table):
         raise ValueError(f"{what}: there is no building in it")
     taken = set(source.values())
@@ -114,30 +105,33 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
 
 
 def is_in_inventory_order(values: object) -> bool:
-    """Return whether values are a column of an inventory as it was read, whose rows stand in an order of their own."""
+    """Return whether values are a column of an inventory in the order in which it was read."""
     index = getattr(values, "index", None)
     return isinstance(index, pd.RangeIndex) and index.name == "building"
 
 
 def warn_of_inventory_order(what: str, archetypes: int) -> None:
-    """Warn of a column of an inventory that was given for the buildings of a portfolio of several archetypes."""
+    """Warn of a column of an inventory that is given for the buildings of a portfolio with several archetypes."""
     if archetypes > 1:
         warn_caller(
-            f"{what} is a column of the inventory, in the order of its rows, and a portfolio's buildings stand "
-            "archetype by archetype: give stock.replacement_costs(inventory), or a column of stock.buildings(inventory)"
+            f"{what} is a column of the inventory, in the order of its rows, but a portfolio's buildings are ordered "
+            "by archetype: give stock.replacement_costs(inventory), or a column of stock.buildings(inventory)"
         )
 
 
-def _no_column(what: str, name: str, table: pd.DataFrame) -> str:
+def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
+    """Return an error on a missing column of a table."""
     names = [str(each) for each in table.columns]
-    return f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}"
+    return ValueError(
+        f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}"
+    )
 
 
 def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
     """Return an inventory with numbers as numbers and text as categories; raise a ValueError if rows are wrong."""
     problems = []
     table["id"], twice, has_none = _ids(table["id"])
-    problems += _problem(table, twice, "stand twice (each building has an id of its own)", "")
+    problems += _problem(table, twice, "have an id that is not unique", "")
     problems += _problem(table, has_none, "have no id", "")
     for name in NUMBERS:
         if name not in table:
@@ -160,7 +154,7 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
     if nowhere.any():
         warn_caller(
             f"{what}: of {len(table):,} buildings {named_rows(table, nowhere)} are at longitude 0 and latitude 0, in "
-            "the Atlantic: their places seem to be unknown. Leave these rows out or complete them"
+            "the Atlantic: their places seem to be unknown. Remove these rows or complete them"
         )
     return table
 
@@ -174,20 +168,20 @@ def _without_blanks(texts: pd.Series) -> pd.Series:
 
 
 def _ids(given: pd.Series) -> tuple[pd.Series, np.ndarray, np.ndarray]:
-    """Return ids as text without spaces around it, which of them stand more than once, and which are missing."""
+    """Return ids as text without blanks around it, which ids are repeated, and which are missing."""
     if isinstance(given.dtype, np.dtype) and given.dtype.kind in "iu":
-        # Whole numbers differ where their texts do, and are compared much faster.
+        # Comparing whole numbers is much faster than comparing their texts.
         return given.astype(str), _repeated(given), np.zeros(given.size, bool)
     has_none = given.isna().to_numpy()
-    # Before version 3, pandas makes text of what is missing.
+    # Before version 3, pandas turns missing values into text.
     ids = given.astype(str).str.strip().mask(has_none)
     has_none = has_none | (ids.isna() | (ids == "")).to_numpy()
     return ids, _repeated(ids) & ~has_none, has_none
 
 
 def _repeated(values: pd.Series) -> np.ndarray:
-    """Return which values stand more than once."""
-    # Whether there is any such value is found in half the time that finding them takes.
+    """Return which values occur more than once."""
+    # is_unique takes half the time of duplicated.
     return np.zeros(values.size, bool) if values.is_unique else values.duplicated(keep=False).to_numpy()
 
 
@@ -207,7 +201,7 @@ def _problem(table: pd.DataFrame, bad: np.ndarray, what: str, column: str) -> li
 
 
 def _swapped(table: pd.DataFrame) -> str:
-    """Return a hint if all places would be on Earth with longitude and latitude exchanged, or from -180 degrees on."""
+    """Return a hint if longitude and latitude seem to be exchanged, or longitudes to be from 0 to 360."""
     beyond = table["latitude"].abs() > 90
     fits = table["longitude"].abs().max() <= 90
     if beyond.any() and fits:
@@ -221,7 +215,7 @@ def _within(low: float, high: float, what: str) -> Callable[[np.ndarray], tuple[
 
 
 def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
-    # What is not known may be left out, or be 0 as in files of SimCenter's: who needs it says so.
+    # Unknown values may be NaN, or 0 as in SimCenter's files; functions that need them check for that.
     return lambda values: (
         ~np.isnan(values) & ~((values >= 0) & np.isfinite(values)),
         f"have a {what} below 0 or infinite",
@@ -230,18 +224,15 @@ def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
 
 def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
     whole = (values >= 1) & (values == np.floor(values)) & np.isfinite(values)
-    return ~np.isnan(values) & ~whole, "have storeys that are no whole number from 1"
+    return ~np.isnan(values) & ~whole, "have storeys that are not a whole number from 1"
 
 
 def _years(values: np.ndarray) -> tuple[np.ndarray, str]:
     bad = ~np.isnan(values) & ~((values >= FIRST_YEAR) & (values <= LAST_YEAR) & (values == np.floor(values)))
-    return (
-        bad,
-        f"have a year outside {FIRST_YEAR} to {LAST_YEAR}, or no whole number (leave it empty if it is not known)",
-    )
+    return bad, f"have a year that is not a whole number from {FIRST_YEAR} to {LAST_YEAR} (leave unknown years empty)"
 
 
-# What is wrong with a column's values, and how a message says so.
+# For each column, a function from its values to the bad ones, and words for these in a message.
 RULES: Mapping[str, Callable[[np.ndarray], tuple[np.ndarray, str]]] = {
     "longitude": _within(-180, 180, "a longitude"),
     "latitude": _within(-90, 90, "a latitude"),

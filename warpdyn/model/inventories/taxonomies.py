@@ -1,4 +1,4 @@
-"""What an inventory's text says of a building's structure: names of Hazus, or strings of GEM's building taxonomy."""
+"""Structure types in an inventory: names of Hazus, or strings of GEM's building taxonomy."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ import numpy as np
 
 from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
-MOST_STOREYS = 50  # that a type of Hazus has here
+MOST_STOREYS = 50  # of a Hazus type in warpdyn
 WOOD, MOST_STOREYS_OF_W1 = "wood", 2  # Hazus Technical Manual, table 5.1: W1 has 1 to 2 storeys
 HEIGHT_CLASSES = "LMH"
 
 # Materials and lateral systems of GEM's building taxonomy (Brzev et al. 2013, GEM Building Taxonomy Version 2.0; Silva
-# et al. 2022, Earthquake Spectra 38(1), of version 3), and Hazus' types of the same structure (Technical Manual,
-# chapter 5, model building types). What Hazus has no type of, as confined masonry, adobe and bamboo, stands nowhere
-# here.
+# et al. 2022, Earthquake Spectra 38(1), for version 3), and the equivalent Hazus types (Technical Manual, chapter 5,
+# model building types). Structures without a Hazus type, such as confined masonry, adobe and bamboo, are not listed.
 _GEM = {
     ("W", "LFM"): WOOD,
     ("W", "LWAL"): WOOD,
@@ -36,12 +35,12 @@ _GEM = {
     ("CR+PC", "LDUAL"): "PC2",
     ("MUR", "LWAL"): "URM",
     ("MUR", ""): "URM",
-    # Reinforced masonry is of two types, which differ by their floors.
+    # Reinforced masonry has two types, which differ by their floors.
     ("MR", "LWAL", "FW"): "RM1",
     ("MR", "LWAL", "FME"): "RM1",
     ("MR", "LWAL", "FC"): "RM2",
 }
-# Details of a material that Hazus has no type of: heavy timber, bamboo, wattle and daub; adobe and stone.
+# Details of materials without a Hazus type: heavy timber, bamboo, wattle and daub; adobe and stone.
 _WITHOUT_TYPE = {"W": ("WHE", "WBB", "WWD", "WLO"), "MUR": ("ADO", "ST99", "STRUB", "STDRE", "STON")}
 _LEVELS = {
     "CDN": "pre",
@@ -58,12 +57,12 @@ _HEIGHT = re.compile(r"(?:^|[/+])H(?:EX|APP|BET)?:(\d+)(?:[-,](\d+))?(?=[/+]|$)"
 
 @dataclass(frozen=True)
 class Structure:
-    """What a text says of a structure.
+    """The structure that a text describes.
 
     Args:
-        family: A key of `families()`, or nothing where Hazus has no equivalent.
-        storeys: Number of storeys, NaN where the text does not say it.
-        level: Design level, or nothing where the text does not say it.
+        family: A key of `families()`; "": no equivalent Hazus type.
+        storeys: Number of storeys; NaN: not in the text.
+        level: Design level; "": not in the text.
     """
 
     family: str = ""
@@ -73,10 +72,10 @@ class Structure:
 
 @functools.cache
 def families() -> Mapping[str, np.ndarray]:
-    """Return, of each name that a structure may have, the number of its Hazus type by storeys, -1 where it has none.
+    """Return, for each name of a structure, the number of its Hazus type by storeys, -1 for no type.
 
-    A name is a type ("C1M"), a type without its class of heights ("C1") or "wood", which is W1 up to two storeys and
-    W2 above. Each array has the shape [storeys from 0 to 50]; numbers are places in `building_types()`.
+    A name is a type ("C1M"), a type without its height class ("C1") or "wood", which is W1 up to two storeys and W2
+    above. Each array has the shape [storeys from 0 to 50]; numbers are places in `building_types()`.
     """
     found: dict[str, np.ndarray] = {}
     for place, name in enumerate(building_types()):
@@ -91,7 +90,7 @@ def families() -> Mapping[str, np.ndarray]:
 
 
 def structure_of(text: str) -> Structure:
-    """Return what a text says, by Hazus' names or by GEM's taxonomy."""
+    """Return the structure that a text describes by a Hazus name or by GEM's taxonomy."""
     name = text.strip()
     if name.upper() in families():
         return Structure(name.upper())
@@ -99,7 +98,7 @@ def structure_of(text: str) -> Structure:
     atoms = {atom for segment in segments for atom in segment}
     level = next((level for atom, level in _LEVELS.items() if atom in atoms), "")
     height = _HEIGHT.search(name)
-    # A range of storeys stands for the middle one, the higher of two.
+    # For a range of storeys take the middle, rounded up.
     storeys = np.ceil(np.mean([float(each) for each in height.groups() if each])) if height else np.nan
     return Structure(_family(segments), float(storeys), level)
 
@@ -115,7 +114,7 @@ def _family(segments: list[list[str]]) -> str:
         system = next((head for head in heads if re.fullmatch(r"L[A-Z]+", head)), "")
         floor = next((head for head in heads if head in ("FW", "FME", "FC")), "")
         if material == "S" and "SL" in details:
-            return "S3"  # light-gauge members, whatever their system
+            return "S3"  # light-gauge members, with any lateral system
         if material == "CR" and "PC" in details:
             material = "CR+PC"
         return _GEM.get((material, system)) or _GEM.get((material, system, floor), "")

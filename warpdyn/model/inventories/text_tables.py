@@ -1,4 +1,4 @@
-"""Tables of text: CSV files, of which every row is read whole or none is."""
+"""Tables in CSV files; an error is raised if a row has too few or too many values."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from warpdyn.foundations.files.text import check_names, check_separator
 
 
 def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier: str = "id") -> pd.DataFrame:
-    """Return the table of a CSV file, with names of columns as they are but for spaces around them.
+    """Return the table of a CSV file, without blanks around the names of columns.
 
     Args:
-        path: The file, UTF-8, with or without a mark of its byte order.
-        comment: What lines before the names of the columns begin with, if there are any.
-        identifier: The column, in any case, that is text: "007" is another building than "7".
+        path: The file, UTF-8, with or without a byte order mark.
+        comment: Beginning of comment lines before the names of the columns.
+        identifier: The column, in upper or lower case, that is read as text: "007" is another building than "7".
 
     Raises:
-        ValueError: If it is empty, its columns are not separated by commas, it has a column twice (also with a name
-            that differs in upper and lower case or in blanks alone), or a row has more or fewer values than there are
-            columns. The message names the file.
+        ValueError: If the file is empty, its columns are not separated by commas, two columns have the same name (apart
+            from upper and lower case and blanks), or a row has more or fewer values than there are columns. The message
+            names the file.
         FileNotFoundError: If there is no such file.
     """
     try:
@@ -33,13 +33,13 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
             while comment and line.startswith(comment):
                 skipped, line = skipped + 1, next(lines, "")
         if not line.strip():
-            raise ValueError("it is empty: there are no names of columns")
+            raise ValueError("it is empty: the first line must contain the names of columns")
         check_separator(line)
         names = next(csv.reader([line], skipinitialspace=True), [])
         check_names(names)
         ids: dict[str, type] = {name: str for name in names if name.strip().lower() == identifier.lower()}
         with warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)  # of values that would be dropped
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # values would be dropped
             try:
                 table = pd.read_csv(
                     path,
@@ -56,7 +56,7 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         if len(table.columns) and table.iloc[:, -1].isna().any():
             _check_lengths(path, len(names), skipped)
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path} is no text in UTF-8: {error}") from None
+        raise ValueError(f"{path} is not text in UTF-8: {error}") from None
     except (ValueError, pd.errors.ParserWarning, csv.Error) as error:
         raise ValueError(f"{path}: {error}") from None
     return table.rename(columns=lambda name: str(name).strip())
@@ -69,6 +69,6 @@ def _check_lengths(path: str | os.PathLike, columns: int, skipped: int) -> None:
         for row in rows:
             if row and len(row) != columns:
                 raise ValueError(
-                    f"line {skipped + rows.line_num} has {len(row)} values and there are {columns} columns: correct "
+                    f"line {skipped + rows.line_num} has {len(row)} values, but there are {columns} columns: correct "
                     "the line"
                 )

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from warpdyn.foundations.core.messages import counted
 from warpdyn.foundations.files.text import inside_folder
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.sites.grid_stations import (
     MOTIONS,
     acceleration_factor,
-    named_points,
     number_of_station,
     read_stations,
     warn_of_points_left_out,
@@ -22,28 +22,28 @@ from warpdyn.model.sites.motion_grid import MotionGrid
 
 
 def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
-    """Read the motions at the points of a grid, as SimCenter's R2D tool takes them.
+    """Read the motions at the points of a grid for SimCenter's R2D tool.
 
-    The folder holds EventGrid.csv (columns `GP_file`, `Longitude`, `Latitude`), the file of each point that it names
-    (columns `TH_file` and, if factors are not 1, `factor`, a row for each earthquake), and each motion as
-    `<TH_file>.json` with `dT` [s], `data_x` and, if both components are known, `data_y`. Every point has as many rows:
-    row `i` of every point is of earthquake `i` (in SimCenter's own draws, too). Other columns of the grid, such as
-    Vs30, are not used; SimCenter takes for a building that has such a property only the points that agree with it.
+    The folder contains EventGrid.csv (columns `GP_file`, `Longitude`, `Latitude`), a file for each point (columns
+    `TH_file` and, if factors are not 1, `factor`, a row for each earthquake), and each motion as `<TH_file>.json` with
+    `dT` [s], `data_x` and, if there are two components, `data_y`. All points have the same number of rows: row `i` is
+    of earthquake `i`, as in SimCenter's draws. Other columns of the grid, such as Vs30, are not used; SimCenter uses
+    for a building with such a property only the points that agree with it.
 
     Args:
         path: EventGrid.csv, or its folder.
-        unit: Unit of the accelerations, which the files do not say: one of `records.UNITS`, such as "g".
+        unit: Unit of the accelerations, which the files do not give: one of `records.UNITS`, such as "g".
 
     Returns:
-        The grid of motions, each motion held once however many points have it. Points without a place, or with NaN
-        among their factors or motions, are left out; a warning counts and names them.
+        The grid of motions. Points without coordinates, or with NaN among their factors or motions, are left out; a
+        warning counts and names them.
 
     Raises:
         ValueError: If a column is missing, points have no file or no motions (the message counts and names them), their
-            numbers of rows differ, a file lies outside the folder (also by a symbolic link), a factor is not above 0,
-            or a motion's file is not as it should be.
+            numbers of rows differ, a file is outside the folder (also through a symbolic link), a factor is not above
+            0, or a motion's file is invalid.
         FileNotFoundError: If there is no such EventGrid.csv.
-        TypeError: If the path is none.
+        TypeError: If `path` is not a path.
 
     Example:
         >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
@@ -54,7 +54,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
     file, names, places, rows = read_stations("read_event_grid", path)
     if rows[0] and MOTIONS not in rows[0][0]:
         raise ValueError(
-            f"{file}: {names[0]} has no column {MOTIONS!r}, as files of intensities have none: take read_intensity_grid"
+            f"{file}: {names[0]} has no column {MOTIONS!r}: use read_intensity_grid if these are files of intensities"
         )
     factor = acceleration_factor(unit, str(file))
     found: dict[str, int] = {}
@@ -81,7 +81,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
             scale[point, earthquake] = number_of_station(where, row.get("factor") or "1", above=0)
     if missing:
         raise ValueError(
-            f"{file}: {named_points(missing)} of {len(found):,} motions have no file <{MOTIONS}>.json in its folder"
+            f"{file}: {counted(missing)} of {len(found):,} motions have no file <{MOTIONS}>.json in its folder"
         )
     kept = np.array(~np.isnan(scale).any(axis=1) & ~np.isin(record, sorted(unknown)).any(axis=1))
     warn_of_points_left_out(file, names, kept, "NaN among their factors or motions")
@@ -91,7 +91,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
     motions, record = [motions[each] for each in used], np.searchsorted(used, record).astype(np.int32)
     components = len(motions[0])
     if any(len(each) != components for each in motions):
-        raise ValueError(f"{file}: some motions have one component and others two: give all of them both, or one")
+        raise ValueError(f"{file}: some motions have one component and others two: give all of them one, or two")
     motion = record[:, :, None] * components + np.arange(components, dtype=np.int32)
     same = (record == record[:1]).all(axis=0)
     labels = list(found)
@@ -102,7 +102,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
 
 
 def _read_motion(path: Path, name: str, factor: float) -> list[GroundMotion]:
-    """Return the components of a motion; none of one with NaN."""
+    """Return the components of a motion; an empty list if it has NaN."""
     try:
         told = json.loads(path.read_text(encoding="utf-8-sig"))
         step = told["dT"]
@@ -113,7 +113,7 @@ def _read_motion(path: Path, name: str, factor: float) -> list[GroundMotion]:
     if any(np.isnan(each).any() for each in arrays.values()):
         return []
     try:
-        # Components of one record may be of different lengths.
+        # Components of a record may have different lengths.
         return [GroundMotion(each, step, f"{name} {axis}", str(path), name, axis) for axis, each in arrays.items()]
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None

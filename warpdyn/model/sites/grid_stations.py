@@ -1,4 +1,4 @@
-"""Stations of SimCenter's EventGrid.csv: their places, and the rows of each station's file."""
+"""Stations of SimCenter's EventGrid.csv: their coordinates, and the rows of each station's file."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import counted, warn_caller
 from warpdyn.foundations.files.text import check_names, check_separator, existing_file, inside_folder
 from warpdyn.model.ground_motions.records.units import unit_factor
+from warpdyn.model.inventories.table import no_column
 from warpdyn.model.inventories.text_tables import read_csv
 from warpdyn.model.sites.places import check_degrees
 
 MOTIONS, GRID_COLUMNS = "TH_file", ("GP_file", "Longitude", "Latitude")
-MOST_SHOWN = 3
 MISSING = ("", "nan", "na", "n/a", "null")
 
 
@@ -31,12 +31,12 @@ def read_stations(
     table = read_csv(file)
     for name in GRID_COLUMNS:
         if name not in table:
-            raise ValueError(f"{file}: there is no column {name!r}; the columns are {', '.join(table.columns)}")
+            raise no_column(str(file), name, table)
     if not len(table):
         raise ValueError(f"{file}: there is no grid point in it")
     unnamed = [f"row {row + 1}" for row in np.flatnonzero(table["GP_file"].isna())]
     if unnamed:
-        raise ValueError(f"{file}: {named_points(unnamed)} of {len(table):,} grid points have no GP_file")
+        raise ValueError(f"{file}: {counted(unnamed)} of {len(table):,} grid points have no GP_file")
     names = table["GP_file"].astype(str).tolist()
     places = [
         np.array(
@@ -46,7 +46,7 @@ def read_stations(
     ]
     twice = pd.DataFrame({"name": names, "lon": places[0], "lat": places[1]}).duplicated().to_numpy()
     if twice.any():
-        raise ValueError(f"{file}: the grid point {names[int(twice.argmax())]} stands twice: remove one of its rows")
+        raise ValueError(f"{file}: the grid point {names[int(twice.argmax())]} has two rows: remove one of them")
     kept = ~(np.isnan(places[0]) | np.isnan(places[1]))
     warn_of_points_left_out(file, names, kept, "no longitude or latitude")
     names = [name for name, is_kept in zip(names, kept, strict=True) if is_kept]
@@ -55,31 +55,31 @@ def read_stations(
     files = {name: inside_folder(file.parent, name, str(file)) for name in dict.fromkeys(names)}
     missing = [name for name in names if not files[name].is_file()]
     if missing:
-        raise ValueError(f"{file}: {named_points(missing)} of {len(names):,} grid points have no file")
+        raise ValueError(f"{file}: {counted(missing)} of {len(names):,} grid points have no file")
     read = {name: _rows_of_station(source) for name, source in files.items()}
     empty = [name for name, rows in read.items() if not rows]
     if empty:
-        raise ValueError(f"{file}: {named_points(empty)} of {len(names):,} grid points have no motions in their file")
+        raise ValueError(f"{file}: {counted(empty)} of {len(names):,} grid points have no motions in their file")
     counts = {name: len(rows) for name, rows in read.items()}
     others = [name for name, count in counts.items() if count != counts[names[0]]]
     if others:
         raise ValueError(
-            f"{file}: {names[0]} has {counts[names[0]]} rows, and {named_points(others)} of {len(names):,} points have "
-            "other numbers: each point has a row for each earthquake"
+            f"{file}: {names[0]} has {counts[names[0]]} rows, but {counted(others)} of {len(names):,} points have "
+            "other numbers of rows: each point needs a row for each earthquake"
         )
     return file, names, (longitude, latitude), [read[name] for name in names]
 
 
 def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why: str) -> None:
-    """Warn of points that are left out; raise a ValueError if none is left."""
+    """Warn of points that are left out; raise a ValueError if no point is left."""
     if kept.all():
         return
     left = [name for name, is_kept in zip(names, kept, strict=True) if not is_kept]
     if not kept.any():
         raise ValueError(f"{file}: all of {len(names):,} grid points ({names[0]}, ...) have {why}")
     warn_caller(
-        f"{file}: {named_points(left)} of {len(names):,} grid points have {why} and are left out: buildings take the "
-        "points around them"
+        f"{file}: {counted(left)} of {len(names):,} grid points have {why} and are left out: buildings use the points "
+        "around them"
     )
 
 
@@ -100,7 +100,7 @@ def _rows_of_station(path: Path) -> list[dict[str, str]]:
 
 
 def number_of_station(what: str, word: object, *, above: float | None = None, least: float | None = None) -> float:
-    """Return a number, NaN where it is missing; raise a ValueError if it is none, infinite or out of its bound."""
+    """Return a number, NaN if it is missing; raise a ValueError for other text, infinity or a value out of bounds."""
     text = str(word).strip()
     try:
         value = np.nan if text.lower() in MISSING else float(text)
@@ -113,10 +113,5 @@ def number_of_station(what: str, word: object, *, above: float | None = None, le
 
 
 def acceleration_factor(unit: str, where: str) -> float:
-    """Return the factor from a unit of acceleration, also as R2D writes it ("inps2"), to m/s2."""
+    """Return the factor from a unit of acceleration, also in R2D's form ("inps2"), to m/s2."""
     return unit_factor(re.sub(r"^([a-z]+)ps2$", r"\1/s2", str(unit).strip(), flags=re.IGNORECASE), where)
-
-
-def named_points(names: list[str]) -> str:
-    """Return a number of names and some of them."""
-    return f"{len(names):,} ({', '.join(names[:MOST_SHOWN])}{', ...' if len(names) > MOST_SHOWN else ''})"

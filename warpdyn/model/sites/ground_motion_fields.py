@@ -10,17 +10,17 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.foundations.core.checks import whole_number
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import counted, warn_caller
 from warpdyn.foundations.files.text import existing_file
+from warpdyn.model.inventories.table import no_column
 from warpdyn.model.inventories.text_tables import read_csv
 from warpdyn.model.sites.intensity_fields import field_dataset
 
-# Names of columns, as the engine writes them now and wrote them before.
+# Names of columns in recent and older versions of the engine.
 EVENTS, SITES = ("event_id", "eid"), ("custom_site_id", "site_id", "sid")
 PREFIX = "gmv_"
-# What the engine gives intensities in, and what we make of them: accelerations stay in g.
+# Our units of intensities, and the factors from the engine's units; accelerations stay in g.
 UNITS = {"PGA": ("g", 1.0), "SA": ("g", 1.0), "AvgSA": ("g", 1.0), "PGV": ("m s-1", 0.01), "PGD": ("m", 0.01)}
-MOST_SHOWN = 3
 MOST_VALUES = 2**28  # of a field, 2 GiB
 
 
@@ -32,28 +32,28 @@ def read_ground_motion_field(
 ) -> xr.Dataset:
     """Read ground motion fields of the OpenQuake engine.
 
-    The engine leaves out sites where an event is weaker than its `minimum_intensity`, and events that are weaker at
-    all sites: the intensity there is taken as 0. The engine numbers events from 0, so that every number up to the
-    largest in the file is an event; of weak events after it only `events` can tell.
+    The engine does not write sites where an event is weaker than its `minimum_intensity`, nor events that are weaker at
+    all sites: their intensities are read as 0. Events are numbered from 0, so that every number up to the largest in
+    the file is an event; weak events after the largest are known only from `events`.
 
     Args:
         fields: The CSV file of the fields (gmf-data), with columns `event_id`, `gmv_PGA`, `gmv_SA(0.3)` and so on, and
             `site_id` or `custom_site_id`.
         sites: The CSV file of the sites (sitemesh), with the same column of sites, `lon` and `lat`.
-        events: Number of events of the calculation, whose ids are then 0 to one less; or the ids of its events, or the
-            CSV file of its events with a column `event_id`. None takes the ids from 0 to the largest one in `fields`;
-            a warning counts those without rows.
+        events: Number of events of the calculation, with ids from 0; or the ids of its events, or the CSV file of its
+            events with a column `event_id`. None: ids from 0 to the largest in `fields`; a warning counts those without
+            rows.
 
     Returns:
         Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point): accelerations in g, velocities in m/s,
-        displacements in m, other measures as they are, without a unit; with the coordinates `longitude`, `latitude`
-        and `point_name`. `scale_records` takes one of them.
+        displacements in m, other measures unchanged, without a unit; with the coordinates `longitude`, `latitude` and
+        `point_name`. Give one of the fields to `scale_records`.
 
     Raises:
-        ValueError: If a column is missing, a site of the fields is not among the sites, an event not among `events`, a
-            site or a value stands twice, or a value is below 0 or not finite. The message names the file.
+        ValueError: If a column is missing, a site of the fields is not among the sites, an event is not among `events`,
+            a site or a value is repeated, or a value is below 0 or not finite. The message names the file.
         FileNotFoundError: If there is no such file.
-        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
+        TypeError, IsADirectoryError: If a path is not a path, or is a folder.
 
     Example:
         >>> shaking = wd.sites.read_ground_motion_field("gmf-data_1.csv", "sitemesh_1.csv")
@@ -69,10 +69,10 @@ def read_ground_motion_field(
     site = _column(fields, values, [name for name in SITES if name in mesh] or SITES)
     for name in (site, "lon", "lat"):
         if name not in mesh:
-            raise ValueError(f"{sites}: there is no column {name!r}; the columns are {', '.join(mesh.columns)}")
+            raise no_column(str(sites), name, mesh)
     names = mesh[site].astype(str)
     if names.duplicated().any():
-        raise ValueError(f"{sites}: site {names[names.duplicated()].iloc[0]!r} stands twice")
+        raise ValueError(f"{sites}: site {names[names.duplicated()].iloc[0]!r} has two rows: remove one of them")
     measures = [name for name in values.columns if name.startswith(PREFIX)]
     if not measures or not len(values):
         raise ValueError(
@@ -86,7 +86,7 @@ def read_ground_motion_field(
     place = pd.Index(names).get_indexer(values[site].astype(str))
     if np.any(place < 0):
         unknown = values[site].astype(str)[place < 0].unique()
-        raise ValueError(f"{fields}: {unknown.size:,} sites ({', '.join(unknown[:MOST_SHOWN])}) are not in {sites}")
+        raise ValueError(f"{fields}: {sites} lacks sites of the fields: {counted(unknown)}")
     earthquakes = _events(fields, values[event], events, len(names))
     number = pd.Index(earthquakes).get_indexer(values[event])
     cell = number.astype(np.int64) * len(names) + place
@@ -96,15 +96,16 @@ def read_ground_motion_field(
     silent = len(names) - np.unique(place).size
     if silent:
         first = names[np.setdiff1d(np.arange(len(names)), place)[0]]
-        warn_caller(f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: they are taken as 0")
+        warn_caller(f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: 0 is used")
     made = {}
     for column in measures:
         given = pd.to_numeric(values[column], errors="coerce").to_numpy(dtype=np.float64)
         bad = ~(np.isfinite(given) & (given >= 0))
         if bad.any():
             raise ValueError(
-                f"{fields}: {np.count_nonzero(bad):,} values of {column} are no intensities, the first is "
-                f"{values[column].iloc[int(np.argmax(bad))]} at site {values[site].iloc[int(np.argmax(bad))]}"
+                f"{fields}: {np.count_nonzero(bad):,} values of {column} are not finite numbers of at least 0, the "
+                f"first is {values[column].iloc[int(np.argmax(bad))]} at site "
+                f"{values[site].iloc[int(np.argmax(bad))]}"
             )
         name = _measure_name(column.removeprefix(PREFIX))
         unit, factor = UNITS.get(name.partition("(")[0], ("", 1.0))
@@ -118,11 +119,11 @@ def read_ground_motion_field(
 def _events(
     fields: str | os.PathLike, found: pd.Series, events: int | Sequence[int] | str | os.PathLike | None, sites: int
 ) -> np.ndarray:
-    """Return the ids of all events, increasing, of which `found` are those that have rows."""
+    """Return the increasing ids of all events; `found` are the events in the rows."""
     ids = pd.to_numeric(found, errors="coerce").to_numpy(np.float64)
     if not np.all((ids >= 0) & (ids == np.floor(ids)) & (ids < 2**62)):
         row = int(np.argmin((ids >= 0) & (ids == np.floor(ids))))
-        raise ValueError(f"{fields}: the event {found.iloc[row]!r} is no whole number of at least 0")
+        raise ValueError(f"{fields}: the event {found.iloc[row]!r} is not a whole number of at least 0")
     last = int(ids.max())
     if isinstance(events, str | os.PathLike):
         path = existing_file("read_ground_motion_field", events)
@@ -135,7 +136,7 @@ def _events(
         if count * sites > MOST_VALUES:
             raise ValueError(
                 f"{fields}: the largest event id is {last:,}, and {count:,} events at {sites:,} sites are more than "
-                f"{MOST_VALUES:,} values: give events=, the file of the calculation's events, or divide the files"
+                f"{MOST_VALUES:,} values: give events=, the file of the calculation's events, or split the files"
             )
         every = np.arange(count, dtype=np.float64)
     unknown = np.setdiff1d(ids, every)
@@ -143,17 +144,20 @@ def _events(
         raise ValueError(f"{fields}: the event {unknown[0]:g} is not among the events, {every[0]:g} to {every[-1]:g}")
     silent = np.setdiff1d(every, ids)
     if silent.size:
-        shown = ", ".join(f"{each:g}" for each in silent[:MOST_SHOWN]) + (", ..." if silent.size > MOST_SHOWN else "")
-        after = "" if events is not None else f"; of events after {last:,} give their number, as in events={last + 1}"
+        after = (
+            ""
+            if events is not None
+            else f"; for weak events after {last:,} give the number of events, such as events={last + 1}"
+        )
         warn_caller(
-            f"{fields}: {silent.size:,} of {every.size:,} events ({shown}) have no row: their intensities are taken as "
-            f"0 at all sites{after}"
+            f"{fields}: {counted([f'{each:g}' for each in silent])} of {every.size:,} events have no row: their "
+            f"intensities are read as 0 at all sites{after}"
         )
     return every.astype(np.int64)
 
 
 def _distinct_events(what: str, ids: pd.Series) -> np.ndarray:
-    """Return ids of events, increasing, once they are whole numbers of which none repeats."""
+    """Return ids of events, increasing, after checking that they are distinct whole numbers."""
     found = pd.to_numeric(ids, errors="coerce").to_numpy(np.float64)
     good = found.size > 0 and bool(np.all((found >= 0) & (found == np.floor(found)) & (found < 2**62)))
     if not good or np.unique(found).size < found.size:

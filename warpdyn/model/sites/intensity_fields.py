@@ -1,4 +1,4 @@
-"""Fields of an intensity measure at the points of a grid: their dataset, and records that are scaled to them."""
+"""Fields of an intensity measure at the points of a grid: their dataset, and records scaled to them."""
 
 from __future__ import annotations
 
@@ -25,25 +25,16 @@ from warpdyn.model.sites.motion_grid import MotionGrid
 from warpdyn.model.sites.places import check_degrees
 
 MOST_SHOWN = 3
-PEAKS: Mapping[str, IntensityMeasure] = {
-    "PGA": PeakGroundAcceleration(),
-    "PGV": PeakGroundVelocity(),
-    "PGD": PeakGroundDisplacement(),
-}
+PEAKS = {"PGA": PeakGroundAcceleration(), "PGV": PeakGroundVelocity(), "PGD": PeakGroundDisplacement()}
 # Factors from units of fields to those of the measures.
-FACTORS = {
-    ("g", "m s-2"): STANDARD_GRAVITY,
-    ("m s-2", "m s-2"): 1.0,
-    ("m s-1", "m s-1"): 1.0,
-    ("m", "m"): 1.0,
-}
+FACTORS = {("g", "m s-2"): STANDARD_GRAVITY, ("m s-2", "m s-2"): 1.0, ("m s-1", "m s-1"): 1.0, ("m", "m"): 1.0}
 _SPECTRAL = re.compile(r"SA\((\d+(?:\.\d+)?)\)")
 
 Record = GroundMotion | tuple[GroundMotion, GroundMotion]
 
 
 def measure_named(name: str) -> IntensityMeasure | None:
-    """Return the measure of a field by OpenQuake's name: PGA, PGV, PGD or SA(period in s, damped by 5 %)."""
+    """Return the measure of a field by OpenQuake's name: PGA, PGV, PGD or SA(period in s), with 5 % damping."""
     spectral = _SPECTRAL.fullmatch(name)
     if spectral and float(spectral[1]) > 0:
         return SpectralAcceleration(float(spectral[1]))
@@ -62,12 +53,12 @@ def field_dataset(
     """Return the dataset of intensity fields.
 
     Args:
-        what: The file, in errors.
+        what: The file, for errors.
         longitude: Longitudes of the points [degree], shape [point].
-        latitude: Latitudes [degree].
-        fields: Values of shape [earthquake, point] and their unit, nothing where it is not known, by name.
-        points: Names of the points; None where they have none.
-        earthquakes: Names of the earthquakes; None to number them.
+        latitude: Latitudes [degree], shape [point].
+        fields: Values of shape [earthquake, point] and their unit ("" if it is unknown), by name.
+        points: Names of the points; None: no names.
+        earthquakes: Names of the earthquakes; None: numbers from 0.
         attributes: Attributes of the dataset.
 
     Raises:
@@ -76,8 +67,8 @@ def field_dataset(
     check_degrees(what, longitude, latitude)
     variables = {}
     for name, (values, units) in fields.items():
-        said = {"long_name": name} | ({"units": units} if units else {}) | ({"comment": IN_G} if units == "g" else {})
-        variables[name] = (("earthquake", "point"), values, said)
+        about = {"long_name": name} | ({"units": units} if units else {}) | ({"comment": IN_G} if units == "g" else {})
+        variables[name] = (("earthquake", "point"), values, about)
     count = next(iter(fields.values()))[0].shape[0]
     names = [str(each) for each in (range(count) if earthquakes is None else earthquakes)]
     coordinates = {
@@ -95,23 +86,23 @@ def scale_records(
 ) -> MotionGrid:
     """Return motions at the points of an intensity field: in each earthquake one record, scaled to the field's values.
 
-    All points have the same record in an earthquake, so that buildings share it. A pair of components is scaled by one
-    factor, so that the geometric mean of both has the field's value.
+    All points have the same record in an earthquake. A pair of components is scaled by one factor, so that the
+    geometric mean of both has the field's value.
 
     Args:
-        field: Values of a measure, dimensions `earthquake` and `point`, as the readers of `wd.sites` and
-            `correlated_fields` return them: `wd.sites.read_shakemap("grid.xml")["SA(1.0)"]`.
-        motions: Records to choose from: motions, or pairs of components, as `records.pairs` returns them.
-        seed: Seed of the choice: records come in a random order, each once before any comes again.
-        record: Index into `motions` of each earthquake instead, shape [earthquake].
+        field: Values of a measure, dimensions `earthquake` and `point`, from the readers of `wd.sites` or
+            `correlated_fields`, such as `wd.sites.read_shakemap("grid.xml")["SA(1.0)"]`.
+        motions: Records: motions, or pairs of components, as from `records.pairs`.
+        seed: Seed of the random order of records; a record is repeated only after all others.
+        record: Index into `motions` of each earthquake, shape [earthquake]; None: chosen at random.
 
     Returns:
-        The grid of motions; `at` makes the design of buildings.
+        The grid of motions; its method `at` makes the design for buildings.
 
     Raises:
-        ValueError: If the field's measure or unit is not known, values are below 0 or not finite, or a motion has no
+        ValueError: If the field's measure or unit is unknown, values are below 0 or not finite, or a motion has no
             intensity to scale.
-        TypeError: If `field` is no DataArray, or a motion is none.
+        TypeError: If `field` is not a DataArray, or a motion is not a GroundMotion.
 
     Example:
         >>> shaking = wd.sites.read_shakemap("grid.xml")
@@ -136,7 +127,7 @@ def scale_records(
     if bad.any():
         at = np.argwhere(bad)
         shown = ", ".join(f"{values[e, p]:g} at point {p} of earthquake {e}" for e, p in at[:MOST_SHOWN])
-        raise ValueError(f"scale_records: {len(at):,} values of {name} are no intensities: {shown}")
+        raise ValueError(f"scale_records: {len(at):,} values of {name} are not finite numbers of at least 0: {shown}")
     if isinstance(motions, list | tuple):
         pairs = [each if isinstance(each, tuple) else (each,) for each in motions]
     else:
@@ -145,12 +136,12 @@ def scale_records(
     if not pairs:
         raise ValueError("scale_records: motions is empty: give at least one GroundMotion")
     if len({len(each) for each in pairs}) != 1:
-        raise ValueError("scale_records: motions must be single ones or pairs of components, all of one kind")
+        raise ValueError("scale_records: motions must be all single motions, or all pairs of components")
     flat = checked_motions([motion for pair in pairs for motion in pair])
     of_motion = measure.values(flat).reshape(len(pairs), -1)
     if not np.all(of_motion > 0):
         silent = flat[int(np.argmin(of_motion.ravel()))].name
-        raise ValueError(f"scale_records: motion {silent!r} has no {name} to scale: leave it out")
+        raise ValueError(f"scale_records: motion {silent!r} has no {name} to scale: remove it")
     of_record = np.exp(np.log(of_motion).mean(axis=1))
     chosen = _chosen(record, values.shape[0], len(pairs), whole_number("seed", seed, 0))
     components = of_motion.shape[1]

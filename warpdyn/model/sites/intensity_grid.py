@@ -19,33 +19,33 @@ from warpdyn.model.sites.grid_stations import (
 )
 from warpdyn.model.sites.intensity_fields import field_dataset
 
-MEASURES = ("PGA", "PGV", "PGD", "IA", "CAV")  # which are never below 0, and SA
-LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # m, of PGD and, in a second, of PGV
+MEASURES = ("PGA", "PGV", "PGD", "IA", "CAV")  # these, and SA, are never below 0
+LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # [m], for PGD and, per second, for PGV
 _SPECTRAL = re.compile(r"P?SA[_( ]*(\d+(?:\.\d+)?) *s?\)?", re.IGNORECASE)
 
 
 def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.Dataset:
-    """Read the intensities at the points of a grid, as SimCenter's R2D tool takes them.
+    """Read the intensities at the points of a grid for SimCenter's R2D tool.
 
-    The folder is as `read_event_grid` says, but the files of the points have a column for each intensity measure, such
-    as `PGA` or `SA(0.3)` (also written `SA_0.3`), a row for each earthquake, and there are no motions. A column may say
-    its unit: `PGA [in/s2]`, `SA_0.3 [g]`, `PGV [cm/s]`.
+    The folder is as in `read_event_grid`, but the files of the points have a column for each intensity measure, such
+    as `PGA` or `SA(0.3)` (also written `SA_0.3`), a row for each earthquake, and there are no motions. A column may
+    give its unit: `PGA [in/s2]`, `SA_0.3 [g]`, `PGV [cm/s]`.
 
     Args:
         path: EventGrid.csv, or its folder.
-        unit: Unit of the accelerations whose columns do not say it: one of `records.UNITS`, or R2D's "g", "mps2",
-            "inps2" or "ftps2". There is no default: R2D's files are in the unit that its input panel shows.
+        unit: Unit of accelerations in columns without a unit: one of `records.UNITS`, or R2D's "g", "mps2", "inps2" or
+            "ftps2". There is no default: R2D's files have the unit of its input panel.
 
     Returns:
         Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point) in g, and the coordinates `longitude` and
-        `latitude`; `scale_records` takes one of them. PGV and PGD are in m/s and m if their columns say the unit. Other
-        measures are as the file has them, without a unit. Points without a place or with NaN are left out; a warning
-        counts and names them.
+        `latitude`; give one of the fields to `scale_records`. PGV and PGD are in m/s and m if their columns give the
+        unit. Other measures are unchanged, without a unit. Points without coordinates or with NaN are left out; a
+        warning counts and names them.
 
     Raises:
-        ValueError: As of `read_event_grid`; if the unit of accelerations is missing, or a column says another one; or
+        ValueError: As in `read_event_grid`; if the unit of accelerations is missing, or a column gives another one; or
             if points have different columns; or if an intensity is below 0 or infinite.
-        TypeError, FileNotFoundError: As of `read_event_grid`.
+        TypeError, FileNotFoundError: As in `read_event_grid`.
 
     Example:
         >>> field = wd.sites.read_intensity_grid("intensities/EventGrid.csv", unit="g")["SA(1.0)"]
@@ -55,7 +55,7 @@ def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.
     file, names, (longitude, latitude), rows = read_stations("read_intensity_grid", path)
     columns = [str(name) for name in rows[0][0]]
     if MOTIONS in columns:
-        raise ValueError(f"{file}: {names[0]} has the column {MOTIONS!r}: take read_event_grid, which reads motions")
+        raise ValueError(f"{file}: {names[0]} has the column {MOTIONS!r}: use read_event_grid, which reads motions")
     for name, of_point in zip(names, rows, strict=True):
         if of_point[0].keys() != rows[0][0].keys():
             raise ValueError(
@@ -104,10 +104,10 @@ def _measure_of_column(file: Path, station: str, column: str, unit: str | None) 
         return measure, "m s-1" if per else "m", LENGTHS[length]
     if not own and unit is None:
         raise ValueError(
-            f"{where} does not say the unit of the acceleration: give unit=, such as unit='g' or unit='inps2', as "
-            "R2D's input panel has it"
+            f"{where} does not give the unit of the acceleration: give unit=, such as unit='g' or unit='inps2', the "
+            "unit of R2D's input panel"
         )
     factor = acceleration_factor(own or str(unit), where)
     if own and unit is not None and factor != acceleration_factor(unit, "read_intensity_grid"):
-        raise ValueError(f"{where} has the unit {own!r}, and unit={unit!r} is another: leave out unit=")
+        raise ValueError(f"{where} has the unit {own!r}, but unit={unit!r} is given: remove unit=")
     return measure, "g", factor / STANDARD_GRAVITY

@@ -1,4 +1,4 @@
-"""Motions at the points of a grid, and the design in which buildings take them from the points near them."""
+"""Motions at the points of a grid, and the design in which buildings get the motions of nearby points."""
 
 from __future__ import annotations
 
@@ -78,23 +78,23 @@ class MotionGrid:
         reach: float | None = None,
         seed: int = 0,
     ) -> MotionsAtSites:
-        """Return the design in which buildings take their motions from the grid points nearest to them.
+        """Return the design in which buildings get the motions of the nearest grid points.
 
-        Each building weighs its nearest points by one over the square of their distance. By default each draw takes one
-        of these points with that probability, as SimCenter's NearestNeighborEvents does (which takes distances in
-        degrees, and we on the sphere), so that buildings side by side may be under motions of different points. A
-        building's draws depend on the seed and its row in the inventory alone.
+        The weight of each of the nearest points is one over its squared distance. By default each draw chooses one of
+        these points with this probability, as SimCenter's NearestNeighborEvents (which uses distances in degrees; here
+        they are on the sphere), so that neighbouring buildings may have motions of different points. A building's draws
+        depend only on the seed and its row in the inventory.
 
         Args:
-            inventory: The buildings, as a reader of `wd.inventories` returned them.
-            rows: The stock that was made of the inventory, for its buildings in the order of the portfolio, or the row
-                of each building; None for all rows in their order, which is not that of a stock's portfolio.
-            draws: How many times each building draws, 25 in SimCenter's Bay Area testbed: draw `i` is of earthquake
-                `i`, with the first again after the last. None for as many as there are earthquakes.
-            neighbours: How many points are near.
-            choice: "draw", or "mean": the factors' weighted mean, where all points have the same motion in an
-                earthquake, as `scale_records` makes them.
-            reach: How far a building may be from the nearest point [m]; None for the grid's spacing, which is the
+            inventory: The buildings, from a reader of `wd.inventories`.
+            rows: The stock made from the inventory, for its buildings in the order of the portfolio, or the row of each
+                building; None: all rows in their order, which is not that of a stock's portfolio.
+            draws: Number of draws of each building, 25 in SimCenter's Bay Area testbed: draw `i` is of earthquake `i`,
+                with the first again after the last. None: the number of earthquakes.
+            neighbours: Number of nearest points.
+            choice: "draw"; or "mean", the weighted mean of factors, if all points have the same motion in an
+                earthquake, as those of `scale_records`.
+            reach: Largest distance of a building from the nearest point [m]; None: the grid's spacing, which is the
                 median distance of a point to its third neighbour.
             seed: Seed of the draws.
 
@@ -102,9 +102,9 @@ class MotionGrid:
             The excitation for a Scene of the portfolio.
 
         Raises:
-            ValueError: If buildings are farther from the grid than that, the stock was made of another inventory, or an
-                argument is out of its range.
-            TypeError: If `inventory` is none.
+            ValueError: If buildings are farther from the grid than `reach`, the stock was made from another inventory,
+                or an argument is out of range.
+            TypeError: If `inventory` is not a DataFrame.
 
         Example:
             >>> grid = wd.sites.read_event_grid("records/EventGrid.csv", unit="g")
@@ -119,8 +119,8 @@ class MotionGrid:
         if isinstance(rows, BuildingStock):
             rows.check(inventory)
             rows = rows.rows
-        # A number of each building of the inventory and each draw, and of each building that is chosen its point.
-        check_memory(f"draws={count} of {len(inventory)} buildings", 8 * count * len(inventory), "take fewer draws")
+        # A random number and a point for each building and draw.
+        check_memory(f"draws={count} of {len(inventory)} buildings", 8 * count * len(inventory), "give fewer draws")
         every = np.arange(len(inventory))
         if rows is not None:
             rows = np.asarray(rows) if isinstance(rows, list | tuple | np.ndarray | pd.Series) else np.zeros(0)
@@ -128,7 +128,7 @@ class MotionGrid:
                 raise TypeError(
                     "MotionGrid.at: rows must be a BuildingStock, or numbers or a mask of the inventory's rows"
                 )
-        rows = every if rows is None else every[unmasked("rows", rows)]  # so that a mask chooses rows, too
+        rows = every if rows is None else every[unmasked("rows", rows)]  # rows may also be a mask
         grid = self.longitude, self.latitude
         index, distance = nearest_points("MotionGrid.at", inventory, rows, *grid, neighbours, reach)
         earthquake = np.arange(count) % len(self.earthquakes)
@@ -150,7 +150,7 @@ def _drawn_points(
     index: np.ndarray, distance: np.ndarray, rows: np.ndarray, buildings: int, draws: int, seed: int
 ) -> np.ndarray:
     """Return a point for each building and draw, with the probability of its weight, shape [building, draw]."""
-    # A row's numbers stand at a place of the stream that its number alone decides on.
+    # The place of a row's numbers in the stream depends only on its number.
     random = uniform_rows(seed, Purpose.GRID_POINTS, buildings, draws)
     found = np.empty((rows.size, draws), np.min_scalar_type(index.max()))
 
@@ -169,13 +169,13 @@ def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
     """Return a run under motions at sites with the draw, the earthquake and the site of each sample.
 
     Args:
-        run: What `simulate` returned, or some of its samples.
+        run: The result of `simulate`, or some of its samples.
         design: The excitation of its scene.
 
     Returns:
         The run with the coordinates `draw_index`, `earthquake_index` and `site_index` along `sample`, and
-        `earthquake_name` along `earthquake`. `damage_shares(run, limits, events=run["draw_index"])` counts buildings
-        by draw, by the worse of both components.
+        `earthquake_name` along `earthquake`. `damage_shares(run, limits, events=run["draw_index"])` counts buildings by
+        draw, each by its worse component.
 
     Raises:
         ValueError: If the run is not of that design.
@@ -188,7 +188,7 @@ def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
         >>> labelled["site_index"].values.tolist()
         [0, 0, 1, 1, 1, 0]
     """
-    check_dataset("label_samples", run, "sample", advice="give what simulate() returned", argument="run")
+    check_dataset("label_samples", run, "sample", advice="give the result of simulate()", argument="run")
     check_kind("label_samples", "the MotionsAtSites of the run", design, MotionsAtSites, argument="design")
     site = np.asarray(design.site)
     structure, place = np.divmod(run["sample"].values.astype(np.int64), design.samples_per_structure)

@@ -1,4 +1,4 @@
-"""Places on Earth: distances, the grid points nearest to buildings, and whether buildings lie within a grid."""
+"""Places on Earth: distances, the grid points nearest to buildings, and whether buildings are within a grid."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from warpdyn.foundations.core.thread_pool import cores, in_parts
 from warpdyn.model.inventories.table import named_rows
 
 EARTH_RADIUS = 6_371_008.8  # m, the mean radius of WGS 84 (Moritz 2000, Journal of Geodesy 74, R1)
-BESIDE = 3  # of a grid's points, the neighbour whose distance is the spacing: that of the wider side of a cell
+BESIDE = 3  # the distance of a grid point to this neighbour is the spacing: the longer side of a cell
 
 
 def unit_vectors(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
-    """Return places [degree] as points of the unit sphere, shape [place, 3]: their chords know no date line."""
+    """Return places [degree] as points of the unit sphere, shape [place, 3], whose chords need no date line."""
     lon, lat = np.radians(longitude), np.radians(latitude)
     return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
 
 
 def arc(chord: np.ndarray) -> np.ndarray:
-    """Return distances on the surface of the Earth [m] of chords of the unit sphere."""
+    """Return the distances on the surface of the Earth [m] for chords of the unit sphere."""
     return 2 * EARTH_RADIUS * np.arcsin(np.minimum(chord / 2, 1.0))
 
 
@@ -46,8 +46,8 @@ def check_degrees(what: str, longitude: np.ndarray, latitude: np.ndarray) -> Non
 def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
     """Return the distances on the surface of the Earth between all pairs of places [m], shape [place, place].
 
-    Chords are the lengths of differences of unit vectors: 1 minus the cosine of an angle would lose angles below 1e-8,
-    which are distances below 0.1 m, to rounding.
+    Chords are lengths of differences of unit vectors: with 1 minus the cosine, angles below 1e-8 (distances below
+    0.1 m) would be lost to rounding.
     """
     square = np.zeros((longitude.size, longitude.size))
     for axis in unit_vectors(longitude, latitude).T:
@@ -56,10 +56,10 @@ def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray
 
 
 def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
-    """Return the spacing of grid points [m], infinite of a single place: the median distance to the third neighbour.
+    """Return the spacing of grid points [m], the median distance to the third neighbour; infinite for a single place.
 
-    On a rectangular grid it is the longer side of a cell, if that is at most twice the other. Points at one place count
-    as one.
+    On a rectangular grid it is the longer side of a cell, if that is at most twice the other. Points at the same place
+    count once.
     """
     distinct = np.unique(longitude + 1j * latitude)
     if distinct.size == 1:
@@ -82,20 +82,19 @@ def nearest_points(
     """Return the grid points nearest to each building, and their distances.
 
     Args:
-        what: The function, in errors.
+        what: The function, for errors.
         inventory: Buildings, with columns `id`, `longitude` and `latitude` [degree].
         rows: Row of each building, counted from 0.
         longitude: Longitudes of the grid points [degree], shape [point].
-        latitude: Latitudes of these [degree].
-        neighbours: How many points; all of a smaller grid.
-        reach: How far a building may be from the nearest of them [m]; None for the grid's spacing.
+        latitude: Latitudes of the grid points [degree], shape [point].
+        neighbours: Number of points; all points of a smaller grid.
+        reach: Largest distance of a building from the nearest point [m]; None: the grid's spacing.
 
     Returns:
         Indices of the points, the nearest first, and great-circle distances [m], both of shape [building, neighbour].
 
     Raises:
-        ValueError: If buildings are farther from the nearest grid point; the message counts and names them, and says if
-            longitude and latitude seem to be exchanged.
+        ValueError: If buildings are farther from the nearest grid point; the message counts and names them.
     """
     tree = cKDTree(unit_vectors(longitude, latitude))
     count = min(neighbours, longitude.size)
@@ -117,7 +116,7 @@ def nearest_points(
         hint = "; longitude and latitude seem to be exchanged" if np.all(arc(swapped) <= most) else ""
         allowed = f"{'its spacing' if reach is None else 'reach'} is {most / 1000:.2f} km"
         raise ValueError(
-            f"{what}: {named_rows(inventory.iloc[rows], outside)} of {rows.size:,} buildings lie outside the grid, "
+            f"{what}: {named_rows(inventory.iloc[rows], outside)} of {rows.size:,} buildings are outside the grid, "
             f"up to {distance[:, 0].max() / 1000:.1f} km from its nearest point, and {allowed}; it spans longitudes "
             f"{longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to {latitude.max():g}{hint}"
         )
@@ -125,9 +124,6 @@ def nearest_points(
 
 
 def inverse_distance_weights(distance: np.ndarray) -> np.ndarray:
-    """Return the weight of each neighbour in proportion to one over its squared distance, shape [building, neighbour].
-
-    A building at a grid point has that point alone.
-    """
-    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # a micrometre, against which all else weighs nothing
+    """Return weights in proportion to one over the squared distance, shape [building, neighbour]."""
+    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # [m]; a point this close gets all the weight
     return weight / weight.sum(axis=1, keepdims=True)

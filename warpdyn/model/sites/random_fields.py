@@ -1,4 +1,4 @@
-"""Random fields of intensities: residuals between and within earthquakes, the latter correlated in space."""
+"""Random fields of intensities: residuals between earthquakes, and spatially correlated ones within earthquakes."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from warpdyn.model.sites.spatial_correlations import SpatialCorrelation
 FEWER = "draw fewer fields"
 MOST_BY_CHOLESKY = 4096  # points, whose covariance takes 128 MiB
 MOST_EMBEDDED = 2**26  # points of the periodic grid
-ROUNDING_OF_VARIANCE = (1e-10, 1e-9, 1e-8)  # relative, tried in turn
-SMALL = 1e-4  # of the variance, by which negative eigenvalues may change it
-UNEVEN = 0.1  # of the spacing: printed coordinates have few digits
+ROUNDING_OF_VARIANCE = (1e-10, 1e-9, 1e-8)  # relative additions to the variance; the smallest that suffices is used
+SMALL = 1e-4  # relative change of the variance that setting negative eigenvalues to 0 may cause
+UNEVEN = 0.1  # of the spacing: tolerance for coordinates printed with few digits
 
 
 def correlated_fields(
@@ -30,24 +30,25 @@ def correlated_fields(
     draws: int,
     seed: int = 0,
 ) -> xr.DataArray:
-    """Draw fields of intensities about their median, with residuals between earthquakes and correlated ones within.
+    """Draw random fields of intensities with residuals between earthquakes and spatially correlated residuals within.
 
-    ln intensity = ln median + tau eta + phi eps: eta is standard normal and one for the whole field, eps is standard
-    normal at each point and correlated in space. Its variance is tau^2 + phi^2. Draw fields on a grid, and let
-    buildings take them from it: up to 4,096 points any grid serves, by a Cholesky factor of their covariance; above,
-    points that are evenly spaced in longitude and latitude, as of a ShakeMap, by circulant embedding (Dietrich and
-    Newsam 1997, SIAM Journal on Scientific Computing 18(4)), with distances on a plane at the middle latitude.
+    ln intensity = ln median + tau eta + phi eps: eta is one standard normal value for the whole field, eps is standard
+    normal at each point and correlated in space. The variance is tau^2 + phi^2. Draw the fields on a grid, from which
+    buildings get their values. Up to 4,096 points the grid may be irregular (Cholesky factor of the covariance). More
+    points must be evenly spaced in longitude and latitude, as in a ShakeMap (circulant embedding, Dietrich and Newsam
+    1997, SIAM Journal on Scientific Computing 18(4), with distances on a plane at the middle latitude).
 
     Args:
         median: Median field, dimensions `earthquake` and `point`, such as `read_shakemap("grid.xml")["SA(1.0)"]`.
-        correlation: The model of the correlation within an earthquake: `JayaramBaker2009(period)` or such.
+        correlation: Model of the correlation within an earthquake, such as `JayaramBaker2009(period)`.
         between: Standard deviation tau of the residual of ln intensity between earthquakes [1].
-        within: Standard deviation phi within an earthquake [1]: one, or one for each point.
-        draws: How many fields are drawn of each earthquake.
-        seed: Seed; more draws leave the first ones as they are.
+        within: Standard deviation phi within an earthquake [1]: one value, or one for each point.
+        draws: Number of fields for each earthquake.
+        seed: Seed; the first fields do not depend on the number of draws.
 
     Returns:
-        Fields as the median is, `draws` in a row for each of its earthquakes, named "<earthquake> <draw>".
+        Fields with the median's units and points, `draws` successive ones for each of its earthquakes, named
+        "<earthquake> <draw>".
 
     Raises:
         ValueError: If a standard deviation is below 0, the median is not above 0, or the grid is too large.
@@ -81,7 +82,7 @@ def correlated_fields(
     check_memory(f"draws={draws} fields of {earthquakes} earthquakes at {points} points", 40 * count * points, FEWER)
     eps = within_event_residuals(longitude, latitude, correlation, count, seed)
     eta = np.random.default_rng([whole_number("seed", seed, 0), Purpose.BETWEEN_EARTHQUAKES]).standard_normal(count)
-    # Draw by draw over the earthquakes, so that more draws leave the first ones as they are.
+    # Each draw covers all earthquakes, so that the first draws do not depend on their number.
     residual = (tau * eta[:, None] + phi * eps).reshape(draws, earthquakes, points).swapaxes(0, 1)
     drawn = (values[:, None] * np.exp(residual)).reshape(count, points)
     names = [f"{name} {draw}" for name in median["earthquake"].values for draw in range(draws)]
@@ -92,25 +93,22 @@ def correlated_fields(
 def within_event_residuals(
     longitude: ArrayLike, latitude: ArrayLike, correlation: SpatialCorrelation, draws: int, seed: int = 0
 ) -> np.ndarray:
-    """Draw standard normal residuals at grid points that are correlated in space.
+    """Draw spatially correlated standard normal residuals at grid points, shape [draw, point].
 
-    Points at one place have one residual.
+    Points at the same place have the same residual.
 
     Args:
         longitude: Longitudes of the points [degree], shape [point].
-        latitude: Latitudes [degree].
-        correlation: The model of their correlation.
-        draws: How many fields.
-        seed: Seed; more draws leave the first ones as they are.
-
-    Returns:
-        Shape [draw, point].
+        latitude: Latitudes [degree], shape [point].
+        correlation: Model of their correlation.
+        draws: Number of fields.
+        seed: Seed; the first fields do not depend on the number of draws.
 
     Raises:
-        ValueError: If longitudes and latitudes are not two rows of one length, in degrees; if the points are at more
-            than 4,096 places that are not evenly spaced, or at too many; or if the model is no correlation, so that
-            the variance of a sum of residuals would be below 0.
-        TypeError: If `correlation` is no SpatialCorrelation.
+        ValueError: If longitudes and latitudes have different lengths or are not in degrees; if the points are at more
+            than 4,096 places that are not evenly spaced, or at too many; or if the model is not positive definite, so
+            that the variance of a sum of residuals would be below 0.
+        TypeError: If `correlation` is not a SpatialCorrelation.
 
     Example:
         >>> longitude, latitude = [-122.3, -122.2], [37.8, 37.8]
@@ -134,15 +132,15 @@ def within_event_residuals(
 
 
 def _checked_places(longitude: ArrayLike, latitude: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return longitudes and latitudes, once they are places on Earth."""
+    """Return longitudes and latitudes, after checking that they are places on Earth."""
     lon, lat = (
         np.atleast_1d(finite_numbers(f"within_event_residuals: {name}", values))
         for name, values in (("longitude", longitude), ("latitude", latitude))
     )
     if lon.ndim != 1 or lon.shape != lat.shape or not lon.size:
         raise ValueError(
-            "within_event_residuals: longitude and latitude must be rows of one length, with at least one point, got "
-            f"shapes {lon.shape} and {lat.shape}"
+            "within_event_residuals: longitude and latitude must be lists of the same length, with at least one point, "
+            f"got shapes {lon.shape} and {lat.shape}"
         )
     check_degrees("within_event_residuals", lon, lat)
     return lon, lat
@@ -158,10 +156,10 @@ def _distinct_places(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _cholesky(covariance: np.ndarray) -> np.ndarray:
-    """Return the lower factor of a covariance matrix, of which rounding may have made eigenvalues negative.
+    """Return the lower factor of a correlation matrix, whose eigenvalues may be negative because of rounding.
 
-    The least addition to the variances of 1 that outweighs rounding is taken: points that are nearly at one place make
-    the matrix nearly singular.
+    Points that are nearly at the same place make the matrix nearly singular; the smallest addition to the diagonal that
+    outweighs rounding is used.
     """
     variance = np.diag_indices_from(covariance)
     for added in ROUNDING_OF_VARIANCE:
@@ -169,9 +167,9 @@ def _cholesky(covariance: np.ndarray) -> np.ndarray:
         with suppress(np.linalg.LinAlgError):
             return np.linalg.cholesky(covariance)
     raise ValueError(
-        "within_event_residuals: the model's correlations at these points are not those of any random field, since "
-        "sums of residuals would have a variance below 0: its correlation() must be a positive definite function of "
-        "the distance, such as exp(-distance / length)"
+        "within_event_residuals: the model's correlations at these points are not those of a random field, since sums "
+        "of residuals would have a variance below 0: its correlation() must be a positive definite function of the "
+        "distance, such as exp(-distance / length)"
     )
 
 
@@ -185,7 +183,7 @@ def _even_grid(longitude: np.ndarray, latitude: np.ndarray) -> tuple[np.ndarray,
         is_even = np.all(np.abs(values - found[0] - place * step) <= UNEVEN * step)
         if not is_even:
             raise ValueError(
-                f"the {longitude.size:,} grid points are not evenly spaced in longitude and latitude: take at most "
+                f"the {longitude.size:,} grid points are not evenly spaced in longitude and latitude: use at most "
                 f"{MOST_BY_CHOLESKY:,} of them, or an even grid"
             )
         places.append(place)
@@ -208,7 +206,7 @@ def _embedded(
             break
         away = [np.minimum(np.arange(n), n - np.arange(n)) * h for n, h in zip(wide, step, strict=True)]
         spectrum = np.fft.fft2(correlation.correlation(np.hypot(away[0][:, None], away[1]))).real
-        if -spectrum[spectrum < 0].sum() <= SMALL * spectrum.size:  # the sum of all is the size times the variance
+        if -spectrum[spectrum < 0].sum() <= SMALL * spectrum.size:  # the sum of all is the size, as the variance is 1
             amplitude = np.sqrt(np.maximum(spectrum, 0.0) / spectrum.size)
             made = np.empty((draws, *shape))
             for first in range(0, draws, 2):  # real and imaginary parts are two independent fields
@@ -219,6 +217,6 @@ def _embedded(
                     made[first + 1] = field.imag
             return made
     raise ValueError(
-        f"a grid of {shape[0]} x {shape[1]} points every {step[0] / 1000:.3g} km is too large or too small beside the "
-        f"range of the correlation, {correlation.correlation_range / 1000:.3g} km: take fewer points of it"
+        f"a grid of {shape[0]} x {shape[1]} points every {step[0] / 1000:.3g} km is too large, or too small for the "
+        f"range of the correlation, {correlation.correlation_range / 1000:.3g} km: use fewer points"
     )

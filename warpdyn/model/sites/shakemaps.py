@@ -1,4 +1,4 @@
-"""ShakeMap's grid.xml: the intensities that an earthquake is estimated to have had at the points of a grid."""
+"""ShakeMap's grid.xml: estimated intensities of an earthquake at the points of a grid."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.foundations.core.messages import warn_caller
-from warpdyn.foundations.files.text import check_names, existing_file
+from warpdyn.foundations.files.text import check_names, existing_file, xml_root
 from warpdyn.model.sites.intensity_fields import field_dataset
 
-# Units of ShakeMap, as its versions write them (ShakeMap manual, "Products and formats": grid.xml), and ours.
+# Units in the versions of ShakeMap (ShakeMap manual, "Products and formats": grid.xml), with ours and the factor.
 UNITS = {
     "%g": ("g", 0.01),
     "pctg": ("g", 0.01),
@@ -28,35 +28,35 @@ UNITS = {
 }
 _SPECTRAL = re.compile(r"PSA(\d+)[P.]?(\d)", re.IGNORECASE)
 MOST_INTENSE = 12.0  # of the modified Mercalli scale
-# What no earthquake is known to have passed: 4.4 g at Ichinoseki-Nishi in 2008 (Aoi, Kunugi and Fujiwara 2008, Science
-# 322), 3.2 m/s at Chi-Chi in 1999; spectral accelerations up to three times the peak.
+# No earthquake is known to have exceeded these: the largest were 4.4 g at Ichinoseki-Nishi in 2008 (Aoi, Kunugi and
+# Fujiwara 2008, Science 322) and 3.2 m/s at Chi-Chi in 1999; spectral accelerations are up to three times the peak.
 HIGHEST = {"PGA": (5.0, "g"), "PSA": (15.0, "g"), "PGV": (5.0, "m/s")}
 VS30 = "SVEL"  # m/s
 _LOGARITHM = re.compile(r"ln\(.*\)")
-TOLD = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", "event_description")
+OF_EVENTS = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", "event_description")
 
 
 def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
     """Read ShakeMaps: the grid.xml of one earthquake, or those of several on the same grid.
 
     Args:
-        *paths: The files, in XML as the USGS publishes it (fields of a grid: LON, LAT, MMI, PGA, PGV, PSA03 and so on,
-            in the units that the file names). A file of uncertainties, such as uncertainty.xml, may stand in their
-            place: its fields are natural logarithms.
+        *paths: The XML files, as published by the USGS (fields of a grid: LON, LAT, MMI, PGA, PGV, PSA03 and so on, in
+            the units that the file names), or files of uncertainties, such as uncertainty.xml, whose fields are those
+            of natural logarithms.
 
     Returns:
         Dataset with the fields of the files (earthquake, point): `PGA` and `SA(0.3)`, `SA(1.0)`, `SA(3.0)` in g, `PGV`
-        in m/s, `MMI`, and all others by their own names, such as `STDPGA`, a standard deviation of the logarithm, or
+        in m/s, `MMI`, and all others under their names, such as `STDPGA`, a standard deviation of the logarithm, or
         `GMPE_INTER_STDPGA` and `GMPE_INTRA_STDPGA`, those between and within earthquakes, for `correlated_fields`; with
-        the coordinates `longitude` and `latitude`. The attributes are what the first file says of its earthquake.
+        the coordinates `longitude` and `latitude`. The attributes describe the earthquake of the first file.
 
     Raises:
-        ValueError: If a file is no such XML, has a field twice or one of an unknown unit among the intensities, another
-            number of values than its grid, places outside its specification, or values that are impossible (not
-            finite, below 0, MMI above 12); or if grids differ. The message names the file. Values beyond all that was
-            ever recorded give a warning.
+        ValueError: If a file is not such XML, has a field twice or an intensity in an unknown unit, does not have as
+            many values as its grid, has places outside its specification, or impossible values (not finite, below 0,
+            MMI above 12); or if grids differ. The message names the file. Values above all recorded ones give a
+            warning.
         FileNotFoundError: If there is no such file.
-        TypeError, IsADirectoryError: If the path is none, or a folder has that name.
+        TypeError, IsADirectoryError: If a path is not a path, or is a folder.
 
     Example:
         >>> shaking = wd.sites.read_shakemap("grid.xml")
@@ -77,27 +77,22 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
                 raise ValueError(f"{paths[i]} is the same map as {paths[before]}, which would count twice")
     for path, (lon, lat, fields, _) in zip(paths[1:], found[1:], strict=True):
         if not (np.array_equal(lon, longitude) and np.array_equal(lat, latitude) and fields.keys() == first.keys()):
-            raise ValueError(f"{path} has another grid, or other fields, than {paths[0]}: read it by itself")
+            raise ValueError(f"{path} has another grid, or other fields, than {paths[0]}: read it separately")
     fields = {name: (np.stack([each[2][name][0] for each in found]), first[name][1]) for name in first}
-    said = {name: value for name, value in attributes.items() if value}
-    return field_dataset(str(paths[0]), longitude, latitude, fields, None, names, said)
+    attributes = {name: value for name, value in attributes.items() if value}
+    return field_dataset(str(paths[0]), longitude, latitude, fields, None, names, attributes)
 
 
 def _read_grid(
     path: Path,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, str]], dict[str, str]]:
-    """Return longitudes, latitudes, the fields with their units, and what a file says of its earthquake."""
-    try:
-        # Python's expat takes no outside entities, and from 2.4.1 on none that grow without bounds.
-        root = ElementTree.parse(path).getroot()
-    except ElementTree.ParseError as error:
-        raise ValueError(f"{path} is no XML: {error}") from None
+    """Return longitudes, latitudes, the fields with their units, and the attributes of the earthquake."""
+    root = xml_root(path)
     parts: dict[str, list[ElementTree.Element]] = {}
     for element in root.iter():
-        if isinstance(element.tag, str):
-            parts.setdefault(element.tag.rpartition("}")[2], []).append(element)
+        parts.setdefault(str(element.tag), []).append(element)
     if "shakemap_grid" not in parts or "grid_data" not in parts or "grid_field" not in parts:
-        raise ValueError(f"{path} is no ShakeMap: it has no <shakemap_grid> with <grid_field> and <grid_data>")
+        raise ValueError(f"{path} is not a ShakeMap: it has no <shakemap_grid> with <grid_field> and <grid_data>")
     columns = sorted(((_whole(path, each, "index"), each) for each in parts["grid_field"]), key=lambda pair: pair[0])
     names = [each.get("name", "").strip().upper() for _, each in columns]
     if [index for index, _ in columns] != list(range(1, len(names) + 1)):
@@ -112,14 +107,14 @@ def _read_grid(
     try:
         values = np.array((parts["grid_data"][0].text or "").split(), dtype=np.float64)
     except ValueError as error:
-        raise ValueError(f"{path}: <grid_data> holds what is no number: {error}") from None
+        raise ValueError(f"{path}: <grid_data> must contain only numbers: {error}") from None
     grid = parts["grid_specification"][0] if "grid_specification" in parts else None
     points = values.size // len(names)
     if grid is not None:
         points = _whole(path, grid, "nlon") * _whole(path, grid, "nlat")
     if values.size != points * len(names) or not points:
         raise ValueError(
-            f"{path}: <grid_data> holds {values.size:,} values, and its grid {points:,} points of {len(names)} fields"
+            f"{path}: <grid_data> has {values.size:,} values, but its grid has {points:,} points of {len(names)} fields"
         )
     for name in ("LON", "LAT"):
         if name not in names:
@@ -130,8 +125,7 @@ def _read_grid(
         _check_extent(path, grid, rows)
     fields = dict(_converted(path, rows, units))
     event = parts["event"][0] if "event" in parts else root
-    told = {name: event.get(name, "") for name in TOLD}
-    return rows["LON"].copy(), rows["LAT"].copy(), fields, told
+    return rows["LON"].copy(), rows["LAT"].copy(), fields, {name: event.get(name, "") for name in OF_EVENTS}
 
 
 def _converted(
@@ -145,7 +139,7 @@ def _converted(
         if spectral or name in ("PGA", "PGV", "MMI"):
             unit = units[name].strip().lower()
             if unit not in UNITS:
-                raise ValueError(f"{path}: {name} is in {units[name]!r}; known units are {', '.join(UNITS)}")
+                raise ValueError(f"{path}: {name} has the unit {units[name]!r}; allowed are {', '.join(UNITS)}")
             ours, factor = UNITS[unit]
             _check_values(path, name, values, factor)
             measure = f"SA({spectral[1]}.{spectral[2]})" if spectral else name
@@ -166,7 +160,7 @@ def _check_values(path: Path, name: str, values: np.ndarray, factor: float) -> N
     if highest is not None and factor * values.max() > highest[0]:
         warn_caller(
             f"{path}: the largest {name} is {factor * values.max():.3g} {highest[1]}, and no earthquake is known with "
-            f"more than {highest[0]:g} {highest[1]}: is the unit in <grid_field> right?"
+            f"more than {highest[0]:g} {highest[1]}: check the unit in <grid_field>"
         )
 
 
@@ -176,7 +170,7 @@ def _raise_for(path: Path, name: str, values: np.ndarray, bad: np.ndarray, bound
         point = int(bad.argmax())
         raise ValueError(
             f"{path}: {bad.sum():,} of {bad.size:,} values of {name} are impossible, the first is {values[point]:g} at "
-            f"point {point + 1}; they must be {bound}. Take another version of the map, or mend the file"
+            f"point {point + 1}; they must be {bound}. Use another version of the map, or correct the file"
         )
 
 
@@ -184,22 +178,21 @@ def _whole(path: Path, element: ElementTree.Element, name: str) -> int:
     """Return an attribute of an element as a whole number above 0."""
     word = element.get(name, "")
     if not word.strip().isdecimal() or int(word) == 0:
-        tag = element.tag.rpartition("}")[2]
-        raise ValueError(f"{path}: {name} of <{tag}> must be a whole number above 0, got {word!r}")
+        raise ValueError(f"{path}: {name} of <{element.tag}> must be a whole number above 0, got {word!r}")
     return int(word)
 
 
 def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndarray]) -> None:
-    """Raise a ValueError unless places are where the grid's specification has them."""
+    """Raise a ValueError unless places are within the grid's specification."""
     for axis, name in (("lon", "LON"), ("lat", "LAT")):
         try:
             low, high = (float(grid.get(f"{axis}_{end}", "nan")) for end in ("min", "max"))
         except ValueError:
             raise ValueError(f"{path}: {axis}_min and {axis}_max of <grid_specification> must be numbers") from None
-        # Printed coordinates and spacings have few digits: a tenth of the map is more than these lose.
-        room = 0.1 * abs(high - low) + 1e-3
-        if rows[name].min() < low - room or rows[name].max() > high + room:
+        # A tenth of the map is more than the rounding of printed coordinates and spacings.
+        tolerance = 0.1 * abs(high - low) + 1e-3
+        if rows[name].min() < low - tolerance or rows[name].max() > high + tolerance:
             raise ValueError(
-                f"{path}: {name} goes from {rows[name].min():g} to {rows[name].max():g}, and <grid_specification> has "
-                f"{low:g} to {high:g}: longitudes and latitudes may be exchanged, or values lost"
+                f"{path}: {name} is from {rows[name].min():g} to {rows[name].max():g}, but in <grid_specification> "
+                f"from {low:g} to {high:g}: longitudes and latitudes may be exchanged, or values missing"
             )

@@ -1,4 +1,4 @@
-"""How intensities at two places correlate within an earthquake: published models of one range."""
+"""Spatial correlation of intensities within an earthquake: published models with a single range."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class SpatialCorrelation(ABC):
         """Distance at which the correlation is exp(-3) = 0.05 [m]."""
 
     def correlation(self, distance: ArrayLike) -> np.ndarray:
-        """Return the correlation [1] at distances [m]: exp(-3 h / b), b the range.
+        """Return the correlation [1] at distances h [m]: exp(-3 h / b), with the range b.
 
         Args:
             distance: Distances between two places [m], any shape.
@@ -43,8 +43,8 @@ class SpatialCorrelation(ABC):
 class JayaramBaker2009(SpatialCorrelation):
     """The model of Jayaram and Baker (2009) for spectral accelerations: exp(-3 h / b).
 
-    The range b [km] is 8.5 + 17.2 T at periods T below 1 s where Vs30 is not clustered (case 1), 40.7 - 15.0 T there
-    where Vs30 is clustered, so that neighbours have similar soils (case 2), and 22.0 + 3.7 T from 1 s on in both cases.
+    The range b [km] at periods T below 1 s is 8.5 + 17.2 T if Vs30 is not clustered (case 1), and 40.7 - 15.0 T if
+    Vs30 is clustered, i.e. neighbouring sites have similar soils (case 2). From 1 s it is 22.0 + 3.7 T in both cases.
 
     Jayaram, Baker (2009), Correlation model for spatially distributed ground-motion intensities, Earthquake Engineering
     and Structural Dynamics 38(15), 1687-1708: their predictive model.
@@ -82,8 +82,8 @@ class JayaramBaker2009(SpatialCorrelation):
 class EspositoIervolino2012(SpatialCorrelation):
     """The model of Esposito and Iervolino for European earthquakes: exp(-3 h / b).
 
-    The range b [km] of spectral accelerations at the period T is 11.7 + 12.7 T in the European Strong-motion Database
-    and 8.6 + 11.6 T in the Italian one; of the peak ground acceleration 13.5 and 11.5.
+    The range b [km] of spectral accelerations at the period T is 11.7 + 12.7 T from the European Strong-motion Database
+    and 8.6 + 11.6 T from the Italian one; for the peak ground acceleration it is 13.5 and 11.5.
 
     Esposito, Iervolino (2012), Spatial correlation of spectral acceleration in European data, Bulletin of the
     Seismological Society of America 102(6), 2781-2788; and (2011), PGA and PGV spatial correlation models based on
