@@ -327,7 +327,7 @@ UNKNOWN = [
 ]
 REASONS = (
     r"1 \('b3'\) have no structure type",
-    r"3 are of unknown types: 'MCF/LWAL/H:2' \(2\), 'castle' \(1\) \(known are Hazus' W1, .*URM.* archetype_of= for other",
+    r"3 are of unknown types: 'MCF/LWAL/H:2' \(2\), 'castle' \(1\) \(known are Hazus' W1, .*URM.* archetype_of= for",
     r"1 \('b5' \(C1\)\) have no number of storeys",
     r"2 \('b4' \(C1M, 12.0\), 'b8' \(C2, 60.0\)\) have storeys that disagree with their structure type "
     r"\(C1M has 4 to 7, C2 has 1 to 50\)",

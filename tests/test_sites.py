@@ -336,7 +336,7 @@ def test_ground_motion_fields(tmp_path):
             wd.sites.read_ground_motion_field(fields, sites)
     fields.write_text(GMF)
     sites.write_text(MESH.replace("p2", "p1"))
-    with pytest.raises(ValueError, match="'p1' stands twice"):
+    with pytest.raises(ValueError, match="'p1' has two rows"):
         wd.sites.read_ground_motion_field(fields, sites)
 
 

@@ -1,4 +1,4 @@
-"""What is simulated: structures, ground motions, scenes, inventories of buildings and sites."""
+"""The model of a run: structures, ground motions, scenes, inventories of buildings and sites."""
 
 import lazy_loader
 

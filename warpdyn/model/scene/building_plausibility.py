@@ -176,17 +176,13 @@ class BuildingView:
     @property
     def isolated_period(self) -> np.ndarray:
         """Periods of the rigid building on its isolators, with their stiffness after yield [s]."""
-        values, after = self.values, np.full(self["stiffness"].shape, np.nan)
-        laws = self.building.storey_laws * (self.own.size if len(self.building.storey_laws) == 1 else 1)
-        for storey, law in enumerate(laws):
-            if law == "lead_rubber_bearing":
-                after[:, storey] = values["post_yield_stiffness"][:, storey]
-            elif law == "friction_pendulum":
-                after[:, storey] = values["weight"][:, storey] / values["radius"][:, storey]
-            elif law in ("bilinear", "bouc_wen"):
-                after[:, storey] = (values["hardening_ratio"] * values["stiffness"])[:, storey]
-            elif law == "elastic":
-                after[:, storey] = values["stiffness"][:, storey]
+        after, absent = self["stiffness"], np.full(self["stiffness"].shape, np.nan)
+        for stiffness in (
+            self.values.get("post_yield_stiffness", absent),
+            self.values.get("weight", absent) / self.values.get("radius", absent),
+            self.values.get("hardening_ratio", absent) * self["stiffness"],
+        ):
+            after = np.where(np.isnan(stiffness), after, stiffness)  # NaN in storeys whose law lacks the parameter
         return self.in_isolators(2 * np.pi * np.sqrt(self.mass_above / np.where(after > 0, after, np.nan)))
 
 

@@ -5,13 +5,13 @@ To add a kind, write its class and a row in DAMPING; if its `kernel` is new, als
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
 
 from warpdyn.engine.laws import Parameter
-from warpdyn.model.structures.damped_parts import checked_modes, checked_storeys
+from warpdyn.foundations.core.checks import whole_number
 from warpdyn.model.structures.modal import chain_stiffness_matrix, modal_damping_matrix, rayleigh_coefficients
 from warpdyn.model.structures.physics import effective_stiffness
 
@@ -133,8 +133,8 @@ class Damping:
                 "their first mode. Remove damping_modes"
             )
         if damped_storeys is not None:
-            return RayleighOfStoreys(storeys=checked_storeys(damped_storeys, storeys))
-        return cls(checked_modes(damping_modes, storeys) if cls.takes_modes else None)
+            return RayleighOfStoreys(storeys=_checked_storeys(damped_storeys, storeys))
+        return cls(_checked_modes(damping_modes, storeys) if cls.takes_modes else None)
 
 
 class StoreyDamping(Damping):
@@ -280,6 +280,28 @@ class ModalDamping(RatioDamping):
         matrix = self.own_matrix(parameters)
         assert matrix is not None
         return {"damping_matrix": matrix.reshape(len(matrix), -1).T}
+
+
+def _checked_storeys(given: tuple[int, int], storeys: int) -> tuple[int, int]:
+    """Return the first and last damped storey."""
+    if not isinstance(given, Sequence) or len(given) != 2:
+        raise ValueError(f"damped_storeys must be the first and the last storey, such as (2, 6), got {given!r}")
+    first, last = (whole_number(f"damped_storeys[{i}]", storey, 1) for i, storey in enumerate(given))
+    if not first <= last <= storeys:
+        raise ValueError(f"damped_storeys must be within 1 to {storeys}, first to last, got {given!r}")
+    return first, last
+
+
+def _checked_modes(given: tuple[int, int] | None, storeys: int) -> tuple[int, int]:
+    """Return the two modes of Rayleigh damping; for one storey its only mode twice."""
+    if given is None:
+        return 1, min(2, storeys)
+    if not isinstance(given, Sequence) or len(given) != 2:
+        raise ValueError(f"damping_modes must be two modes, such as (1, 3), got {given!r}")
+    first, second = (whole_number(f"damping_modes[{i}]", mode, 1) for i, mode in enumerate(given))
+    if max(first, second) > storeys or (first >= second and storeys > 1):
+        raise ValueError(f"damping_modes must be two different modes from 1 to {storeys}, got {given!r}")
+    return first, second
 
 
 # Names of the kinds in the argument `damping` of a ShearBuilding.

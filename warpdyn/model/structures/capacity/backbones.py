@@ -41,7 +41,7 @@ def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters
     """
     if law in KINEMATIC:
         return _kinematic(law, drift, force)
-    if law.startswith("ibarra"):
+    if law not in SHAPED:  # an IMK law
         return _capped(law, drift, force)
     corners = CORNERS[law]
     if len(drift) == corners + 1:
