@@ -1,4 +1,4 @@
-"""Mistakes of units of buildings and of what shakes them, each with what its warning or error tells."""
+"""Wrong units of buildings and excitations, each with text of its warning or error."""
 
 import numpy as np
 import xarray as xr
@@ -50,7 +50,7 @@ def capacity(displacement=(0.03, 0.30), shear=(2.0e6, 3.0e6), **changes):
 
 
 def demands():
-    """Return a run on two stripes, as `fragility` and `damage_shares` take it."""
+    """Return a run on two stripes, for `fragility` and `damage_shares`."""
     flags = {
         "flag_values": np.arange(5, dtype=np.int8),
         "flag_meanings": "ok collapsed diverged unstable_step not_converged",
@@ -88,8 +88,8 @@ def sequence(first, second):
 
 UNIT_LAW = LAW | {"yield_force": 1.0}
 TALL = {"mass": 2e5, "stiffness": [3e8] * 10, "height": 3.2, **DAMPED}
-# What is given, the quantity that is named, and what the message must tell besides: its value in the unit it was taken
-# in, and the likely mistake.
+# A call with a mistake, the quantity that the message names, and more text of the message: the value in the unit in
+# which it was read, and the likely mistake.
 BUILDINGS = {
     "height in mm": (lambda: run(building(height=3200.0)), "storey height", "3200 m", "in mm", "3.2 m"),
     "height in cm": (lambda: run(building(height=320.0)), "storey height", "320 m", "in cm", "3.2 m"),
@@ -386,7 +386,7 @@ SHAKEN = {
 
 
 class Measured(wd.SpectralAcceleration):
-    """A spectral acceleration that needs no kernel to make the scene."""
+    """A spectral acceleration that is computed without a kernel."""
 
     def values(self, motions):
         return np.ones(len(motions))

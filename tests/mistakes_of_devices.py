@@ -1,4 +1,4 @@
-"""Mistakes in isolators, dampers and stops, as in `mistakes`."""
+"""Mistakes in isolators, dampers and stops, in the form of `mistakes`."""
 
 from mistakes import ISOLATORS, building, run
 

@@ -1,4 +1,4 @@
-"""Mistakes in the settings of runs and in what follows them, as in `mistakes`."""
+"""Mistakes in the settings and the evaluation of runs, in the form of `mistakes`."""
 
 import numpy as np
 import pandas as pd

@@ -1,4 +1,4 @@
-"""Sound calls of public functions and methods, by name: the function and its arguments, all by name."""
+"""Valid calls of public functions and methods: the function and its arguments, all by name."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def shakemap(*, path: str) -> Any:
 
 
 def without_runs(folder: Path) -> dict[str, Call]:
-    """Return calls that compile nothing; they read files of a folder, which `write_files` fills."""
+    """Return calls that compile nothing; they read files that `write_files` writes."""
     write_files(folder)
     waves, building = motions(), wd.ShearBuilding(**OF_BUILDING)
     pga = wd.PeakGroundAcceleration()

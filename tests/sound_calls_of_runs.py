@@ -1,4 +1,4 @@
-"""Sound calls of public functions that run something, or take what was run: the function and its arguments by name."""
+"""Valid calls of public functions that run a scene or use a run: the function and its arguments by name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import warpdyn as wd
 
 
 def with_runs(folder: Path) -> dict[str, Call]:
-    """Return calls that run something, or take what was run by the example of the package."""
+    """Return calls that run a scene, or use the run of the package's example."""
     (example,) = doctest.DocTestFinder(recurse=False).find(wd, "warpdyn", module=False, globs={})
     doctest.DocTestRunner().run(example, out=str, clear_globs=False)
     ns: dict[str, Any] = example.globs

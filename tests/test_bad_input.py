@@ -63,7 +63,7 @@ def with_correlation(pair, value, **more):
     return scene(scatter={"mass": factor, "stiffness": factor} | more, correlation={pair: value})
 
 
-# What is given, the error, and what its message must tell.
+# A call, its error, and the text that the message must contain.
 STRUCTURES = {
     "negative mass": (lambda: building(mass=[2e3, -1.0]), "mass is -1 at storey 2; it must be finite and above 0"),
     "zero mass": (lambda: building(mass=0.0), "mass is 0 at storey 1; it must be finite and above 0"),
@@ -374,8 +374,8 @@ OTHER_DATASETS = {
 }
 
 
-def test_what_is_changed_below_is_accepted_as_it_stands():
-    # Otherwise an error below might come from somewhere else.
+def test_the_unchanged_calls_are_accepted():
+    # Otherwise the errors of the changed calls might have another cause.
     assert scene().structure.storeys == 2
     assert scene(structure=system()).structure.dofs == 2
     assert with_correlation(("mass", "stiffness"), 0.5)

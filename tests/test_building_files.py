@@ -1,4 +1,4 @@
-"""Files of each building's results, read by other hands: JSON, CSV, netCDF, well-known binary, geopandas."""
+"""Files of building results, read by independent code: JSON, CSV, netCDF, well-known binary, geopandas."""
 
 import csv
 import json
@@ -22,7 +22,7 @@ ERRORS = np.sqrt(SHARES * (1 - SHARES) / 7)
 
 
 def make_results(rows=4):
-    """Build what `building_results` returns of some buildings, with columns of a user's own."""
+    """Return results of some buildings as from `building_results`, with columns of a user."""
     place = np.arange(rows) % 4
     frame = pd.DataFrame(
         {
@@ -62,7 +62,7 @@ def small_parts(monkeypatch):
 
 
 def points_of(path):
-    """Return the points of a file of well-known binary, by its definition: byte order, type, x and y."""
+    """Return the points in well-known binary, by its definition: byte order, type, x and y."""
     pq = pytest.importorskip("pyarrow.parquet")
     found = []
     for binary in pq.read_table(path)["geometry"].to_pylist():
@@ -83,7 +83,7 @@ def test_geoparquet_is_plain_parquet_with_points(tmp_path):
     np.testing.assert_array_equal(points_of(path), results[["longitude", "latitude"]])
     file = pq.ParquetFile(path)
     assert file.num_row_groups == 4  # written part by part
-    # What version 1.1.0 of the specification requires of these; without `crs` it is longitude and latitude.
+    # Required by version 1.1.0 of the specification; without `crs` coordinates are longitude and latitude.
     told = json.loads(file.schema_arrow.metadata[b"geo"])
     (column,) = told["columns"].values()
     assert (told["version"], told["primary_column"]) == ("1.1.0", "geometry")
@@ -157,8 +157,8 @@ def test_netcdf_has_dimensions(tmp_path):
         np.testing.assert_array_equal(found["expected_loss"], RESULTS["expected_loss"])
         assert found.attrs["history"].splitlines()[0].endswith("warpdyn.simulate")
         assert found.attrs["title"] == "a town"
-        check_labels(found, leave_out=("checked",))  # of a user's own columns no units are known
-    wd.write_building_results(RESULTS.iloc[:2], path)  # its own file is replaced
+        check_labels(found, leave_out=("checked",))  # a user's column has no unit
+    wd.write_building_results(RESULTS.iloc[:2], path)  # replaces its file
 
 
 def test_openquake_damages(tmp_path):
@@ -201,9 +201,9 @@ def test_r2d_results(tmp_path):
     assert {each["assetType"] for each in own} == {"Buildings"}
     assert [each["PlanArea"] for each in own] == pytest.approx([100, 200, 300, 400])  # square feet
     assert own[0]["NumberOfStories"] == 2
-    # The last is as often slightly as completely damaged.
+    # The last building has slight and complete damage equally often.
     assert [each["R2Dres_MostLikelyCriticalDamageState"] for each in own] == [0, 0, 2, 1.5]
-    # pandas on samples, as R2D has it of pelicun's.
+    # pandas on samples, as in R2D's results of pelicun.
     for each, shares in zip(own, SHARES, strict=True):
         samples = pd.Series(np.repeat(np.arange(3), np.round(8 * shares).astype(int)))
         assert each["R2Dres_MostLikelyCriticalDamageState"] == samples.mode().mean()
@@ -224,7 +224,7 @@ def test_r2d_results(tmp_path):
 def test_readers_of_r2d_read_the_files_back(name, tmp_path):
     path = wd.write_building_results(RESULTS, tmp_path / name)
     read = wd.inventories.read_r2d if name == "a.csv" else wd.inventories.read_geojson
-    again = read(path)  # plan_area is in m2, whatever the unit of R2D's PlanArea
+    again = read(path)  # plan_area is always in m2
     assert again["id"].tolist() == RESULTS["id"].tolist()
     np.testing.assert_allclose(again["plan_area"], RESULTS["plan_area"], rtol=1e-10)  # ten digits after the point
     renamed = RESULTS.rename(columns={"plan_area": "PlanArea"})
@@ -236,7 +236,7 @@ def test_readers_of_r2d_read_the_files_back(name, tmp_path):
 
 @pytest.mark.parametrize("write", [wd.write_building_results, wd.write_r2d_results])
 def test_geojson_holds_text_with_any_end_of_a_line(write, tmp_path):
-    # Everything that `str.splitlines` breaks at, the separators of Unicode among them.
+    # All line ends of `str.splitlines`, including the separators of Unicode.
     texts = ["a\u2028b", "c\u2029d\x85e", "f\ng\r\nh\x0b\x0c", "\x1ci\x1dj\x1e"]
     path = write(RESULTS.assign(remark=texts), tmp_path / "a.geojson")
     features = json.loads(path.read_text(encoding="utf-8"))["features"]
@@ -287,7 +287,7 @@ WRITERS = {
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_what_is_no_table_of_results_is_refused_before_a_file_is_made(name, tmp_path):
+def test_other_tables_are_refused_before_a_file_is_made(name, tmp_path):
     write, file, endings = WRITERS[name]
     with pytest.raises(ValueError, match=rf"{name}: the name of .*a\.shp must end in {endings}"):
         write(RESULTS, tmp_path / "a.shp")

@@ -59,7 +59,7 @@ def test_an_r2d_file(tmp_path):
     path = tmp_path / "buildings.csv"
     path.write_text(R2D, encoding="utf-8-sig")  # as spreadsheets write it
     inventory = wd.inventories.read_r2d(path)
-    assert inventory["id"].tolist() == ["001", "1", "b3", "b4", "b5"]  # of which two are one as numbers
+    assert inventory["id"].tolist() == ["001", "1", "b3", "b4", "b5"]  # "001" and "1" are equal as numbers
     assert inventory["storeys"].tolist() == [1, 5, 2, 2, 1]
     assert inventory["number"].tolist() == [1] * 5
     assert inventory["structure_type"].dtype == "category"
@@ -114,7 +114,7 @@ def test_a_geojson_file(tmp_path):
     features[0]["properties"] = own | {"Latitude": 61.5, "Longitude": -149.5, "NumberOfStories": [2, 1]}
     features[1]["properties"] = own | {"Latitude": 61.6, "Longitude": -149.6}
     path.write_text(json.dumps({"type": "FeatureCollection", "features": features}))
-    # As one building of SimCenter's own example of Anchorage has it.
+    # As in a building of SimCenter's example of Anchorage.
     with pytest.raises(ValueError, match=r"1 \('7' \(\[2, 1\]\)\) have no number in the column storeys"):
         wd.inventories.read_geojson(path)
     path.write_text(json.dumps({"features": features, "crs": {"properties": {"name": "EPSG:3857"}}}))
@@ -181,7 +181,7 @@ def test_tables_of_pandas_and_xarray():
         wd.inventories.from_table(frame)
 
 
-# Ids as tables hold them, and the text that they become.
+# Ids in tables, and the text that they become.
 IDS = {
     "whole numbers": (np.array([20, 3, -1]), ["20", "3", "-1"]),
     "the largest whole number": (np.array([2**64 - 1, 0, 1], np.uint64), ["18446744073709551615", "0", "1"]),
@@ -201,7 +201,7 @@ def test_ids_become_text(what):
     assert inventory["id"].dtype == pd.Series(["text"]).astype(str).dtype
 
 
-# A row's values that cannot be, and what the message says of it.
+# Impossible values in a row, and text of the message.
 WRONG = {
     "duplicate": ({"id": ["a", "a", "c"]}, r"2 \('a', 'a'\) have an id that is not unique"),
     "a number twice": ({"id": [7, 8, 7]}, r"2 \('7', '7'\) have an id that is not unique"),
@@ -221,20 +221,20 @@ WRONG = {
 
 
 @pytest.mark.parametrize("what", WRONG)
-def test_what_cannot_be_is_counted_and_named(what):
+def test_impossible_values_are_counted_and_named(what):
     changed, message = WRONG[what]
     frame = pd.DataFrame({"id": ["a", "b", "c"]} | PLACE | changed)
     with pytest.raises(ValueError, match=f"of 3 buildings .*{message}"):
         wd.inventories.from_table(frame)
 
 
-def test_all_that_is_wrong_stands_in_one_message():
+def test_all_problems_are_in_one_message():
     frame = pd.DataFrame({"id": ["a", "a"]} | PLACE | {"storeys": [0, 1], "year": [1, 2]})
     with pytest.raises(ValueError, match=r"have an id that is not unique.*not a whole number.*have a year"):
         wd.inventories.from_table(frame)
 
 
-# Broken CSV files, and what the message says of them.
+# Broken CSV files, and text of the message.
 BROKEN = {
     "more values": (R2D.replace("C1,COM1,", "C1,COM1,,,5"), "line 3"),
     "more in every row": ("id,Latitude,Longitude\n1,37,-122,5\n2,37,-122,5\n", "."),
@@ -290,7 +290,7 @@ def test_classes_of_heights():
     assert sorted(name.split()[0] for name in names) == sorted(["C1L", "C1M", "C1M", "C1H", "URML", "URMM", "RM1M"])
 
 
-# GEM's strings and what Hazus has of them: family, storeys, design level.
+# GEM's strings and the Hazus equivalent: family, storeys, design level.
 TAXONOMIES = {
     "CR/LFM/H:8": ("C1", 8, ""),
     "CR+CIP/LWAL+CDH/H:12/RES": ("C2", 12, "high"),
@@ -344,13 +344,13 @@ def test_buildings_without_an_archetype_are_counted_and_named():
     assert list(stock.portfolio.archetypes) == ["W1 high 1"]
     assert stock.rows.tolist() == [7]
     assert stock.left_out.tolist() == [0, 1, 2, 3, 4, 5, 6, 8]
-    with pytest.raises(ValueError, match="8 of 8"):  # a portfolio of none is none
+    with pytest.raises(ValueError, match="8 of 8"):  # an empty portfolio is not allowed
         wd.inventories.portfolio(inventory.drop(7), unknown="leave out")
     with pytest.raises(ValueError, match="no column structure_type"):
         wd.inventories.portfolio(inventory.drop(columns="structure_type"))
 
 
-def test_tall_wood_is_told():
+def test_tall_wood_is_reported():
     with pytest.warns(UserWarning, match=r"1 \('b0' \(3.0\)\) buildings of type W1 have more than 2 storeys"):
         wd.inventories.portfolio(table([("W1", 3, 2000), ("W/LFM", 3, 2000)]))
 

@@ -1,4 +1,4 @@
-"""Warnings of a block that does the same work several times."""
+"""Warnings of a block that repeats some work."""
 
 import warnings
 
@@ -10,7 +10,7 @@ pytestmark = pytest.mark.fast
 
 
 def told(*messages: str) -> list[str]:
-    """Return the warnings that are given of these within one block."""
+    """Return those of these warnings that are given within one block."""
     with warnings.catch_warnings(record=True) as found:
         warnings.simplefilter("always")
         with each_warning_once():
@@ -26,7 +26,7 @@ def test_numbers_make_no_other_warning_but_names_do():
     assert told(*of_states, *of_states) == of_states
 
 
-def test_what_is_tried_warns_of_nothing_and_is_not_taken_as_told():
+def test_suppressed_warnings_can_be_given_later():
     def tried_first() -> None:
         with each_warning_once():
             with no_warnings():

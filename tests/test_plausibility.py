@@ -48,12 +48,12 @@ CASES = BUILDINGS | SHAKEN | RUNS | mistakes_of_devices.DEVICES
 
 
 class Reached(Exception):
-    """What comes after the check was reached."""
+    """Raised by the first function after the check."""
 
 
 @pytest.fixture(autouse=True)
 def stop_after_the_check(monkeypatch):
-    """Stop where the work begins: a mistake must be told before it."""
+    """Stop where the work begins: a mistake must be reported before it."""
 
     def reached(*arguments, **named):
         raise Reached
@@ -66,8 +66,8 @@ def stop_after_the_check(monkeypatch):
     monkeypatch.setattr(queues.CpuQueue, "launch", reached)
 
 
-def told(attempt):
-    """Return the warnings of implausible input and the error that an attempt gives."""
+def findings_of(attempt):
+    """Return the warnings of implausible input and the error of a call."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
@@ -88,13 +88,13 @@ def test_the_table_is_large():
 @pytest.mark.parametrize("case", CASES)
 def test_no_mistake_is_silent(case):
     attempt, *parts = CASES[case]
-    warned, error = told(attempt)
+    warned, error = findings_of(attempt)
     if isinstance(parts[0], type):
         assert isinstance(error, parts[0])
         text, parts = str(error), parts[1:]
     else:
         assert error is None, error
-        (warning,) = warned  # one a run
+        (warning,) = warned  # one per run
         assert warning.category is UserWarning
         assert warning.filename in (
             mistakes.__file__,
@@ -137,8 +137,8 @@ MEANT |= mistakes_of_devices.SOUND
 
 
 @pytest.mark.parametrize("case", MEANT)
-def test_what_is_meant_is_not_warned_of(case):
-    warned, error = told(MEANT[case])
+def test_plausible_input_gives_no_warning(case):
+    warned, error = findings_of(MEANT[case])
     assert error is None, error
     assert not warned
 
@@ -149,22 +149,22 @@ def test_hazus_buildings_are_plausible(type_, level):
     storeys = {"L": 2, "M": 5, "H": 12}.get(type_[-1], 1) if type_ not in ("W1", "MH") else 1
     if type_ == "URMM":
         storeys = 3
-    warned, error = told(lambda: run(wd.ShearBuilding.from_hazus(type_, level, storeys)))
+    warned, error = findings_of(lambda: run(wd.ShearBuilding.from_hazus(type_, level, storeys)))
     assert error is None
     assert not warned
 
 
-def test_what_is_named_is_not_warned_of():
+def test_meant_as_given_suppresses_the_warning_of_named_quantities():
     mistaken = building(height=3200.0)
-    names = re.findall(r"'(\w+)'", str(told(lambda: run(mistaken))[0][0].message).split("meant_as_given(")[1])
+    names = re.findall(r"'(\w+)'", str(findings_of(lambda: run(mistaken))[0][0].message).split("meant_as_given(")[1])
     assert "storey_height" in names
     assert set(names) <= set(CHECKS)
     with wd.meant_as_given(*names):
-        assert not told(lambda: run(mistaken))[0]
+        assert not findings_of(lambda: run(mistaken))[0]
     with wd.meant_as_given("storey_height"):
-        (warning,) = told(lambda: run(mistaken))[0]
+        (warning,) = findings_of(lambda: run(mistaken))[0]
     assert "storey height" not in str(warning.message)
-    assert told(lambda: run(mistaken))[0]
+    assert findings_of(lambda: run(mistaken))[0]
 
 
 def test_a_function_that_is_meant_as_given_runs_in_several_threads_at_once():
@@ -195,7 +195,7 @@ def test_meant_as_given_needs_its_block():
 
     @wd.meant_as_given("storey_height")
     def attempt():
-        return told(lambda: run(building(height=3200.0)))[0]
+        return findings_of(lambda: run(building(height=3200.0)))[0]
 
     assert all("storey height at" not in str(attempt()[0].message) for _ in range(2))
 
@@ -208,7 +208,7 @@ def test_names_are_checked():
 
 
 def test_the_configuration_of_the_tests_hides_no_warning():
-    # In any other test, too, what is implausible is an error unless the test is marked.
+    # In other tests, too, implausible input is an error unless the test is marked.
     with pytest.raises(UserWarning, match="implausible input: storey height at storey 1 is 3200 m"):
         run(building(height=3200.0))
 
@@ -216,15 +216,15 @@ def test_the_configuration_of_the_tests_hides_no_warning():
 @pytest.mark.parametrize(
     ("factor", "fewest"),
     [
-        (9.80665, 40),  # given in m/s2 and taken for g: all but the weakest go beyond 2 g
+        (9.80665, 40),  # given in m/s2 and read as g: all but the weakest exceed 2 g
         (0.01, 44),
-        (1 / 9.80665, 32),  # the strongest are then within what the others span
+        (1 / 9.80665, 32),  # the strongest ones are then within the range of the others
     ],
 )
-def test_of_real_records_one_in_another_unit_is_mostly_told_of(factor, fewest) -> None:
+def test_most_real_records_in_another_unit_are_reported(factor, fewest) -> None:
     records = wd.records.far_field()
 
-    def is_told(index: int) -> bool:
+    def is_reported(index: int) -> bool:
         motions = list(records)
         wrong = motions[index]
         motions[index] = wd.GroundMotion(factor * wrong.acceleration, wrong.step, wrong.name)
@@ -233,11 +233,11 @@ def test_of_real_records_one_in_another_unit_is_mostly_told_of(factor, fewest) -
             warn_of_implausible_motions(motions)
         return any("peak ground acceleration" in str(each.message) for each in given)
 
-    assert sum(map(is_told, range(len(records)))) >= fewest
+    assert sum(map(is_reported, range(len(records)))) >= fewest
 
 
 @pytest.mark.parametrize("of", [wd.records.far_field, wd.records.near_field])
-def test_real_records_are_not_told_of(of) -> None:
+def test_real_records_give_no_warning(of) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warn_of_implausible_motions(of())

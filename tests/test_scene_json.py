@@ -1,4 +1,4 @@
-"""A scene from its JSON is the scene again, every number of it; what JSON does not hold is refused by name."""
+"""A scene from its JSON equals the scene in every number; an error names values that the JSON does not contain."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ SCENES = {
 
 @pytest.mark.fast
 @pytest.mark.parametrize("name", SCENES)
-def test_a_scene_is_had_again_from_its_json(name):
+def test_a_scene_from_its_json_is_equal(name):
     scene = SCENES[name]
     text = scene.to_json()
     assert "NaN" not in text
@@ -114,15 +114,15 @@ def test_it_runs_again_to_the_same_bits():
 
 @dataclasses.dataclass(frozen=True)
 class OwnMeasure(type(SA)):
-    """A measure of a user's own."""
+    """A measure defined by a user."""
 
 
 class OtherMeasure(OwnMeasure):
-    """Another, which is named by its module too."""
+    """Another such measure, which JSON names with its module."""
 
 
 @pytest.mark.fast
-def test_what_json_does_not_hold_is_refused_by_name():
+def test_values_that_json_does_not_contain_are_named():
     text = SCENES["stripes"].to_json()
     told = r"does not contain the samples of motion '0' \(200 at 0\.01 s, from by hand\)"
     with pytest.raises(ValueError, match=rf"{told}: give motions= that have these samples"):
@@ -142,7 +142,7 @@ def test_what_json_does_not_hold_is_refused_by_name():
 
 
 @pytest.mark.fast
-def test_what_is_no_scene_is_refused():
+def test_other_text_than_a_scene_is_refused():
     with pytest.raises(TypeError, match="takes the text of a dataset's attribute 'scene', got dict"):
         wd.Scene.from_json({})
     for text in ("{", "[]", "{}", json.dumps({"structure": 1})):
@@ -176,7 +176,7 @@ def test_texts_are_short_and_notebooks_have_tables():
     assert wd.modal_table(PLAIN.modal())._repr_html_().startswith("<pre>mode")
 
 
-# Where a key of the JSON stands, what replaces it (None: nothing), and what the error must tell.
+# The path of a key in the JSON, its replacement (None: removed), and text of the error.
 EDITED = {
     "renamed": (
         ("recorders",),

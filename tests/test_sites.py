@@ -82,7 +82,7 @@ def write_grid(folder, both=True):
 
 
 def haversine(lon, lat, other_lon, other_lat):
-    """Return great-circle distances [m] by the textbook's formula."""
+    """Return great-circle distances [m] by the haversine formula."""
     lon, lat, other_lon, other_lat = map(np.radians, (lon, lat, other_lon, other_lat))
     a = np.sin((lat - other_lat) / 2) ** 2 + np.cos(lat) * np.cos(other_lat) * np.sin((lon - other_lon) / 2) ** 2
     return 2 * EARTH_RADIUS * np.arcsin(np.sqrt(a))
@@ -148,7 +148,7 @@ def test_an_event_grid(tmp_path):
         assert grid.scale[point, earthquake, component] == factors[point, earthquake]
     pair = wd.records.pairs(grid.motions[:2])
     assert [each.component for each in pair[0]] == ["x", "y"]
-    folder = wd.sites.read_event_grid(tmp_path, unit="m/s2")  # the folder will do
+    folder = wd.sites.read_event_grid(tmp_path, unit="m/s2")  # the folder may be given instead of the file
     assert folder.motions[0].peak_ground_acceleration == pytest.approx(
         grid.motions[0].peak_ground_acceleration / STANDARD_GRAVITY
     )
@@ -205,10 +205,10 @@ def test_draws_depend_on_the_seed_and_the_row_alone(tmp_path):
     part = grid.at(inventory, draws=5, seed=2).of_structures(rows, 0)
     assert np.array_equal(part.assign([3], 0).motion, grid.at(inventory, draws=5, seed=2).assign([rows[3]], 0).motion)
     alone = grid.at(buildings(LONGITUDE[[4]], LATITUDE[[4]]), draws=30)
-    assert set(np.asarray(alone.site).ravel()) == {4}  # a building at a grid point has that point alone
+    assert set(np.asarray(alone.site).ravel()) == {4}  # a building at a grid point always has this point
 
 
-# What is wrong with a grid's files, and what the message says of it.
+# Changes that break the files of a grid, and text of the message.
 POINTS = "GP_file,Longitude,Latitude\n"
 WRONG_GRIDS = {
     "station file": (lambda at: (at / "site3.csv").unlink(), r"1 \(site3.csv\) of 20 grid points have no file"),
@@ -311,7 +311,7 @@ def test_ground_motion_fields(tmp_path):
     fields.write_text(GMF)
     sites.write_text(MESH)
     found = wd.sites.read_ground_motion_field(fields, sites)
-    assert found["PGA"].values.tolist() == [[0.2, 0.3], [0.1, 0.0]]  # what is left out is none
+    assert found["PGA"].values.tolist() == [[0.2, 0.3], [0.1, 0.0]]  # 0 where the file has no value
     assert found["SA(0.3)"].values.tolist() == [[0.4, 0.5], [0.2, 0.0]]
     assert found["PGV"].values == pytest.approx(np.array([[0.1, 0.2], [0.05, 0.0]]))
     assert found["earthquake"].values.tolist() == ["0", "1"]
@@ -354,7 +354,7 @@ def test_records_are_scaled_to_a_field(tmp_path):
             scaled = measure.value(wd.GroundMotion(scale * records[index].acceleration, 0.01)) / STANDARD_GRAVITY
             assert scaled == pytest.approx(field["SA(0.3)"].values[earthquake, point], rel=1e-12, abs=1e-15)
     assert wd.sites.scale_records(field["PGA"], records, record=[2, 0]).motion[0, :, 0].tolist() == [2, 0]
-    # Each record once before any comes again.
+    # A record is repeated only after all others.
     many = field["PGA"].isel(earthquake=[0, 1] * 6).assign_coords(earthquake=[str(i) for i in range(12)])
     drawn = wd.sites.scale_records(many, records, seed=5).motion[0, :, 0]
     assert [sorted(drawn[i : i + 3]) for i in range(0, 12, 3)] == [[0, 1, 2]] * 4

@@ -1,4 +1,4 @@
-"""Files appear whole, whoever else writes them; all of warpdyn writes them in one way."""
+"""Files are complete when they appear, even with several writers; all modules write them in the same way."""
 
 import ast
 import os
@@ -50,7 +50,7 @@ def test_threads_that_write_one_file_do_not_mix_it(name, tmp_path):
 
 
 def test_the_content_is_on_the_disk_before_the_file_has_its_place(tmp_path, monkeypatch):
-    """Otherwise a power failure leaves an empty file with the final name."""
+    """Otherwise a power failure could leave an empty file with the final name."""
     happened = []
     for name in ("fsync", "replace"):
         original = getattr(os, name)
@@ -120,8 +120,8 @@ def test_long_names_are_written(length, tmp_path):
     assert os.listdir(tmp_path) == [path.name]
 
 
-# Calls that make, move or remove files, and the modules that may: those of `files`, and two that look after the folder
-# of compiled kernels, which is Warp's.
+# Calls that make, move or remove files, and the modules that may do so: those of `files`, and two that manage Warp's
+# folder of compiled kernels.
 WRITING = {"replace", "rename", "unlink", "truncate", "rmtree", "mkdtemp", "to_netcdf", "to_zarr", "savez"}
 ALLOWED = {"engine/kernels/kernel_cache.py", "engine/kernels/unfinished_builds.py", "campaigns/running/journal.py"}
 
@@ -140,8 +140,8 @@ def test_all_files_are_written_in_one_way():
                 assert node.func.attr not in WRITING, f"{name}:{node.lineno} calls {ast.unparse(node.func)}"
 
 
-def test_whoever_opens_a_file_to_write_is_given_its_name_by_the_one_way():
-    """`open(name, "w")` and `write_text` are of functions that `write_in_place` or `whole_file` calls."""
+def test_files_are_opened_for_writing_only_under_temporary_names():
+    """`open(name, "w")` and `write_text` are called only within `write_in_place` or `whole_file`."""
     found = set()
     for path in PACKAGE.rglob("*.py"):
         for node in ast.walk(ast.parse(path.read_text())):
