@@ -317,7 +317,7 @@ WRONG_TYPES = {
     "scatter": (
         lambda: scene(scatter={"mass": "much"}),
         "scatter['mass'] must be a RandomFactor",
-        "one for each structure is GivenValues",
+        "one for each structure as GivenValues",
         "much",
     ),
     "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),

@@ -105,6 +105,9 @@ class LinearSystem(Structure):
         """Return periods, shapes, participation factors and effective masses of the undamped system.
 
         The period of a free motion is infinite.
+
+        Raises:
+            ValueError: If the stiffness matrix has a negative eigenvalue or is 0.
         """
         mass, stiffness = self.parameters["mass"], self.parameters["stiffness"]
         return modal_properties(mass, stiffness, self.influence, may_move_freely=True)
