@@ -85,8 +85,13 @@ def check_separator(line: str) -> None:
         )
 
 
-def check_names(names: Iterable[object]) -> None:
-    """Raise a ValueError if two columns have the same name, apart from upper and lower case and blanks."""
+def check_names(names: Iterable[object], where: str = "") -> None:
+    """Raise a ValueError if two columns have the same name, apart from upper and lower case and blanks.
+
+    Args:
+        names: The names.
+        where: Beginning of the message, such as "buildings.csv: ".
+    """
     seen: dict[str, str] = {}
     for each in names:
         name = str(each)
@@ -95,10 +100,10 @@ def check_names(names: Iterable[object]) -> None:
         seen[key] = name
         if other is not None and key:
             raise ValueError(
-                f"it has the column {name!r} twice: remove or rename one"
+                f"{where}it has the column {name!r} twice: remove or rename one"
                 if other == name
-                else f"its columns {other!r} and {name!r} differ only in upper and lower case or blanks: remove or "
-                "rename one"
+                else f"{where}its columns {other!r} and {name!r} differ only in upper and lower case or blanks: "
+                "remove or rename one"
             )
 
 

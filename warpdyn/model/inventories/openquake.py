@@ -15,7 +15,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.files.text import existing_file, inside_folder, xml_root
 from warpdyn.model.inventories.places_of_assets import UNIT_ID, with_places
-from warpdyn.model.inventories.table import checked_inventory, named_rows, no_column
+from warpdyn.model.inventories.table import checked_inventory, named_rows, names_of_columns, no_column
 from warpdyn.model.inventories.text_tables import read_csv
 
 # OpenQuake's names of the columns (the engine's manual, "Exposure models").
@@ -75,9 +75,7 @@ def read_openquake(
         raise TypeError(
             f"read_openquake: costs must be a sequence of names, such as ('structural',), got {shortened(costs)}"
         )
-    columns = {} if columns is None else columns
-    if not isinstance(columns, Mapping):
-        raise TypeError(f"read_openquake: columns must be names of columns by their meaning, got {shortened(columns)}")
+    columns = names_of_columns("read_openquake", {} if columns is None else columns)
     path = existing_file("read_openquake", path)
     kinds: dict[str, str] = {}
     fields: dict[str, str] = {}
@@ -105,12 +103,12 @@ def read_openquake(
     names = {str(name).lower(): str(name) for name in table.columns}  # the engine's names are the same in capitals
     wanted = (*OPENQUAKE_NAMES.values(), "occupancy", *costs, AREA)
     columns_of = {name: fields.get(name) or _name_in_file(name, names) for name in wanted}
-    table = _with_ids_and_places(str(path), table, columns_of, dict(columns or {}), places)
+    table = _with_ids_and_places(str(path), table, columns_of, columns, places)
     known = {meaning: columns_of[name] for meaning, name in OPENQUAKE_NAMES.items()}
     if columns_of["occupancy"] in table and columns_of["occupancy"] == GEM_NAMES["occupancy"]:
         known["occupancy"] = columns_of["occupancy"]
     known = {m: n for m, n in known.items() if n in table.columns or m in ("id", "longitude", "latitude")}
-    source = known | dict(columns or {})
+    source = known | columns
     table = _with_buildings(str(path), table, source.get("number", "number"))
     inventory = checked_inventory(str(path), table, source)
     return _with_costs(str(path), inventory, costs, columns_of, kinds, area_kind)

@@ -41,10 +41,7 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
         source, found = "places", places
     else:
         raise TypeError(f"{what}: places must be a pandas DataFrame or a path of a CSV file, got {places!r}")
-    try:
-        check_names(found.columns)
-    except ValueError as error:
-        raise ValueError(f"{source}: {error}") from None
+    check_names(found.columns, f"{source}: ")
     names = {str(name).strip().lower(): name for name in found.columns}
     own = {str(name).strip().lower(): name for name in table.columns}
     keys = sorted(name for name in own if UNIT_ID.fullmatch(name) and name in names)

@@ -9,12 +9,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import xarray as xr
 
-from warpdyn.foundations.core.checks import one_of, shortened
+from warpdyn.foundations.core.checks import one_of
 from warpdyn.foundations.core.messages import counted, warn_caller
 from warpdyn.foundations.files.text import check_names, existing_file
-from warpdyn.model.inventories.table import FACTORS, checked_inventory
+from warpdyn.model.inventories.table import FACTORS, checked_inventory, names_of_columns
 from warpdyn.model.inventories.text_tables import read_csv
 
 # R2D's names of the columns (SimCenter, R2D user manual, "Asset Definition": buildings).
@@ -102,10 +101,7 @@ def read_geojson(
         raise ValueError(f"{path}: there is no list of features: the file must contain a FeatureCollection")
     _check_degrees(path, told)
     table = pd.DataFrame.from_records([each.get("properties") or {} for each in features])
-    try:
-        check_names(table.columns)
-    except ValueError as error:
-        raise ValueError(f"{path}: of the properties, {error}") from None
+    check_names(table.columns, f"{path}: of the properties, ")
     names = {str(name).lower(): str(name) for name in table.columns}
     if "id" not in names and ASSET_ID.lower() not in names:
         table["id"] = [each.get("id") for each in features]
@@ -168,9 +164,7 @@ def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[
         known["id"] = names[ASSET_ID.lower()]
     for meaning in ("id", "longitude", "latitude"):
         known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error gives R2D's name
-    if not isinstance(columns, Mapping) or isinstance(columns, xr.Dataset):
-        raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
-    source = known | dict(columns)
+    source = known | names_of_columns(what, columns)
     inventory = checked_inventory(what, table, source)
     if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # which is in m2
         inventory["plan_area"] *= FACTORS[area_unit]

@@ -70,17 +70,8 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     Raises:
         ValueError: As in `from_table`.
     """
-    try:
-        check_names(table.columns)
-    except ValueError as error:
-        raise ValueError(f"{what}: {error}") from None
-    if (
-        not isinstance(columns, Mapping)
-        or isinstance(columns, xr.Dataset)
-        or not all(isinstance(name, str) for name in columns.values())
-    ):
-        raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
-    for meaning, name in columns.items():
+    check_names(table.columns, f"{what}: ")
+    for meaning, name in names_of_columns(what, columns).items():
         if meaning not in COLUMNS:
             raise ValueError(
                 f"{what}: unknown column {meaning!r}{did_you_mean(meaning, COLUMNS)}; columns with a meaning are "
@@ -102,6 +93,15 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     found: dict[str, Any] = {name: table[source[name]] for name in COLUMNS if name in source}
     found |= {name: table[name] for name in table.columns if name not in taken and name not in source}
     return _checked_rows(what, pd.DataFrame(found).reset_index(drop=True).rename_axis("building"))
+
+
+def names_of_columns(what: str, columns: object) -> dict[str, str]:
+    """Return names of columns by their meaning; raise a TypeError for other arguments."""
+    if isinstance(columns, Mapping) and not isinstance(columns, xr.Dataset):
+        names = dict(columns)
+        if all(isinstance(name, str) for name in names.values()):
+            return names
+    raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
 
 
 def is_in_inventory_order(values: object) -> bool:

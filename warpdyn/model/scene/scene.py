@@ -28,17 +28,12 @@ def _described(given: object) -> str:
     return f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
 
 
-def _instead_of_structure(given: object) -> str:
-    """Return advice if the argument is related to a structure."""
-    if isinstance(given, type) and issubclass(given, Structure):
+def _advice(given: object, kind: type) -> str:
+    """Return advice if an argument that must be a Structure or an Excitation is related to one."""
+    if isinstance(given, type) and issubclass(given, kind):
         return f"; give {given.__name__}(...)"
-    return "; give its `portfolio`" if isinstance(getattr(given, "portfolio", None), Structure) else ""
-
-
-def _instead_of_excitation(given: object) -> str:
-    """Return advice if the argument is related to an excitation."""
-    if isinstance(given, type) and issubclass(given, Excitation):
-        return f"; give {given.__name__}(...)"
+    if kind is Structure:
+        return "; give its `portfolio`" if isinstance(getattr(given, "portfolio", None), Structure) else ""
     if isinstance(given, list | tuple) and given and all(isinstance(each, GroundMotion) for each in given):
         return "; give Cloud(motions) for unscaled motions, or Stripes(motions, levels, measure)"
     return ""
@@ -98,14 +93,14 @@ class Scene:
         if not isinstance(self.structure, Structure):
             raise TypeError(
                 "structure must be a ShearBuilding, a LinearSystem or a Portfolio, got "
-                f"{_described(self.structure)}{_instead_of_structure(self.structure)}"
+                f"{_described(self.structure)}{_advice(self.structure, Structure)}"
             )
         excitation = excitation_of(self.excitation)
         if not isinstance(excitation, Excitation):
             raise TypeError(
                 "excitation must be Stripes, Cloud, OneMotionPerStructure, MotionsAtSites, EventSequence, "
                 "GroundMotion, FilteredNoise, HarmonicForce, ForceHistory or FreeVibration, "
-                f"got {_described(self.excitation)}{_instead_of_excitation(self.excitation)}"
+                f"got {_described(self.excitation)}{_advice(self.excitation, Excitation)}"
             )
         object.__setattr__(self, "excitation", excitation)
         if self.structure.is_many and not excitation.is_design:

@@ -100,10 +100,7 @@ def _read_grid(
             f"{path}: the indices of <grid_field> must be 1 to {len(names)}, each once, got "
             f"{', '.join(str(index) for index, _ in columns)}"
         )
-    try:
-        check_names(names)
-    except ValueError as error:
-        raise ValueError(f"{path}: of <grid_field>, {error}") from None
+    check_names(names, f"{path}: of <grid_field>, ")
     try:
         values = np.array((parts["grid_data"][0].text or "").split(), dtype=np.float64)
     except ValueError as error:
