@@ -234,7 +234,7 @@ def dashpots(coefficient):
 
 SHAKEN = {
     "records in g": (lambda: run(None, scaled(1 / G)), "strongest motion", "m/s2", "given in g, it would be"),
-    "records in m/s2 taken for g": (
+    "records in m/s2 read as g": (
         lambda: run(None, scaled(G)),
         "peak ground acceleration",
         "if given in m/s2 and read as g, it would be",

@@ -300,7 +300,7 @@ def test_what_is_refused():
         wd.ShearBuilding([1e4, 1e4], [2e7, 2e7], 3.0, gravity_load=[4e7, 2.5e7])
     with pytest.raises(ValueError, match="gravity_load is -1 at storey 2; it must be finite and at least 0"):
         wd.ShearBuilding([1e4, 1e4], [2e7, 2e7], 3.0, gravity_load=[1, -1])
-    with pytest.raises(ValueError, match="gravity_load has 2 values and mass has 3: lists of one value a storey"):
+    with pytest.raises(ValueError, match="gravity_load has 2 values and mass has 3: lists with one value per storey"):
         wd.ShearBuilding([1e4, 1e4, 1e4], 2e7, 3.0, gravity_load=[1, 1])
     with pytest.raises(ValueError, match="gravity_load"):
         wd.Scene(wd.ShearBuilding(1e4, 2e7, 3.0), SHAKE, scatter={"gravity_load": wd.GivenValues([3.0])})
