@@ -108,7 +108,7 @@ def cases():
                 yield pytest.param(name, kind, damage, marks=() if by_default else pytest.mark.thorough)
 
 
-@pytest.mark.parametrize(("name", "kind", "damage"), cases())
+@pytest.mark.parametrize(("name", "kind", "damage"), list(cases()))
 def test_what_is_damaged_is_run_again(name, kind, damage, stopped, tmp_path, small_regions, monkeypatch):
     monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
     base, whole = stopped[name]

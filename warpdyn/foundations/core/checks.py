@@ -59,7 +59,7 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
 def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
     """Return a finite number as a float, or raise a ValueError that states its bound."""
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
-    number: Any = value  # it may be a whole number that is too large for a float
+    number: Any = value.item() if isinstance(value, np.generic) else value  # Python has integers larger than any float
     good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(number) <= LARGEST_NUMBER
     if not good or (above is not None and not value > above) or (least is not None and not value >= least):
         raise ValueError(f"{what} must be a finite number{bound}, got {shortened(value)}")

@@ -1,0 +1,223 @@
+"""Mutation testing: change one operator or number of the package at a time, and see whether a test fails.
+
+    python tests/mutants.py list [--count 150] [--seed 1]            the mutants that `run` tries
+    python tests/mutants.py run RESULTS.jsonl [--processes 2] ...     tries those that the file does not contain yet
+
+A mutant is killed if a test fails, and survives if all tests pass. The tests run in three stages, until one fails: the
+files that import the changed module or call one of its public names, then all fast tests, then (with `--all`) the rest.
+Mutants that cannot change any result are listed in EQUIVALENT, each with its proof.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import copy
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = (
+    "answers/fragility",
+    "answers/risk",
+    "campaigns/reductions",
+    "engine/laws",
+    "engine/kernels",
+    "model/ground_motions",
+    "model/scene",
+)
+MOST_TEST_FILES = 12  # in the first stage
+PATIENCE = 900  # a stage that takes longer counts as failed: a mutant may loop for ever [s]
+# Functions whose result is text for people, which tests need not repeat word by word.
+TEXT_ONLY = re.compile(r"__repr__|_repr_html_|description|warn|message|html|sentence|tell")
+
+COMPARISONS = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
+ARITHMETIC = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
+FUNCTIONS = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minimum", "any": "all", "all": "any"}
+
+# Mutants that change no result: file, original, changed -> proof.
+EQUIVALENT: dict[tuple[str, str, str], str] = {}
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of the package: where it is, and the expression before and after."""
+
+    path: str
+    line: int
+    start: int
+    end: int
+    before: str
+    after: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line}: {self.before}  ->  {self.after}"
+
+
+def mutated(node: ast.expr) -> ast.expr | None:
+    """Return an expression with its operator or its number changed, or None if there is no such change."""
+    changed = copy.deepcopy(node)
+    if isinstance(changed, ast.Compare) and type(changed.ops[0]) in COMPARISONS:
+        changed.ops[0] = COMPARISONS[type(changed.ops[0])]()
+    elif isinstance(changed, ast.BinOp) and type(changed.op) in ARITHMETIC:
+        is_text = any(
+            isinstance(each, ast.Constant | ast.JoinedStr | ast.List | ast.Tuple) and not _is_number(each)
+            for each in (changed.left, changed.right)
+        )
+        if is_text:
+            return None
+        changed.op = ARITHMETIC[type(changed.op)]()
+    elif isinstance(changed, ast.BoolOp):
+        changed.op = ast.Or() if isinstance(changed.op, ast.And) else ast.And()
+    elif isinstance(changed, ast.UnaryOp) and not _is_number(changed.operand):
+        return changed.operand
+    elif isinstance(changed, ast.Call) and isinstance(changed.func, ast.Attribute) and changed.func.attr in FUNCTIONS:
+        changed.func.attr = FUNCTIONS[changed.func.attr]
+    elif _is_number(changed):
+        changed.value = changed.value + 1 if isinstance(changed.value, int) else changed.value * 1.25 or 0.25
+    else:
+        return None
+    return changed
+
+
+def _is_number(node: ast.AST) -> bool:
+    return isinstance(node, ast.Constant) and isinstance(node.value, int | float) and not isinstance(node.value, bool)
+
+
+def mutants_of(path: Path) -> Iterator[Mutant]:
+    """Yield the possible mutants of a file, with the offsets [bytes] of what they replace."""
+    source = path.read_bytes()
+    starts = [0]
+    for line in source.splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    for node in _changeable(ast.parse(source)):
+        changed = mutated(node)
+        if changed is None or node.end_lineno is None or node.end_col_offset is None:
+            continue
+        first, last = starts[node.lineno - 1] + node.col_offset, starts[node.end_lineno - 1] + node.end_col_offset
+        before = source[first:last].decode()
+        after = f"({ast.unparse(changed)})" if not isinstance(changed, ast.Constant) else ast.unparse(changed)
+        yield Mutant(str(path.relative_to(ROOT)), node.lineno, first, last, before, after)
+
+
+def _changeable(tree: ast.AST) -> Iterator[ast.expr]:
+    """Yield expressions outside of annotations, text, error messages and functions that only make text."""
+    for field, value in ast.iter_fields(tree):
+        if field in ("annotation", "returns", "decorator_list", "type_params"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.FunctionDef) and TEXT_ONLY.search(child.name):
+                continue
+            if isinstance(child, ast.Raise | ast.JoinedStr) or not isinstance(child, ast.AST):
+                continue
+            if isinstance(child, ast.expr):
+                yield child
+            yield from _changeable(child)
+
+
+def chosen(count: int, seed: int) -> list[Mutant]:
+    """Return mutants drawn at random, as many of each package, and at most one of a line."""
+    draw, found = random.Random(seed), list[Mutant]()
+    for number, package in enumerate(PACKAGES):
+        share = count * (number + 1) // len(PACKAGES) - count * number // len(PACKAGES)
+        files = sorted((ROOT / "warpdyn" / package).rglob("*.py"))
+        possible = [mutant for path in files for mutant in mutants_of(path)]
+        by_line = {(mutant.path, mutant.line): mutant for mutant in draw.sample(possible, len(possible))}
+        found += draw.sample(list(by_line.values()), share)
+    return found
+
+
+def tests_of(mutant: Mutant) -> list[str]:
+    """Return the test files that import the mutant's module or use a public name of it, the most specific first."""
+    module = mutant.path.removesuffix(".py").replace("/", ".").removesuffix(".__init__")
+    stub = (ROOT / "warpdyn" / "__init__.pyi").read_text()
+    relative = module.removeprefix("warpdyn")
+    names = re.findall(rf"^from {re.escape(relative)} import (.*)$", stub, re.MULTILINE)
+    public = [name for line in names for name in re.findall(r"\w+ as (\w+)", line)]
+    package = module.rpartition(".")[0]
+    scores: list[tuple[int, str]] = []
+    for path in sorted((ROOT / "tests").glob("test_*.py")):
+        text = path.read_text()
+        score = 10 * len(re.findall(rf"\b{re.escape(module)}\b", text))
+        score += sum(2 * len(re.findall(rf"\bwd\.{name}\b", text)) for name in public)
+        score += len(re.findall(rf"\b{re.escape(package)}\.", text))
+        score += 3 * (module.split(".")[-2] in path.stem or module.split(".")[-1] in path.stem)
+        if score:
+            scores.append((-score, f"tests/{path.name}"))
+    return [name for _, name in sorted(scores)[:MOST_TEST_FILES]]
+
+
+def tried(mutant: Mutant, *, runs_all: bool) -> dict[str, object]:
+    """Return what became of a mutant: "killed" with the stage and the failed test, or "survived"."""
+    with tempfile.TemporaryDirectory() as folder:
+        copied = Path(folder) / "copy"
+        shutil.copytree(ROOT, copied, ignore=shutil.ignore_patterns(".git", "results", "build", ".venv", "__pycache__"))
+        target = copied / mutant.path
+        source = target.read_bytes()
+        target.write_bytes(source[: mutant.start] + mutant.after.encode() + source[mutant.end :])
+        stages = {"own": tests_of(mutant), "fast": ["-m", "fast"]} | ({"all": ["-m", "not fast"]} if runs_all else {})
+        for stage, arguments in stages.items():
+            if not arguments:
+                continue
+            command = [sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-p", "no:cacheprovider", *arguments]
+            environment = os.environ | {"PYTHONPATH": str(copied), "PYTHONDONTWRITEBYTECODE": "1"}
+            try:
+                done = subprocess.run(
+                    command, cwd=copied, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+                )
+            except subprocess.TimeoutExpired:
+                return {"result": "killed", "stage": stage, "by": "timeout"}
+            if done.returncode not in (0, 5):  # 5: no test was selected
+                failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
+                return {"result": "killed", "stage": stage, "by": failed[0] if failed else done.stdout[-300:]}
+    return {"result": "survived"}
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("action", choices=("list", "run"))
+    parser.add_argument("results", nargs="?", type=Path)
+    parser.add_argument("--count", type=int, default=150)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--processes", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--all", action="store_true", help="run the slow tests, too, before a mutant survives")
+    arguments = parser.parse_args()
+    mutants = chosen(arguments.count, arguments.seed)
+    if arguments.action == "list":
+        print(*mutants, sep="\n")
+        return 0
+    if arguments.results is None:
+        parser.error("run needs a file for its results: python tests/mutants.py run RESULTS.jsonl")
+    found: dict[str, dict[str, object]] = {}
+    if arguments.results.exists():
+        found = {each["mutant"]: each for each in map(json.loads, arguments.results.read_text().splitlines())}
+
+    def attempt(mutant: Mutant) -> None:
+        result = {"mutant": str(mutant), **tried(mutant, runs_all=arguments.all), **asdict(mutant)}
+        with arguments.results.open("a") as file:
+            file.write(json.dumps(result) + "\n")
+        print(result["result"], result.get("stage", ""), mutant, flush=True)
+        found[str(mutant)] = result
+
+    with ThreadPoolExecutor(arguments.processes) as pool:
+        list(pool.map(attempt, [mutant for mutant in mutants if str(mutant) not in found]))
+    results = [found[str(mutant)] for mutant in mutants]
+    survived = [mutant for mutant, each in zip(mutants, results, strict=True) if each["result"] == "survived"]
+    unproven = [each for each in survived if (each.path, each.before, each.after) not in EQUIVALENT]
+    print(f"{len(mutants)} mutants: {len(mutants) - len(survived)} killed, {len(survived) - len(unproven)} equivalent")
+    print(*(f"survived: {each}" for each in unproven), sep="\n")
+    return int(len(unproven) > 0.05 * len(mutants))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
