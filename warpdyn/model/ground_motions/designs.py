@@ -16,7 +16,8 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Assignment, Excitation
-from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
 from warpdyn.model.ground_motions.plausibility import warn_of_duplicates
 
@@ -28,19 +29,11 @@ MOST_TOLD = 10  # motions in a table
 Kind = TypeVar("Kind", bound=type)
 
 
-def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
-    """Return the measure of every motion, in g if it is an acceleration."""
+def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    """Return the measure of every motion, in g if it is an acceleration; raise a TypeError if it is not a measure."""
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
-    return measure.values(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
-
-
-def _is_acceleration(measure: IntensityMeasure) -> bool:
-    return measure.units == "m s-2"
-
-
-def _units(measure: IntensityMeasure) -> str:
-    return "g" if _is_acceleration(measure) else measure.units
+    return measure.level_values(motions)
 
 
 class Design(Excitation):
@@ -64,11 +57,11 @@ class Design(Excitation):
     @property
     def intensity_units(self) -> str:
         """Units of `intensities`."""
-        return _units(self.measure)
+        return self.measure.level_units
 
     def told(self) -> list[tuple[object, ...]]:
         """Return what tables of notebooks say of it: its motions, some of many."""
-        units = _units(self.measure)
+        units = self.measure.level_units
         rows: list[tuple[object, ...]] = [("intensity measure", f"{self.measure.name} [{units}]")]
         for motion, intensity in list(zip(self.motions, self._intensities, strict=True))[:MOST_TOLD]:
             pga = motion.peak_ground_acceleration / STANDARD_GRAVITY
@@ -153,8 +146,8 @@ class Stripes(Design):
     def __post_init__(self) -> None:
         given, of_levels = one_list(self.motions, self.motions_of_levels)
         motions = checked_motions(given)
-        intensities = _intensities(motions, self.measure)
-        units = _units(self.measure)
+        intensities = intensities_of(motions, self.measure)
+        units = self.measure.level_units
         levels = np.atleast_1d(real_numbers("levels", self.levels))
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
@@ -256,7 +249,7 @@ class Stripes(Design):
                 np.tile(of_place, len(structures)),
                 np.tile(np.asarray(self.levels)[level], len(structures)),
             )
-        scale = (im_level / self._intensities[motion]) ** (1 / self.measure.power)
+        scale = self.measure.scale_factors(im_level, self._intensities[motion])
         label, repeats = (
             (self.measure.attributes(), self.intensity_units),
             levels if self.motions_of_levels is None else 1,
@@ -289,7 +282,7 @@ class Cloud(Design):
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", checked_motions(self.motions))
         warn_of_duplicates(self.motions, is_scaled=False)
-        object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
+        object.__setattr__(self, "_intensities", intensities_of(self.motions, self.measure))
 
     @property
     def samples_per_structure(self) -> int:
@@ -302,7 +295,7 @@ class Cloud(Design):
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
         return Assignment(
-            structure, motion, np.ones(structure.size), im_level, self.measure.attributes(), _units(self.measure)
+            structure, motion, np.ones(structure.size), im_level, self.measure.attributes(), self.measure.level_units
         )
 
 
@@ -354,7 +347,7 @@ class OneMotionPerStructure(Design):
             object.__setattr__(self, "motion", motion.astype(np.int32))
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "scale", scale)
-        object.__setattr__(self, "_intensities", _intensities(motions, self.measure))
+        object.__setattr__(self, "_intensities", intensities_of(motions, self.measure))
 
     samples_per_structure = 1
 
@@ -385,8 +378,8 @@ class OneMotionPerStructure(Design):
             motion = np.asarray(self.motion)[index]
         scale = np.asarray(self.scale)
         scale = scale[index] if scale.ndim else np.full(index.size, float(scale))
-        im_level = scale**self.measure.power * self._intensities[motion]
-        return Assignment(index, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
+        im_level = self.measure.scaled_levels(scale, self._intensities[motion])
+        return Assignment(index, motion, scale, im_level, self.measure.attributes(), self.measure.level_units)
 
 
 def excitation_of(given: object) -> object:

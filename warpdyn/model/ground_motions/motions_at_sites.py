@@ -10,9 +10,10 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import is_row_of_text, real_numbers, shortened, unmasked
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.ground_motions.designs import Design, _intensities, _units
+from warpdyn.model.ground_motions.designs import Design, intensities_of
 from warpdyn.model.ground_motions.excitation import Assignment
-from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 
 
@@ -85,7 +86,7 @@ class MotionsAtSites(Design):
         values = {"motions": motions, "motion": motion, "scale": scale, "names": names, "earthquake": earthquake}
         # Millions of structures with many draws each: as few bytes as hold the numbers of the sites.
         values |= {"site": site.astype(np.min_scalar_type(sites - 1), copy=False)}
-        values |= {"_intensities": _intensities(motions, self.measure)}
+        values |= {"_intensities": intensities_of(motions, self.measure)}
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
@@ -129,8 +130,8 @@ class MotionsAtSites(Design):
         motion = np.asarray(self.motion)[site, earthquake].ravel()
         scale = np.asarray(self.scale)[site, earthquake].ravel().astype(np.float64)
         structure = np.repeat(index, self.samples_per_structure)
-        im_level = scale**self.measure.power * self._intensities[motion]
-        return Assignment(structure, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
+        im_level = self.measure.scaled_levels(scale, self._intensities[motion])
+        return Assignment(structure, motion, scale, im_level, self.measure.attributes(), self.measure.level_units)
 
 
 def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> np.ndarray:

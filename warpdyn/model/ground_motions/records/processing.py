@@ -11,7 +11,7 @@ from warpdyn.foundations.core.checks import check_kind, one_of, real_number, who
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.model.ground_motions.excitation import check_sample_count
-from warpdyn.model.ground_motions.motion_integrals import squared_integrals
+from warpdyn.model.ground_motions.measures.integrals import squared_integrals
 from warpdyn.model.ground_motions.motions import GroundMotion
 
 HIGHEST_ORDER = 20  # of a Butterworth filter, whose sections lose digits beyond it
