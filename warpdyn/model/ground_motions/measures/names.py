@@ -43,7 +43,9 @@ _AVERAGE = re.compile(
     rf"(?:, *(?P<damping>{_NUMBER}) *%)?\))?",
     re.IGNORECASE,
 )
-_SPECTRAL = re.compile(rf"SA\((?:T *= *)?(?P<period>{_NUMBER})\s*s?(?:,\s*(?P<damping>{_NUMBER})\s*%?)?\)", re.IGNORECASE)
+_SPECTRAL = re.compile(
+    rf"SA\((?:T *= *)?(?P<period>{_NUMBER})\s*s?(?:,\s*(?P<damping>{_NUMBER})\s*%?)?\)", re.IGNORECASE
+)
 _USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
 
 

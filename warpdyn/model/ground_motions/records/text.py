@@ -232,22 +232,6 @@ def warn_of_layout(numbers: NumberLines, lines: Sequence[int]) -> None:
         )
 
 
-def check_count(found: int, told: str, place: str) -> None:
-    """Raise a ValueError unless there are as many values as a header tells."""
-    if not re.fullmatch(r"\d+", told, re.ASCII) or int(told) < 2:
-        raise ValueError(f"{place}: the number of values must be a whole number of at least 2, got {told!r}")
-    if found != int(told):
-        kind = "truncated" if found < int(told) else "too long"
-        raise ValueError(f"{place}: {kind}: {found} values follow, not the {told} that the header announces")
-
-
-def check_peak(values: np.ndarray, told: float, place: str) -> None:
-    """Raise a ValueError unless the largest absolute value is what a header tells, within the rounding of print."""
-    peak = float(np.abs(values).max())
-    if abs(peak - abs(told)) > 1e-3 * abs(told) + 1e-6:
-        raise ValueError(f"{place}: tells a peak of {abs(told):g}, but the largest value is {peak:g}: one is damaged")
-
-
 def check_last_value(text: str, values: Sequence[str], path: str | PathLike) -> None:
     """Raise a ValueError if the last value of a file is cut; warn if it may be.
 

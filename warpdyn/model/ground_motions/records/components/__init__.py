@@ -18,7 +18,7 @@ from warpdyn.model.ground_motions.records.components.orientations import (
     orientation,
 )
 from warpdyn.model.ground_motions.records.components.pairing import instrument_of, pairs
-from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, chosen_components
+from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, chosen_components, select_components
 
 __all__ = [
     "COMPONENTS",
@@ -36,4 +36,5 @@ __all__ = [
     "record_and_component",
     "record_of_header",
     "records_and_components",
+    "select_components",
 ]

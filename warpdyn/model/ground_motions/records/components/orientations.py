@@ -10,11 +10,11 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Orientation:
-    """What a label says about the direction that a sensor measures.
+    """The direction that a sensor measures, from a label.
 
     Args:
         label: The label in the form in which `GroundMotion.component` stores it, such as "090", "EW2" or "UP".
-        kind: "vertical", "horizontal", or "unknown" if the label says neither.
+        kind: "vertical", "horizontal", or "unknown" if the label does not contain a direction.
         azimuth: Azimuth of a horizontal sensor [degrees clockwise from north], None if the label does not contain it.
             The sign of a direction is not kept: "EW" and "WE" are both 90.
         sensor: Part of the label that numbers the sensor and not the direction: "2" of "EW2", "HN" of "HNE".
@@ -26,6 +26,11 @@ class Orientation:
     azimuth: float | None = None
     sensor: str = ""
     family: str = ""
+
+    @property
+    def known_label(self) -> str:
+        """The label, or "" if its direction is unknown."""
+        return self.label if self.kind != "unknown" else ""
 
 
 # Words of the orientation, in the languages of agencies that publish records. Accents are removed before the look-up.

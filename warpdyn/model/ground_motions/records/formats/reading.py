@@ -14,7 +14,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.at2 import read_at2_and_header
 from warpdyn.model.ground_motions.records.columns import ColumnChoice, read_columns
-from warpdyn.model.ground_motions.records.components import COMPONENTS, chosen_components, record_and_component
+from warpdyn.model.ground_motions.records.components import COMPONENTS, record_and_component, select_components
 from warpdyn.model.ground_motions.records.cosmos import read_cosmos
 from warpdyn.model.ground_motions.records.esm import read_esm
 from warpdyn.model.ground_motions.records.formats.afad import is_afad, read_afad
@@ -148,15 +148,7 @@ def read(
     data = bytes_of(path)
     files = read_archive(path, data, unit, step) if is_archive(data) else [read_file(path, data, unit, step)]
     motions = [motion for file in files for motion in _with_names(file)]
-    labels, names = [motion.component for motion in motions], [motion.name for motion in motions]
-    is_chosen = chosen_components(labels, components, names, [motion.record for motion in motions], str(path))
-    chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
-    if not chosen:
-        found = ", ".join(repr(motion.component) for motion in motions)
-        raise ValueError(
-            f"{path}: none of its components ({found}) is {components}: components='all' returns all of them"
-        )
-    return chosen
+    return select_components(motions, components, path)
 
 
 def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[FileOfMotions]:
