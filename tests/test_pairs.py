@@ -50,7 +50,7 @@ def test_directory_leaves_out_vertical_components(tmp_path):
         (vertical,) = wd.records.read_directory(folder, components="vertical")
         assert "up" in vertical.name.lower()
         assert len(wd.records.read_directory(folder, components="all")) == 3
-        with pytest.raises(FileNotFoundError, match=r"none of the 1 files that match .* is a horizontal component"):
+        with pytest.raises(FileNotFoundError, match=r"no file of the 1 that match .* is a horizontal component"):
             wd.records.read_directory(folder, "*up.at2")
         with pytest.raises(ValueError, match=r"unknown components 'vertikal'.* 'vertical'"):
             wd.records.read_directory(folder, components="vertikal")

@@ -317,10 +317,10 @@ def test_sac(tmp_path, trace):
         wd.records.read(write(tmp_path, bytes(data), "damaged.sac"), unit="gal")
     with pytest.raises(ValueError, match=r"obspy cannot read this SAC file|unknown format"):
         wd.records.read(write(tmp_path, bytes(data[:700]), "cut.sac"), unit="gal")
-    for code, quantity in ((6, "displacement"), (7, "velocity")):
+    for code, quantity in ((6, "displacements"), (7, "velocities")):
         trace.stats.sac = {"idep": code}
         trace.write(str(file), "SAC")
-        with pytest.raises(ValueError, match=f"this SAC file contains a {quantity}"):
+        with pytest.raises(ValueError, match=f"its values are {quantity}, not accelerations"):
             wd.records.read(file, unit="gal")
 
 
@@ -346,7 +346,7 @@ def test_miniseed(tmp_path, trace):
     import obspy
 
     obspy.Stream([trace, later]).write(str(file), "MSEED")
-    with pytest.raises(ValueError, match=r"the channel XX.STA1..BHZ has gaps: it comes in 2 parts"):
+    with pytest.raises(ValueError, match=r"the channel XX.STA1..BHZ has gaps: it has 2 parts"):
         wd.records.read(file, unit="gal")
 
 

@@ -132,13 +132,13 @@ def test_stream():
     assert motion.acceleration.tolist() == [2.0, -4.0, 6.0]
     assert (motion.step, motion.name, motion.component) == (0.01, "BO.AKT013..EW", "EW")
     assert wd.records.from_obspy([trace()], "gal")[0].acceleration.tolist() == [0.02, -0.04, 0.06]
-    with pytest.raises(ValueError, match=r"trace BO.AKT013..EW: its unit is unknown, .* give unit="):
+    with pytest.raises(ValueError, match=r"trace BO.AKT013..EW: the unit is unknown, .* give unit="):
         wd.records.from_obspy([trace()])
     with pytest.raises(ValueError, match=r"trace BO.AKT013..EW has gaps"):
         wd.records.from_obspy([trace(data=np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False]))], "g")
     with pytest.raises(ValueError, match="the stream has no traces"):
         wd.records.from_obspy([])
-    with pytest.raises(TypeError, match=r"takes an obspy Stream, got one of str"):
+    with pytest.raises(TypeError, match=r"takes an obspy Stream, got a list of str"):
         wd.records.from_obspy("AKT0131103111446.EW")
 
 

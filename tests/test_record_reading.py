@@ -128,7 +128,7 @@ def test_uneven_times_are_interpolated_if_a_step_is_given(tmp_path, make):
     factor = 0.980665 if make is network_files.csmip_pairs else 1.0
     # Rounding of print, 5 digits of an SMC file, also of its times, on slopes of up to 300 units per second.
     np.testing.assert_allclose(motion.acceleration, factor * expected, atol=2e-4 + 300 * 5e-5)
-    with pytest.raises(ValueError, match=r"makes more than 10,000,000 values: is it in seconds"):
+    with pytest.raises(ValueError, match=r"makes more than 10,000,000 values: give step= in seconds"):
         wd.records.read(file, step=1e-9)
 
 
@@ -343,13 +343,13 @@ def test_running_values_that_touch(tmp_path):
             replaced(RUNNING, "Record of nowhere, component 90", "Velocity time history in cm/s"),
             "velocity",
         ),
-        (RUNNING.replace(f"{VALUES[17]:10.4f}", "", 1), "txt:5: 7 values, where the first line has 8"),
+        (RUNNING.replace(f"{VALUES[17]:10.4f}", "", 1), "txt:5: 7 values, but the first line has 8"),
         (RUNNING.replace(f"{VALUES[17]:10.4f}", "       nan", 1), "'nan' is not a finite number"),
         (
             RUNNING.replace(f"{VALUES[17]:10.4f}", "*" * 10, 1),
-            "txt:5: asterisks stand for a value that did not fit its field",
+            "txt:5: asterisks replace a value that did not fit its field",
         ),
-        (RUNNING.replace(".", ","), "seems to have decimal commas: replace them by points"),
+        (RUNNING.replace(".", ","), "seems to have decimal commas: replace the commas by points"),
         (
             "\n".join(RUNNING.split("\n")[2:]).replace(f"{VALUES[0]:10.4f}", "       nan", 1),
             "'nan' is not a finite number",
@@ -369,7 +369,7 @@ def test_text_needs_its_unit(tmp_path):
     (motion,) = wd.records.read(file, unit="gal")
     assert motion.step == 0.01
     columns = "t;NS;EW;UD\n" + "".join(f"{0.01 * i:.2f};{v};{v};{v}\n" for i, v in enumerate(VALUES))
-    with pytest.raises(ValueError, match=r"acceleration_column must say.* an argument of wd.records.read_text"):
+    with pytest.raises(ValueError, match=r"give acceleration_column=.* an argument of wd.records.read_text"):
         wd.records.read(write(tmp_path, columns), unit="gal")
 
 

@@ -266,7 +266,7 @@ def test_at2_lost_sign(tmp_path):
         place = body.index("-", place + 1)
     damaged = body[:place] + body[place + 1 :]
     line = 5 + body[:place].count("\n")
-    with pytest.warns(UserWarning, match=rf"record.AT2:{line}: the values of this line do not stand in the columns"):
+    with pytest.warns(UserWarning, match=rf"record.AT2:{line}: the values of this line are not in the columns"):
         wd.records.read_at2(write(tmp_path, NEW + "NPTS= 80, DT= .01 SEC\n" + damaged))
     with warnings.catch_warnings(action="error"):
         wd.records.read_at2(write(tmp_path, NEW + "NPTS= 80, DT= .01 SEC\n" + body))

@@ -38,7 +38,7 @@ _VERTICAL = frozenset(
     """
     U UP UPDN UPDO UPDOWN UPWARD UPWARDS UD DU DN DOW DWN DOWN DOWNWARD V VT VR VRT VER VERT
     Z DUSEY DIKEY SUSJOS 上下 上下動 上下方向 垂直 竖向 竖直 垂向 鉛直
-    """.split()  # noqa: SIM905  a list of quoted words is three times as long
+    """.split()  # noqa: SIM905
 )
 _COMPASS = {
     0.0: "N NORTH NORTE NORD NORDUR KUZEY 北",
@@ -47,7 +47,7 @@ _COMPASS = {
     270.0: "W WEST OESTE OVEST OUEST VEST BATI 西",
 }
 _AZIMUTHS = {word: azimuth for azimuth, words in _COMPASS.items() for word in words.split()}
-# Two opposite directions name an axis. "O" is west in Romance languages and east in German: as half of a pair only.
+# Two opposite directions name an axis. "O" is west in Romance languages and east in German: only in a pair it is clear.
 _AXES_OF_COMPASS = {"NS": 0.0, "SN": 0.0, "EW": 90.0, "WE": 90.0, "EO": 90.0, "OE": 90.0, "OW": 90.0, "WO": 90.0}
 _AXES_OF_COMPASS |= {"南北": 0.0, "北南": 0.0, "东西": 90.0, "東西": 90.0}
 _AXES = frozenset(
@@ -55,7 +55,7 @@ _AXES = frozenset(
     L LN LG LNG LON LONG LONGI LONGIT LONGITUDINAL LONGITUDINALE T TR TN TRN TRA TRAN TRANS TRANSV TRANSVERSE
     TRANSVERSAL TRANSVERSALE TRASVERSALE R RD RAD RADIAL TAN TANG TANGENTIAL X Y H HZ HOR HORIZ HORIZONTAL FN FP SP
     STRIKENORMAL STRIKEPARALLEL FAULTNORMAL FAULTPARALLEL MAJOR MINOR 水平
-    """.split()  # noqa: SIM905  as above
+    """.split()  # noqa: SIM905
 )
 # Numbered directions, as opposed to numbered sensors: H1 and H2 are the two horizontal directions.
 _NUMBERED = re.compile(r"(?:H|HOR|HORIZ|HORIZONTAL|水平)(?P<axis>[123])$")
@@ -70,7 +70,7 @@ _WORDS_AROUND = re.compile(
 
 
 def orientation(label: str) -> Orientation:
-    """Return what a label of a component says about its direction.
+    """Return the direction in the label of a component.
 
     Args:
         label: Text from a header or a file name: an azimuth ("180", "90 DEG"), a bearing ("N26W", "S 00 E"), compass
@@ -90,12 +90,12 @@ def orientation(label: str) -> Orientation:
     if seed := _SEED.match(compact):
         return _of_channel(seed, compact)
     numbered = re.match(r"(?P<word>\D+)(?P<sensor>\d{1,2})$", compact)
-    if numbered and not re.search(r"\s\d+$", stripped):  # "UP 9" has a number of something else
+    if numbered and not re.search(r"\s\d+$", stripped):  # in "UP 9", the number does not belong to the sensor
         found = _of_word(numbered["word"] if not _NUMBERED.match(compact) else "")
         if found.kind != "unknown":
             return Orientation(compact, found.kind, found.azimuth, numbered["sensor"], found.family)
     words = stripped.split()
-    # "Z (UP)", "EW (EAST)": each word says the same; "CHAN 1 UP" and "STATION N" do not.
+    # In "Z (UP)" and "EW (EAST)", both words have one direction; not in "CHAN 1 UP" and "STATION N".
     if len(words) == 2 and (both := [orientation(word.strip("()[]")) for word in words])[0].kind == both[1].kind:
         return both[0]
     return Orientation(text.strip(), "unknown")
@@ -109,7 +109,7 @@ def azimuth_label(azimuth: float) -> str:
 
 
 def is_vertical(component: str) -> bool:
-    """Return whether the label of a component says that it is vertical."""
+    """Return whether the label of a component is that of a vertical one."""
     return orientation(component).kind == "vertical"
 
 
@@ -138,7 +138,7 @@ def _of_word(word: str) -> Orientation:
     if word in _VERTICAL or re.match(r"VERTI(?:C(?:AL(?:E|ES)?)?|K(?:AL)?)?$", word):
         return Orientation(word, "vertical", family="vertical")
     if word in _AXES_OF_COMPASS:
-        # "SN" is also strike-normal, so that it has no azimuth.
+        # "SN" may also be strike-normal, so its azimuth is unknown.
         azimuth = None if word == "SN" else _AXES_OF_COMPASS[word]
         return Orientation(word, "horizontal", azimuth, family="compass axes")
     if word in _AZIMUTHS:
@@ -159,12 +159,12 @@ def _of_channel(channel: re.Match[str], label: str) -> Orientation:
     axis, sensor = channel["axis"], channel["sensor"] + (channel["location"] or "")
     if axis == "Z":
         return Orientation(label, "vertical", None, sensor, "seed")
-    if axis in "3UVW":  # a third direction that is not named, and the oblique axes of Galperin's sensors
+    if axis in "3UVW":  # an unnamed third direction, and the oblique axes of Galperin's sensors
         return Orientation(label, "unknown", None, sensor, "seed")
     return Orientation(label, "horizontal", {"N": 0.0, "E": 90.0}.get(axis), sensor, "seed")
 
 
 def angle_between(one: float, other: float) -> float:
-    """Return the angle between two horizontal axes [degrees], from 0 to 90, whatever their signs."""
+    """Return the angle between two horizontal axes [degrees], from 0 to 90."""
     apart = abs(one - other) % 180.0
     return min(apart, 180.0 - apart)

@@ -30,14 +30,6 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
     """Read the three components of a text file of AFAD: a header of "NAME : value", then a column per component.
 
     Source: AFAD, Turkish National Strong Motion Network, text files of the database TR-NSMN.
-
-    Args:
-        path: The file; its name and the components name the motions.
-
-    Raises:
-        ValueError: If the header lacks a line, the unit is not that of an acceleration, the number or the peaks of the
-            values are not those of the header, a value is not a finite number or is written in another form than the
-            others, or the file is cut.
     """
     record = RecordText.of(path)
     directions = next((i for i, line in enumerate(record.lines) if _DIRECTIONS.fullmatch(line)), None)

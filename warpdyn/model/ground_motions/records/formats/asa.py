@@ -36,13 +36,6 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
     """Read the channels of an ASA 2.0 file: a header of "NAME : value", then a column per channel.
 
     Source: Sociedad Mexicana de Ingenieria Sismica, "Base Mexicana de Datos de Sismos Fuertes", standard format 2.0.
-
-    Args:
-        path: The file; its name and the channels' components name the motions.
-
-    Raises:
-        ValueError: If the header lacks a line, the unit is not that of an acceleration, the number, duration or peak of
-            the values is not that of the header, or the file is cut.
     """
     record = RecordText.of(path)
     data = next((i for i, line in enumerate(record.lines) if _DATA.match(line)), None)

@@ -63,14 +63,6 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
     """Read the accelerations of a V1 (uncorrected) or V2 (corrected) file, which has one channel or several.
 
     Source: California Strong Motion Instrumentation Program, report OSMS 85-03, and its revisions.
-
-    Args:
-        path: The file; its name and the channel's component name the motions.
-        step: Step [s] for records that were digitised at uneven times; these are interpolated.
-
-    Raises:
-        ValueError: If the header is not as specified, the number, duration or peak of the values is not that of the
-            header, they are digitised at uneven times, or the file is cut.
     """
     record = RecordText.of(path)
     motions: list[GroundMotion] = []

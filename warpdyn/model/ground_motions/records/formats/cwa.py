@@ -20,13 +20,6 @@ def read_cwa(path: str | PathLike) -> list[GroundMotion]:
     """Read the three components of a file of CWA: lines of "#NAME: value", then columns of times and accelerations.
 
     Source: CWA, Geophysical Database Management System, text format of strong-motion records.
-
-    Args:
-        path: The file; its name and the components name the motions.
-
-    Raises:
-        ValueError: If the header lacks a line, the unit is not that of an acceleration, the times, the duration or the
-            peaks are not those of the header, or a line does not have four numbers.
     """
     record = RecordText.of(path)
     is_header = [not line.strip() or line.startswith("#") for line in record.lines]

@@ -47,13 +47,6 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
 
     Source: GeoNet, "Strong motion file formats": 16 lines of text, 40 whole numbers, 60 decimal ones, then the values
     of acceleration and, in V2A files, of velocity and displacement.
-
-    Args:
-        path: The file; its name and the components name the motions.
-
-    Raises:
-        ValueError: If a header is not as specified, the number, duration or peak of the values is not that of the
-            header, or the file is cut.
     """
     record = RecordText.of(path)
     motions: list[GroundMotion] = []

@@ -30,13 +30,6 @@ def read_knet(path: str | PathLike) -> list[GroundMotion]:
     The mean, which is the offset of the instrument, is removed, because the peak in the header excludes it.
 
     Source: NIED, "Format of the strong-motion data (ASCII)".
-
-    Args:
-        path: The file; its name names the motion.
-
-    Raises:
-        ValueError: If the header lacks a line, a value is not a whole number, or their number or peak is not that of
-            the header.
     """
     record = RecordText.of(path)
     header = Header(path, "K-NET")

@@ -37,14 +37,6 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
     """Read the acceleration of an SMC file: 11 lines of text, 98 numbers of the header, comments, values in cm/s2.
 
     Source: U.S. Geological Survey, "SMC-format data files".
-
-    Args:
-        path: The file; its name and the component name the motion.
-        step: Step [s] for records that were digitised at uneven times; these are interpolated.
-
-    Raises:
-        ValueError: If the file contains velocities, displacements or spectra, its header is not as specified, the
-            number or the peaks of the values are not those of the header, or the file is cut.
     """
     record = RecordText.of(path)
     title = record.expected(0, _TITLE, "'2 CORRECTED ACCELEROGRAM'")

@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
-from warpdyn.model.ground_motions.records.text import NumberLines, lines_of, number, text_of
+from warpdyn.model.ground_motions.records.text import NumberLines, lines_of, number, text_of, warn_of_blank_end
 
 _TO_FORM = str.maketrans("123456789d", "000000000D")
 _FORMAT = re.compile(
@@ -238,17 +237,11 @@ def layout_of_lines(record: RecordText, first: int, decimals: int | None = None)
 
 
 def check_end(record: RecordText, next_line: int) -> None:
-    """Raise a ValueError unless the values are complete at the end of a file, and nothing follows them.
-
-    Args:
-        record: The text.
-        next_line: Number of the line after the last value, from 0.
-    """
+    """Raise a ValueError if lines follow the values, which end before the line of this number; warn of a cut end."""
     rest = [i for i in range(next_line, len(record.lines)) if record.lines[i].strip()]
     if rest:
         raise ValueError(
             f"{record.place(rest[0])}: more follows than the values that the header states: "
-            f"{record.lines[rest[0]].strip()[:60]!r}"
+            f"{record.lines[rest[0]].strip()[:60]!r}. Delete the line if it does not belong to the record"
         )
-    if record.text[-1] != "\n" and not record.text.rpartition("\n")[2].strip():
-        warn_caller(f"{record.path}: ends within a line of blanks, so it may be truncated")
+    warn_of_blank_end(record.text, record.path)

@@ -4,4 +4,4 @@ from __future__ import annotations
 
 
 class NotARecordError(ValueError):
-    """A file contains no accelerations, or nothing shows that it does; in an archive it is left out, with a warning."""
+    """A file contains no accelerations, or may contain none; in an archive such a file is skipped with a warning."""
