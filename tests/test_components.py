@@ -321,8 +321,8 @@ def test_sensors_of_one_record():
         (("N", "N"), "are not 90 degrees apart: N and N"),
         (("L", "L"), "have the direction 'L'"),
         (("010", "040"), "are not 90 degrees apart: 010 and 040"),
-        (("N", "", "UP"), "component '' of motion 'r ' is not known to be horizontal"),
-        (("N", "E", "S", "W"), "must have 2 horizontal components, has 4.*give each instrument a `record`"),
+        (("N", "", "UP"), "component '' of motion 'r ' may not be horizontal"),
+        (("N", "E", "S", "W"), "must have 2 horizontal components, has 4.*give each instrument its own `record`"),
         (("HNE", "BHN"), "must have 2 horizontal components, has 1: 'r HNE'"),
     ],
 )

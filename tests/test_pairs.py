@@ -71,7 +71,7 @@ def motion(name: str, record: str, component: str, seed: int = 0, count: int = 4
 @pytest.mark.parametrize(
     ("motions", "message"),
     [
-        ([motion("a", "", "")], "motion 'a' names no record"),
+        ([motion("a", "", "")], "motion 'a' has no record"),
         ([motion("a", "r", "N")], "record 'r' must have 2 horizontal components, has 1: 'a'"),
         ([motion(n, "r", n) for n in ("N", "E", "W")], "must have 2 horizontal components, has 3: 'N', 'E', 'W'"),
         ([motion("a", "r", "001"), motion("b", "r", "002")], "the components 'a', 'b' are not 90 degrees apart"),

@@ -139,7 +139,7 @@ def test_trim_keeps_responses_of_long_periods():
 def test_bad_trims():
     motion = raw_record(3, 0.0)
     for bad in ({"start": 0.95, "end": 0.05}, {"end": 1.0}):
-        with pytest.raises(ValueError, match="shares of the Arias intensity must be 0 < start < end < 1"):
+        with pytest.raises(ValueError, match="fractions of the Arias intensity must be 0 < start < end < 1"):
             wd.records.trim(motion, **bad)
     with pytest.raises(ValueError, match=r"taper \[s\] must be a finite number above 0\.02"):
         wd.records.trim(motion, taper=0.01)
