@@ -245,7 +245,7 @@ BAD = {
     "interval": (lambda: wd.FilteredNoise(WHITE, 1.0, 0.03), "interval 0.03 s does not divide the duration, 1 s"),
     "longer interval": (
         lambda: wd.FilteredNoise(WHITE, 1.0, 2.0),
-        "does not divide the duration, 1 s: 1 s and 0.5 s do",
+        "does not divide the duration, 1 s: give interval=1 or interval=0.5",
     ),
     "intervals": (lambda: wd.FilteredNoise(WHITE, 1e6, 1e-6), "into more than 1073741824 parts"),
     "sample": (lambda: wd.FilteredNoise(WHITE, 1.0, 0.1).motion(-1), "sample must be a whole number of at least 0"),
