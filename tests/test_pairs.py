@@ -114,7 +114,7 @@ def test_measures_of_a_pair():
     with pytest.raises(ValueError, match=r"RotD100 .* needs both components of motion 'a'"):
         measure.value(a)
     assert np.ptp(measure.values([a, b, motion("up", "r", "UP")])) == 0.0  # scaled as the pair is
-    with pytest.raises(ValueError, match="'up' of record 's' is vertical: leave it out"):
+    with pytest.raises(ValueError, match="'up' of record 's' is vertical: remove the motion"):
         measure.values([a, b, motion("up", "s", "UP")])
     with pytest.raises(ValueError, match="percentile must be at most 100, got 101"):
         wd.RotatedSpectralAcceleration(0.5, 0.05, 101)

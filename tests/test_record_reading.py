@@ -240,7 +240,7 @@ def replaced(text: str, old: str, new: str) -> str:
         (KNET[:-30], "truncated: .* values follow"),
         (
             V2.replace(f"{VALUES[9]:10.5f}".replace("-0.", " -."), "*" * 10, 1),
-            r"stands for a value that did not fit its field",
+            r"replaces a value that did not fit its field",
         ),
         (V2.replace(f"{VALUES[9]:10.5f}".replace("-0.", " -."), "       NaN", 1), "'NaN' is not a finite number"),
         (V2.replace(f"{VALUES[9]:10.5f}".replace("-0.", " -."), " " * 10, 1), "'' is not a finite number"),

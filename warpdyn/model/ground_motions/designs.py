@@ -160,7 +160,7 @@ class Stripes(Design):
             if not intensity > 0:
                 raise ValueError(
                     f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} {units}: "
-                    "a record of zeros cannot be scaled to a level: leave it out"
+                    "a record of zeros cannot be scaled to a level: remove it from motions="
                 )
         if self.structures_per_motion is not None:
             own = whole_number("structures_per_motion", self.structures_per_motion, 1)

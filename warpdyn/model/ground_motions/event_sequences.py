@@ -32,7 +32,7 @@ class EventSequence(_Placed):
     """Successive earthquakes; each acts on the building in the state in which the previous one left it.
 
     A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
-    events it vibrates freely for the scene's `tail`; if that is None, long enough to come to rest. The whole design of
+    events it vibrates freely for the scene's `tail`, or until it comes to rest without a `tail`. The whole design of
     the next event follows every history of an event: samples are ordered by structure, then by the motion (and level)
     of the first event, then by that of the second. A building that has collapsed stays collapsed, and one whose
     integration has failed stays failed: later events are not run on them.

@@ -198,7 +198,7 @@ class Excitation:
 
         Args:
             step: Integration step [s]; None for the fewest steps that are not longer than `target`.
-            target: Longest step [s], if `step` is None.
+            target: Longest chosen step [s].
             resample: Whether motions with a step that `step` does not divide are resampled.
 
         Raises:

@@ -55,7 +55,7 @@ class IntensityMeasure(ABC):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and periods [s], which distinguish two measures of one kind; () if there are none."""
+        """Damping ratio [%] and periods [s], which distinguish two measures of one kind; () for other measures."""
         return ()
 
     @abstractmethod

@@ -33,8 +33,8 @@ class PairMeasure(IntensityMeasure):
         for motion in motions:
             if instrument_of(motion) not in of_instrument:
                 raise ValueError(
-                    f"{self.name} needs horizontal components, and motion {motion.name!r} of record {motion.record!r} "
-                    "is vertical: leave it out, as in records.read(path, components='horizontal')"
+                    f"{self.name} needs horizontal components, but motion {motion.name!r} of record {motion.record!r} "
+                    "is vertical: remove the motion, or use records.read(path, components='horizontal')"
                 )
         return np.array([of_instrument[instrument_of(motion)] for motion in motions])
 

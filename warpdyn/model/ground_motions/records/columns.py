@@ -63,7 +63,7 @@ def read_text(
 
     A single column is the acceleration. Of two columns, the first is the time, or an index if `step` is given. Blank
     lines, lines that start with # or %, and lines of words before the first number are skipped. The first sample acts
-    at t = 0, whatever its time.
+    at t = 0, also if its time is another one.
 
     Args:
         path: The file; its name without the suffix names the motion.
@@ -195,7 +195,9 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
     if decimal_comma:
         point = next((i for i, line in enumerate(numbers.lines) if "." in line), None)
         if point is not None:
-            raise ValueError(f"{numbers.place(point)}: has a decimal point, but decimal_comma is True: leave it out")
+            raise ValueError(
+                f"{numbers.place(point)}: has a decimal point, but decimal_comma is True: remove decimal_comma="
+            )
         numbers = NumberLines(path, [line.replace(",", ".") for line in numbers.lines], numbers.line_numbers, mark)
     elif "," in lines[first]:
         has_names = above.count(",") == lines[first].count(",")

@@ -101,7 +101,7 @@ def trim(
     multiplied by a factor that falls smoothly to 0, so that the ground neither starts nor ends with a jump. If the
     record ends in motion, the taper continues after its end. The acceleration within the part is unchanged.
 
-    A warning says so if the spectral displacement (5 % damping) changes by more than 5 % at a period from 0.1 to 10 s.
+    A warning reports if the spectral displacement (5 % damping) changes by more than 5 % at a period from 0.1 to 10 s.
 
     Args:
         motion: The motion, preferably after `band_pass`, because a drift of the velocity counts as motion.
@@ -131,7 +131,7 @@ def trim(
     a, h = motion.acceleration, motion.step
     check_sample_count(f"taper={taper:g} s", a.size + 2 * np.ceil(taper / h), "give a shorter taper= in seconds")
     if not a.any():
-        raise ValueError(f"motion {motion.name!r} is zero throughout, so its Arias intensity is 0: leave it out")
+        raise ValueError(f"motion {motion.name!r} is zero throughout, so it has no strong part: remove the motion")
     velocity = np.concatenate([[0.0], np.cumsum(h / 2 * (a[:-1] + a[1:]))])
     parts = [_between(values, h, start, end) for values in (a, velocity) if values.any()]
     samples, fade = int(np.ceil(pad / h - 1e-9)), int(np.ceil(taper / h - 1e-9))

@@ -76,7 +76,7 @@ class Statement:
 
     Args:
         quantity: Quantity, such as "acceleration", "velocity" or "time"; "" if it is not stated.
-        unit: The unit as it is written; "" if it is not stated.
+        unit: The unit, unchanged; "" if it is not stated.
         factor: Factor from this unit to m/s2; None if it is not a unit of acceleration.
     """
 

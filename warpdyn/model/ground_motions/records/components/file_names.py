@@ -172,7 +172,7 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
 
 
 def _letters_within(stem: str) -> Iterator[_Candidate]:
-    """Yield single letters beside a digit, such as those of "000055xa", "000055ya" and "000055za"."""
+    """Yield single letters next to a digit, such as those of "000055xa", "000055ya" and "000055za"."""
     for found in re.finditer(r"(?<=\d)[NSEWVZULTXY](?=[A-Z])|(?<=[A-Z])[NSEWVZULTXY](?=\d)", stem, re.IGNORECASE):
         before, after = stem[: found.start()], stem[found.end() :]
         yield _Candidate(orientation(found[0]), before, after, _ONLY_IN_SETS, False)

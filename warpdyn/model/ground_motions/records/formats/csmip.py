@@ -101,7 +101,7 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
                 f"{record.place(data)}: the channel begins with {found['quantity'].lower()}..., not with its "
                 "acceleration: take the file that contains the accelerations"
             )
-        # Some files of USC name the unit only beside the peak.
+        # Some files of USC name the unit only after the peak.
         peak = _found(_PEAK["V2"], head, record, first)
         values, step, after = _equal_steps(record, data, found, peak[0]["unit"] if peak else None)
         while (other := _DATA.match(record.lines[after]) if after < len(record.lines) else None) is not None:

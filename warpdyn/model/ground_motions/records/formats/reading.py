@@ -109,7 +109,7 @@ class FileOfMotions:
 def read(
     path: str | PathLike, *, unit: str | None = None, step: float | None = None, components: str = "all"
 ) -> list[GroundMotion]:
-    """Read the ground motions of a record file, or of the files in a gzip, zip or tar archive, whatever its format.
+    """Read the ground motions of a record file, or of the files in a gzip, zip or tar archive, in any known format.
 
     The format is recognised from the first lines: AT2 (PEER, NGA-West2, NGA-East), COSMOS V1 and V2, V1 and V2 of
     CSMIP, CESMD, RENADIC, USC and BHRC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, CWA, V1A and V2A of

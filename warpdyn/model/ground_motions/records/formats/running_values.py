@@ -18,7 +18,7 @@ from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 FEWEST_LINES = 3  # that define the layout of a file's lines
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?")
 _WORD = re.compile(r"(?<![\w.])[^\W\d_]{2,}")  # not after a digit, where a damaged number may have letters
-_NO_WORDS = ("nan", "inf", "infinity", "na", "null", "none")  # these stand for numbers
+_NO_WORDS = ("nan", "inf", "infinity", "na", "null", "none")  # written for missing numbers
 _ERRORS = re.compile(r"#(N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!)", re.IGNORECASE)
 _TOUCHING = re.compile(r"(?<=[\d.])(?=[-+]\d*\.)")  # 0.123-0.456: a sign after a digit, not after an E
 

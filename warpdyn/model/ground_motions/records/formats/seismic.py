@@ -21,7 +21,7 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
         path: The file.
         data: The bytes of the file.
         unit: Unit of the accelerations, which these files do not state.
-        step: Step [s] to compare with that of the file; None for no comparison.
+        step: Step [s], which must be that of the file; None to use the step of the file.
 
     Raises:
         ModuleNotFoundError: If obspy is not installed.

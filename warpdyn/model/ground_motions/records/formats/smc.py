@@ -20,7 +20,7 @@ _TITLE = re.compile(
 _TEXT_LINES = 11
 _INTEGERS, _REALS = Layout(8, 10, 0), Layout(5, 15)
 _VALUES = Layout(8, 10, 4, is_scientific=True)
-# Positions in the headers, from 0, and the number that stands for an unknown value.
+# Positions in the headers, from 0, and the number that is written for an unknown value.
 _UP_ANGLE, _AZIMUTH, _COMMENTS, _COUNT, _RATE = 12, 13, 15, 16, 1
 _MAXIMUM, _MINIMUM = 29, 31
 _UNKNOWN_REAL, _LARGEST_KNOWN = 1.7e38, 1e30

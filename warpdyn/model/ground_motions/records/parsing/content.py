@@ -55,7 +55,7 @@ _LARGEST_HEAD = 4096  # characters that are compared with these patterns
 
 
 def bytes_of(path: str | PathLike) -> bytes:
-    """Return the bytes of a file or of a member of an archive, or raise an error that says why it has none."""
+    """Return the bytes of a file or of a member of an archive, or raise an error with the reason if it has none."""
     if isinstance(path, Member):
         return path.data
     if not isinstance(path, str | PathLike):

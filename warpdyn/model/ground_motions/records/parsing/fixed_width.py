@@ -102,7 +102,7 @@ class RecordText:
         return self.lines[i]
 
     def expected(self, i: int, pattern: re.Pattern[str], what: str) -> re.Match[str]:
-        """Return the match of a pattern in line `i`, or raise a ValueError that says what was expected."""
+        """Return the match of a pattern in line `i`, or raise a ValueError with the expected text."""
         found = pattern.search(self.line(i, what))
         if found is None:
             raise ValueError(f"{self.place(i)}: expected {what}, got {self.lines[i].strip()[:60]!r}")
@@ -182,8 +182,8 @@ def _check_line(line: str, fields: int, layout: Layout, place: str, *, is_end: b
     for field in row:
         if "*" in field:
             raise ValueError(
-                f"{place}: {field.strip()!r} stands for a value that did not fit its field of {width} characters, and "
-                "is lost: get the record in another format or unit"
+                f"{place}: {field.strip()!r} replaces a value that did not fit its field of {width} characters, so the "
+                "value is lost: get the record in another format or unit"
             )
         if re.fullmatch(r"\s*[-+]?(nan|inf\w*)\s*", field, re.IGNORECASE):
             raise ValueError(f"{place}: {field.strip()!r} is not a finite number")

@@ -82,7 +82,7 @@ def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: f
 
     Args:
         values: The values in the unit of the stated peak.
-        stated: The peak as it is printed; 0 states nothing.
+        stated: The printed peak; 0 states nothing.
         place: File and line of the header.
         precision: Unit in the last place of the values, if the header prints more digits than they have.
 
@@ -105,7 +105,7 @@ def check_time_of_peak(
     Args:
         values: The values.
         step: Step [s].
-        stated: Time of the peak [s] as it is printed; the first value may be at 0 or at one step.
+        stated: Printed time of the peak [s]; the first value may be at 0 or at one step.
         place: File and line of the header.
         precision: Unit in the last place of the values: the value at this time may be smaller than the peak by it.
         first: Time between the first value and the zero of the stated time [s].
@@ -129,7 +129,7 @@ def check_duration(count: int, step: float, stated: str, place: str, precision: 
     Args:
         count: Number of values.
         step: Step [s].
-        stated: The duration [s] as it is printed.
+        stated: The printed duration [s].
         place: File and line of the header.
         precision: Unit in the last place of the step [s].
     """

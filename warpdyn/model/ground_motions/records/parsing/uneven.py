@@ -27,7 +27,7 @@ def at_equal_steps(
         digits: Unit in the last place of the times [s].
 
     Raises:
-        ValueError: If times do not increase, or they are uneven and `step` is None.
+        ValueError: If times do not increase, or they are uneven and `step` is missing.
     """
     gaps = np.diff(times)
     mean = float((times[-1] - times[0]) / (times.size - 1))
