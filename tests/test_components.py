@@ -11,12 +11,9 @@ import record_files
 from scipy import signal
 
 import warpdyn as wd
-from warpdyn.model.ground_motions.records.components import (
-    component_of_header,
-    orientation,
-    record_and_component,
-    record_of_header,
-)
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.headers import component_of_header, record_of_header
+from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.parsing.archives import is_litter
 
 pytestmark = pytest.mark.fast

@@ -10,7 +10,8 @@ from scipy import signal
 
 import warpdyn as wd
 from warpdyn.model.ground_motions import plausibility
-from warpdyn.model.ground_motions.records.components import is_vertical, record_and_component
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.orientations import is_vertical
 
 pytestmark = pytest.mark.fast
 

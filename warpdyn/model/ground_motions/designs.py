@@ -242,15 +242,11 @@ class Stripes(Design):
             im_level = np.tile(self.levels, len(structures))
         else:
             of_place, level = self.places
-            motion, im_level = (
-                np.tile(of_place, len(structures)),
-                np.tile(np.asarray(self.levels)[level], len(structures)),
-            )
+            motion = np.tile(of_place, len(structures))
+            im_level = np.tile(np.asarray(self.levels)[level], len(structures))
         scale = self.measure.scale_factors(im_level, self._intensities[motion])
-        label, repeats = (
-            (self.measure.attributes(), self.intensity_units),
-            levels if self.motions_of_levels is None else 1,
-        )
+        repeats = levels if self.motions_of_levels is None else 1
+        label = self.measure.attributes(), self.intensity_units
         return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=repeats)
 
 

@@ -70,28 +70,18 @@ def response_spectra(
     displacement = spectral_displacements(motions, periods, damping_ratios, device=device, threads=threads)
     frequency = 2 * np.pi / periods
     dimensions = ("motion", "damping_ratio", "period")
+    spectra = {
+        "spectral_displacement": (displacement, "spectral displacement", "m"),
+        "pseudo_spectral_velocity": (frequency * displacement, "pseudo-spectral velocity", "m s-1"),
+        "pseudo_spectral_acceleration": (frequency**2 * displacement, "pseudo-spectral acceleration", "m s-2"),
+    }
+    of_damping = {"long_name": "viscous damping as a fraction of critical", "units": "1"}
     return xr.Dataset(
-        {
-            name: (dimensions, values, {"long_name": long_name, "units": units})
-            for name, values, long_name, units in (
-                ("spectral_displacement", displacement, "spectral displacement", "m"),
-                ("pseudo_spectral_velocity", frequency * displacement, "pseudo-spectral velocity", "m s-1"),
-                (
-                    "pseudo_spectral_acceleration",
-                    frequency**2 * displacement,
-                    "pseudo-spectral acceleration",
-                    "m s-2",
-                ),
-            )
-        },
+        {name: (dimensions, values, {"long_name": long, "units": u}) for name, (values, long, u) in spectra.items()},
         coords={
             "motion": motion_numbers(len(motions)),
             "motion_name": motion_names(motions),
-            "damping_ratio": (
-                "damping_ratio",
-                damping_ratios,
-                {"long_name": "viscous damping as a fraction of critical", "units": "1"},
-            ),
+            "damping_ratio": ("damping_ratio", damping_ratios, of_damping),
             "period": ("period", periods, {"long_name": "undamped natural period", "units": "s"}),
         },
         attrs=trace("Response spectra", "response_spectra"),

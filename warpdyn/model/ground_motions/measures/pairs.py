@@ -13,7 +13,8 @@ from warpdyn.foundations.core.output_variables import MEASURE
 from warpdyn.model.ground_motions.measures.measure import ACCELERATION, IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import SpectralAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import instrument_of, orientation, pairs
+from warpdyn.model.ground_motions.records.components.orientations import orientation
+from warpdyn.model.ground_motions.records.components.pairing import instrument_of, pairs
 
 ANGLES = np.arange(180)  # degrees; a turn by 180 degrees changes only the sign
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import component_of_header, record_and_component, record_of_header
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.headers import component_of_header, record_of_header
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, checked_values
 from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecordError

@@ -13,7 +13,8 @@ from warpdyn.foundations.core.checks import one_of, true_or_false, whole_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import named_component, record_and_component
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.headers import named_component
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.model.ground_motions.records.quantities import (
     check_stated_numbers,

@@ -9,7 +9,8 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import one_of
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import COMPONENTS, azimuth_label, select_components
+from warpdyn.model.ground_motions.records.components.orientations import azimuth_label
+from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, select_components
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, check_end
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, check_printed_peak
 from warpdyn.model.ground_motions.records.text import number

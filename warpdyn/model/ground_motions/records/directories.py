@@ -10,12 +10,8 @@ from pathlib import Path
 
 from warpdyn.foundations.core.checks import checked_text, one_of
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import (
-    COMPONENTS,
-    chosen_components,
-    numbered_record,
-    records_and_components,
-)
+from warpdyn.model.ground_motions.records.components.file_names import numbered_record, records_and_components
+from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, chosen_components
 from warpdyn.model.ground_motions.records.formats.reading import FileOfMotions, read_archive, read_file
 from warpdyn.model.ground_motions.records.parsing.archives import is_archive, is_litter
 from warpdyn.model.ground_motions.records.parsing.content import bytes_of

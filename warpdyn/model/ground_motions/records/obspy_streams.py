@@ -10,7 +10,7 @@ import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import orientation
+from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
 # obspy stores a factor to displacement at one period in `calib` of these formats.

@@ -6,7 +6,7 @@ import re
 from os import PathLike
 
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import orientation
+from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
 from warpdyn.model.ground_motions.records.parsing.header_checks import (
     check_count,

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import azimuth_label, orientation
+from warpdyn.model.ground_motions.records.components.orientations import azimuth_label, orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
 from warpdyn.model.ground_motions.records.parsing.header_checks import (
     check_duration,

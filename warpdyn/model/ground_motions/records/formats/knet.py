@@ -7,7 +7,8 @@ from dataclasses import replace
 from os import PathLike
 
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import orientation, record_and_component
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import (
     Header,
     RecordText,

@@ -14,7 +14,8 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.at2 import read_at2_and_header
 from warpdyn.model.ground_motions.records.columns import ColumnChoice, read_columns
-from warpdyn.model.ground_motions.records.components import COMPONENTS, record_and_component, select_components
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, select_components
 from warpdyn.model.ground_motions.records.cosmos import read_cosmos
 from warpdyn.model.ground_motions.records.esm import read_esm
 from warpdyn.model.ground_motions.records.formats.afad import is_afad, read_afad

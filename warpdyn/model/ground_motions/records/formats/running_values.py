@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from os import PathLike
 
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import named_component
+from warpdyn.model.ground_motions.records.components.headers import named_component
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, checked_values
 from warpdyn.model.ground_motions.records.quantities import check_statements, stated_count, stated_step

@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import azimuth_label, orientation
+from warpdyn.model.ground_motions.records.components.orientations import azimuth_label, orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, check_end
 from warpdyn.model.ground_motions.records.parsing.header_checks import stated_step
 from warpdyn.model.ground_motions.records.parsing.uneven import at_equal_steps
