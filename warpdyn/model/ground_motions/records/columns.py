@@ -16,6 +16,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.file_names import record_and_component
 from warpdyn.model.ground_motions.records.components.headers import named_component
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError
 from warpdyn.model.ground_motions.records.quantities import (
     check_stated_numbers,
     check_statements,
@@ -248,9 +249,9 @@ def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated:
     place, first = numbers.place(0), numbers.lines[0].strip()
     if mark != ",":
         if any(map(_DECIMAL_COMMA.fullmatch, numbers.tokens(0))):
-            raise ValueError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
+            raise AmbiguousTextError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
     elif not is_stated and all(_DECIMAL_COMMA.fullmatch(token) for line in numbers.lines for token in line.split()):
-        raise ValueError(
+        raise AmbiguousTextError(
             f"{place}: {first!r} may be decimal commas or columns of whole numbers: give decimal_comma=True or "
             'delimiter=","'
         )
@@ -282,7 +283,7 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
     named = f" ({', '.join(table.names)})" if table.names else ""
     if acceleration is None:
         if count > 2 or time is not None:
-            raise ValueError(
+            raise AmbiguousTextError(
                 f"{table.numbers.place(0)}: {count} columns{named}: give acceleration_column= and time_column=, by "
                 "number, from 0, or by name"
             )
@@ -357,13 +358,15 @@ def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float |
     is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))
     if is_index and time_unit is None:
         if step is None:
-            raise ValueError(
+            raise AmbiguousTextError(
                 f"{table.path}: column {column} counts the samples ({', '.join(tokens)}, ...), so step [s] must "
                 "be given; if these are times, give time_unit"
             )
         return step
     if time_unit is None and table.names and re.search(r"\b(ms|msec|milliseconds?)\b", table.names[column], re.I):
-        raise ValueError(f"{table.path}: the times are in {table.names[column]!r}: give time_unit='ms' (or 's')")
+        raise AmbiguousTextError(
+            f"{table.path}: the times are in {table.names[column]!r}: give time_unit='ms' (or 's')"
+        )
     seconds = times * TIME_UNITS[time_unit or "s"]
     mean = float(seconds[-1] - seconds[0]) / (seconds.size - 1)
     if step is not None and abs(step - mean) > TIME_TOLERANCE * mean > 0:

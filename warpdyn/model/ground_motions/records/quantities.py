@@ -12,6 +12,7 @@ from os import PathLike
 import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError
 from warpdyn.model.ground_motions.records.units import TIME_TOLERANCE, factor_of_unit
 
 _FEWEST_TIMES = 5
@@ -175,7 +176,7 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
         of_name, where = of_header[0], "the header"
     if of_name.quantity not in ("", "acceleration"):
         what = f"{of_name.quantity} in {of_name.unit}" if of_name.unit else of_name.quantity
-        raise ValueError(
+        raise AmbiguousTextError(
             f"{path}: {where} says {what.lower()}, not acceleration: choose the column of the accelerations with "
             "acceleration_column=, or read the file that contains them"
         )
@@ -208,7 +209,7 @@ def refuse_times(path: str | PathLike, column: int, values: np.ndarray) -> None:
     steps = np.diff(values)
     mean = (values[-1] - values[0]) / max(1, values.size - 1)
     if values.size >= _FEWEST_TIMES and mean > 0 and np.all(np.abs(steps - mean) <= TIME_TOLERANCE * mean):
-        raise ValueError(
+        raise AmbiguousTextError(
             f"{path}: column {column}, which is read as acceleration, increases evenly by {mean:g} from {values[0]:g} "
             f"to {values[-1]:g}, so it contains times or a counter: choose another column, such as "
             f"acceleration_column={column + 1}. If the acceleration is a ramp, give it to wd.records.from_array"
@@ -229,9 +230,9 @@ def refuse_step_as_sample(
     """
     remedy = f"give header_lines={line}; if it is a sample, header_lines={line - 1}"
     if math.isclose(values[0], step, rel_tol=1e-6):
-        raise ValueError(f"{path}:{line}: {tokens[0]!r} is the step, not a sample: {remedy}")
+        raise AmbiguousTextError(f"{path}:{line}: {tokens[0]!r} is the step, not a sample: {remedy}")
     if tokens[0].isdigit() and 0 < values.size - values[0] <= 3 and values.size > _FEWEST_TIMES:
-        raise ValueError(f"{path}:{line}: {tokens[0]!r} is the number of samples, not a sample: {remedy}")
+        raise AmbiguousTextError(f"{path}:{line}: {tokens[0]!r} is the number of samples, not a sample: {remedy}")
     is_usual = any(math.isclose(values[0], usual, rel_tol=1e-6) for usual in _USUAL_STEPS)
     is_written_otherwise = len(tokens[0].partition(".")[2]) != len(tokens[1].partition(".")[2])
     if is_usual and (is_written_otherwise or abs(values[0]) > 20 * abs(values[1])):

@@ -35,7 +35,7 @@ from warpdyn.model.ground_motions.records.formats.smc import is_smc, read_smc
 from warpdyn.model.ground_motions.records.parsing.archives import is_archive, members
 from warpdyn.model.ground_motions.records.parsing.content import bytes_of, is_miniseed, is_sac
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
-from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecordError
+from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError, NotARecordError
 
 _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[GroundMotion]]], ...] = (
     ("K-NET", lambda lines: lines[0].startswith("Origin Time"), read_knet),
@@ -225,9 +225,7 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
     step = header.step if step is None and widths[0] == 1 else step
     try:
         motion = read_columns(path, unit, step, ColumnChoice(header_lines=header.lines or None))
-    except ValueError as error:
-        if re.search(r"(_column|_comma|_unit|delimiter|header_lines)\b", str(error)):
-            raise ValueError(f"{error}. This is an argument of wd.records.read_text") from error
-        raise
+    except AmbiguousTextError as error:
+        raise ValueError(f"{error}. This is an argument of wd.records.read_text") from error
     check_against_header(motion, header)
     return [motion]
