@@ -135,7 +135,7 @@ def test_names_that_are_no_contradiction(tmp_path):
 
 
 def test_unknown_components(tmp_path):
-    """They count as horizontal, with a warning, only if no vertical record is beside them."""
+    """They count as horizontal, with a warning, only if no vertical record is in the folder."""
     at2(tmp_path, "alpha.AT2")
     at2(tmp_path, "beta.AT2")
     with pytest.warns(UserWarning, match="of 'alpha.AT2', 'beta.AT2' contains the component, .* they are read as hor"):
@@ -303,7 +303,7 @@ def test_sensors_of_one_record():
     labels = ("EW1", "EW2", "NS1", "NS2", "UD1", "UD2")
     both = wd.records.pairs([motion(label, i) for i, label in enumerate(labels)])
     assert [[each.component for each in pair] for pair in both] == [["EW1", "NS1"], ["EW2", "NS2"]]
-    # Each sensor has a measure of its own.
+    # Each sensor has its own measure.
     motions = [motion(label, i) for i, label in enumerate(labels[:4])]
     values = wd.GeometricMean(wd.PeakGroundAcceleration()).values(motions)
     peaks = [each.peak_ground_acceleration for each in motions]

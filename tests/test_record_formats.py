@@ -113,7 +113,7 @@ def test_bad_cosmos(tmp_path, content, message):
 
 
 class Stats(dict):
-    """What obspy's Stats is to a reader: a dictionary with attributes."""
+    """A dictionary with attributes, like obspy's Stats."""
 
     __getattr__ = dict.__getitem__
 
@@ -179,7 +179,7 @@ def test_knet_through_obspy(tmp_path):
 
 
 def test_esm_with_a_lost_leading_digit(tmp_path):
-    """ESM prints a zero before the point, so that '.127190' is what is left of '5.127190'."""
+    """ESM prints a zero before the point, so '.127190' is a damaged '5.127190'."""
     text = record_files.esm(np.where(np.abs(VALUES) < 1, 2.5, VALUES))
     large = next(line for line in text.split("\n")[64:] if len(line.lstrip("-").split(".")[0]) == 1)
     damaged = text.replace(

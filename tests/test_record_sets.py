@@ -71,7 +71,7 @@ def test_dataset(order):
 
 
 def test_dataset_through_a_file(tmp_path):
-    """What netCDF and xarray make of the time's unit on the way must not matter."""
+    """The units of the time are read, also if netCDF and xarray have converted them."""
     labelled().to_netcdf(tmp_path / "motions.nc")
     with xr.open_dataset(tmp_path / "motions.nc") as data:
         motions = wd.records.from_dataset(data)

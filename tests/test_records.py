@@ -82,7 +82,7 @@ WHOLE = NEW + "NPTS= 3, DT= .01 SEC\n .1E-01 -.2E+00\n .5E-03"
 
 @pytest.mark.parametrize("lost", range(6))
 def test_at2_cut_within_its_last_value(tmp_path, lost):
-    """Whatever is left of the last value is a number of its own, or none."""
+    """The rest of the last value may be a number or not."""
     content = WHOLE[: len(WHOLE) - lost]
     if lost == 0:
         with warnings.catch_warnings(action="error"):

@@ -293,7 +293,7 @@ def test_speed(tmp_path, columns):
     """Reading with all its checks takes about twice as long as numpy.loadtxt, which checks next to nothing.
 
     It was 1.4 to 2.5 times as long on two cores that did other work, which moves the figure by a half: the bound is to
-    notice a reader that looks at each number by itself, which took 6 to 13 times as long.
+    notice a reader that checks each number separately, which took 6 to 13 times as long.
     """
     count = 200_000
     values = np.random.default_rng(0).normal(size=(count, columns))
