@@ -22,9 +22,9 @@ class Convention:
         what: The record set.
         source: Where the names are published.
         template: Name of a file, with {} where the component is.
-        names: What stands there: two horizontal components and the vertical one, separated by blanks ("~" is a blank).
+        names: Two horizontal components and the vertical one in the name, separated by blanks ("~" is a blank).
         header: Line 2 of the file, with {} where the component is; empty if the header does not contain it.
-        labels: What stands there; the names if it is empty.
+        labels: Components in line 2; the names if it is empty.
         only_header: Whether the names do not tell the direction.
     """
 

@@ -91,7 +91,7 @@ def body_of(name: str, text: str) -> list[str]:
 
 
 def is_sound(name: str, text: str, whole: str) -> bool:
-    """Return whether a damaged file is laid out as a sound one is, so that nothing in it tells of the damage.
+    """Return whether a damaged file has the layout of an undamaged one, so that it does not show the damage.
 
     All lines have the layout of the format (its own fixed width, or its number of decimals), in their number, and
     header and body do not contradict each other in what they tell twice.
@@ -105,13 +105,13 @@ def is_sound(name: str, text: str, whole: str) -> bool:
         "esm": r"-?\d+\.\d{6}",
         "cosmos": r"(?=(?:.{10})+$)( *-?\d+\.\d{5})+",
     }
-    # A blank line tells of nothing: some writers leave one at places.
+    # A blank line is not damage: some programs write blank lines.
     body, sound = ([line for line in body_of(name, each.rstrip("\n")) if line.strip()] for each in (text, whole))
     if not all(re.fullmatch(layouts[name], line) for line in body):
         return False
     if name == "at2" and any((end.end()) % 16 for line in body for end in re.finditer(r"E[+-]\d\d", line)):
         return False
-    if name in ("text", "table"):  # its times must go on evenly, and the end is told by nothing
+    if name in ("text", "table"):  # its times must be even; nothing marks the end
         times = [float(re.split(r"[,\s]+", line.strip())[0]) for line in body]
         return bool(np.allclose(np.diff(times), times[1] - times[0], atol=0.02 * abs(times[1] - times[0])))
     if [len(re.findall(r"\.", line)) for line in body] != [len(re.findall(r"\.", line)) for line in sound]:

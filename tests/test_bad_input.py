@@ -161,11 +161,11 @@ SCENES = {
     "no level": (lambda: wd.Stripes([WAVE], [], PGA), "levels must be a row of finite values above 0 g"),
     "negative level": (lambda: wd.Stripes([WAVE], [-0.1, 0.2], PGA), "levels must be", "above 0 g", "-0.1"),
     "levels that fall": (lambda: wd.Stripes([WAVE], [0.2, 0.1], PGA), "levels must increase, got [0.2, 0.1]"),
-    "all-zero record": (lambda: wd.Stripes([WAVE, SILENCE], [0.1], PGA), "motion 1 ('silence')", "all-zero"),
+    "all-zero record": (lambda: wd.Stripes([WAVE, SILENCE], [0.1], PGA), "motion 1 ('silence')", "record of zeros"),
     "all-zero record, Sa": (lambda: wd.Stripes([SILENCE], [0.1], wd.SpectralAcceleration(1.0)), "motion 0 ('silence')"),
     "index of no motion": (
         lambda: wd.OneMotionPerStructure([WAVE], motion=[1]),
-        "motion indexes 1 motions from 0, got 1 to 1",
+        "motion must be from 0 to 0, got 1 to 1",
     ),
     "motions and scales": (
         lambda: wd.OneMotionPerStructure([WAVE], motion=[0, 0], scale=[1.0, 2.0, 3.0]),
@@ -268,9 +268,9 @@ RUNS = {
         lambda: run(step=0.003),
         "step 0.003 s does not divide",
         "motion 0 ('wave')",
-        "0.02 s",
+        "step=0.00333",
     ),
-    "step above the record's": (lambda: run(step=0.04), "step 0.04 s does not divide", "0.02 s", "0.01 s"),
+    "step above the record's": (lambda: run(step=0.04), "step 0.04 s does not divide", "step=0.02", "step=0.01"),
     "too many steps": (lambda: run(step=1e-10), "1073741824", "longer step"),
     "history of no sample": (
         lambda: run(histories=wd.Histories((0, 3)), structures=3),

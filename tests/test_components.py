@@ -11,12 +11,9 @@ import record_files
 from scipy import signal
 
 import warpdyn as wd
-from warpdyn.model.ground_motions.records.components import (
-    component_of_header,
-    orientation,
-    record_and_component,
-    record_of_header,
-)
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.headers import component_of_header, record_of_header
+from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.parsing.archives import is_litter
 
 pytestmark = pytest.mark.fast
@@ -138,7 +135,7 @@ def test_names_that_are_no_contradiction(tmp_path):
 
 
 def test_unknown_components(tmp_path):
-    """They count as horizontal, with a warning, only if no vertical record is beside them."""
+    """They count as horizontal, with a warning, only if no vertical record is in the folder."""
     at2(tmp_path, "alpha.AT2")
     at2(tmp_path, "beta.AT2")
     with pytest.warns(UserWarning, match="of 'alpha.AT2', 'beta.AT2' contains the component, .* they are read as hor"):
@@ -252,7 +249,7 @@ def test_directory_whose_files_cannot_be_read(tmp_path):
     (tmp_path / "quake-NS.txt").write_text(record_files.table(waves(2)))
     with pytest.raises(ValueError, match=r"quake-EW\.txt: text .* does not state the unit .*unit='g'"):
         wd.records.read_directory(tmp_path, "*.txt")
-    with pytest.raises(ValueError, match=r"quake-EW\.txt: step=0\.02 s contradicts the times, which are 0\.01 s apart"):
+    with pytest.raises(ValueError, match=r"quake-EW\.txt: step=0\.02 s, but the times are 0\.01 s apart"):
         wd.records.read_directory(tmp_path, "*.txt", unit="gal", step=0.02)
     with pytest.raises(FileNotFoundError, match=r"matches '\*\.AT2'; it contains 2 files .* give pattern='\*\.txt'"):
         wd.records.read_directory(tmp_path)
@@ -306,7 +303,7 @@ def test_sensors_of_one_record():
     labels = ("EW1", "EW2", "NS1", "NS2", "UD1", "UD2")
     both = wd.records.pairs([motion(label, i) for i, label in enumerate(labels)])
     assert [[each.component for each in pair] for pair in both] == [["EW1", "NS1"], ["EW2", "NS2"]]
-    # Each sensor has a measure of its own.
+    # Each sensor has its own measure.
     motions = [motion(label, i) for i, label in enumerate(labels[:4])]
     values = wd.GeometricMean(wd.PeakGroundAcceleration()).values(motions)
     peaks = [each.peak_ground_acceleration for each in motions]
@@ -321,8 +318,8 @@ def test_sensors_of_one_record():
         (("N", "N"), "are not 90 degrees apart: N and N"),
         (("L", "L"), "have the direction 'L'"),
         (("010", "040"), "are not 90 degrees apart: 010 and 040"),
-        (("N", "", "UP"), "component '' of motion 'r ' is not known to be horizontal"),
-        (("N", "E", "S", "W"), "must have 2 horizontal components, has 4.*give each instrument a `record`"),
+        (("N", "", "UP"), "component '' of motion 'r ' may not be horizontal"),
+        (("N", "E", "S", "W"), "must have 2 horizontal components, has 4.*give each instrument its own `record`"),
         (("HNE", "BHN"), "must have 2 horizontal components, has 1: 'r HNE'"),
     ],
 )

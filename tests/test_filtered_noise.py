@@ -118,11 +118,11 @@ KERNELS = [
     pytest.param("dense", "newmark_average", "float32", "white", marks=pytest.mark.thorough),
     ("dense", "exact", "float64", "kanai_tajimi"),
 ]
-# Histories have a kernel of their own: one of each kind of method and family of structures will do.
+# Histories have their own kernel: one for each kind of method and family of structures is enough.
 WITH_HISTORIES = {("yielding", "rk4"), ("dense", "newmark_average"), ("chain", "exact"), ("dense", "exact")}
 
 
-@pytest.mark.usefixtures("unoptimised")  # one run is held to another
+@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 @pytest.mark.filterwarnings("ignore:a tail of")
 @pytest.mark.parametrize(("structure", "method", "dtype", "spectrum"), KERNELS)
 def test_every_kernel_runs_as_under_the_same_records(structure, method, dtype, spectrum):
@@ -158,7 +158,7 @@ def test_every_kernel_runs_as_under_the_same_records(structure, method, dtype, s
         assert {"motion_index", "scale_factor_of_motion"} <= set(recorded.coords) - set(generated.coords)
 
 
-@pytest.mark.usefixtures("unoptimised")  # one run is held to another
+@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 def test_a_samples_motion_is_its_own_however_it_is_run(monkeypatch):
     noise = wd.FilteredNoise(KANAI_TAJIMI, 1.0, 0.02)
     scene = wd.Scene(STRUCTURES["yielding"], noise)
@@ -245,7 +245,7 @@ BAD = {
     "interval": (lambda: wd.FilteredNoise(WHITE, 1.0, 0.03), "interval 0.03 s does not divide the duration, 1 s"),
     "longer interval": (
         lambda: wd.FilteredNoise(WHITE, 1.0, 2.0),
-        "does not divide the duration, 1 s: 1 s and 0.5 s do",
+        "does not divide the duration, 1 s: give interval=1 or interval=0.5",
     ),
     "intervals": (lambda: wd.FilteredNoise(WHITE, 1e6, 1e-6), "into more than 1073741824 parts"),
     "sample": (lambda: wd.FilteredNoise(WHITE, 1.0, 0.1).motion(-1), "sample must be a whole number of at least 0"),

@@ -9,8 +9,8 @@ import pytest
 from fragility_parameters import curves
 
 import warpdyn as wd
-from warpdyn.answers.risk.hazard.measures import same_measure
 from warpdyn.answers.risk.hazard.plausible import highest_rate
+from warpdyn.model.ground_motions.measures.names import same_measure
 
 pytestmark = pytest.mark.fast
 
@@ -52,6 +52,14 @@ def test_openquake_velocities_and_saturated_points(tmp_path):
     curve = wd.HazardCurve.from_openquake_csv(path)  # one site needs no place
     assert curve.units == "m s-1"
     np.testing.assert_allclose(curve.intensity, [0.000101972, 0.000178450, 0.000305915])  # cm/s in the file
+
+
+def test_openquake_cumulative_absolute_velocities(tmp_path):
+    path = tmp_path / "hazard_curve-mean-CAV.csv"
+    path.write_text("\n".join(OPENQUAKE.replace("SA(0.2)", "CAV").splitlines()[:3]))
+    curve = wd.HazardCurve.from_openquake_csv(path)
+    assert (curve.measure, curve.units) == ("CAV", "m s-1")
+    np.testing.assert_allclose(curve.intensity, 9.80665 * np.array([0.0010197, 0.0101972, 0.0178450, 0.0305915]))  # g s
 
 
 BROKEN = {
@@ -236,10 +244,10 @@ def test_names_that_are_not_understood_are_told(names):
     hazard = wd.HazardCurve(*POINTS, measure=of_hazard)
     given = curves({"complete": (0.2, 0.2)}, measure=of_curves)
     with pytest.warns(
-        UserWarning, match=r"annual_rates: the hazard and the curves .* not compared.*understood are PGA"
+        UserWarning, match=r"annual_rates: the hazard and the curves .* cannot be compared.*It knows PGA"
     ):
         wd.annual_rates(given, hazard)
-    with pytest.warns(UserWarning, match="HazardLogicTree: two curves .* not compared"):
+    with pytest.warns(UserWarning, match="HazardLogicTree: two curves .* cannot be compared"):
         wd.HazardLogicTree([hazard, wd.HazardCurve(*POINTS, measure=of_curves)], [0.5, 0.5])
     with warnings.catch_warnings():
         warnings.simplefilter("error")

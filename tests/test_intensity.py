@@ -12,7 +12,10 @@ from scipy.stats import gmean
 
 import warpdyn as wd
 import warpdyn.interfaces.plots.drifts
-from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, spectral_acceleration
+from warpdyn.model.ground_motions.measures import one_component
+from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.names import measure_named
+from warpdyn.model.ground_motions.measures.one_component import spectral_acceleration
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("no_damping", "record_step")]
 
@@ -115,7 +118,8 @@ def test_units_reach_the_dataset():
 
 def test_every_measure_is_in_si_units_and_named():
     # Those of pairs are tested in test_pairs.py.
-    of_one = [each for each in IntensityMeasure.__subclasses__() if each.__module__ == IntensityMeasure.__module__]
+    classes = [each for each in vars(one_component).values() if isinstance(each, type)]
+    of_one = [each for each in classes if issubclass(each, IntensityMeasure) and not each.__abstractmethods__]
     assert len(of_one) == 8
     for measure in of_one:
         arguments = {"SpectralAcceleration": (1.0,), "AverageSpectralAcceleration": ([1.0, 2.0],)}
@@ -124,6 +128,57 @@ def test_every_measure_is_in_si_units_and_named():
         assert instance.name
         assert instance.values(MOTIONS).shape == (3,)
         assert instance.values(MOTIONS)[1] == instance.value(MOTIONS[1])
+
+
+NAMED = {
+    "PGA": wd.PeakGroundAcceleration(),
+    "ia": wd.AriasIntensity(),
+    "RSD2080": wd.SignificantDuration(0.2, 0.8),
+    "SA(1.0)": wd.SpectralAcceleration(1.0),
+    "SA(T=1.0s)": wd.SpectralAcceleration(1.0),
+    "SA(T=1.0, 2 %)": wd.SpectralAcceleration(1.0, 0.02),
+    "SA(T)": None,
+    "SA(.5 s, 2 %)": wd.SpectralAcceleration(0.5, 0.02),
+    "SA1P5": wd.SpectralAcceleration(1.5),
+    "SA(0.0)": None,
+    "SA(1.0, 100 %)": None,
+    "geometric mean PGV": wd.GeometricMean(wd.PeakGroundVelocity()),
+    "RotD00 Sa(1 s, 5 %)": wd.RotatedSpectralAcceleration(1.0, 0.05, 0),
+    "rotd100 of SA(0.2)": wd.RotatedSpectralAcceleration(0.2, 0.05, 100),
+    "Housner intensity": None,
+    "": None,
+}
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_a_name_has_a_measure(name):
+    assert measure_named(name) == NAMED[name]
+
+
+def test_names_without_a_formula_have_units_and_no_value():
+    for name, units, kind, components in (
+        ("AvgSA", "m s-2", "AvgSA", ""),
+        ("RotD50 PGV", "m s-1", "PGV", "RotD50"),
+        ("geometric mean of Sa_avg(0.2 to 1.5 s, 6 periods, 2 %)", "m s-2", "AvgSA", "geometric mean"),
+    ):
+        measure = measure_named(name)
+        assert (measure.name, measure.units, measure.kind, measure.components) == (name, units, kind, components)
+    assert measure.parameters == (2.0, 0.2, 1.5)
+    with pytest.raises(ValueError, match="cannot compute 'AvgSA': give a measure"):
+        measure_named("AvgSA").values(MOTIONS)
+
+
+def test_levels_are_in_g_or_si_units():
+    for measure, units, size in ((wd.SpectralAcceleration(0.5), "g", G), (wd.PeakGroundVelocity(), "m s-1", 1.0)):
+        assert (measure.level_units, measure.unit_size(units)) == (units, size)
+        np.testing.assert_array_equal(measure.level_values(MOTIONS), measure.values(MOTIONS) / size)
+        with pytest.raises(ValueError, match=rf"must be in .*{measure.units}', got 'cm s-1'"):
+            measure.unit_size("cm s-1")
+    durations = [wd.SignificantDuration(0.1, end) for end in (0.8, 0.9)]  # OpenQuake lacks both
+    assert not durations[0].is_like(durations[1])
+    arias = wd.AriasIntensity()
+    assert arias.scale_factors(np.array([8.0]), np.array([2.0])) == 2.0
+    assert arias.scaled_levels(np.array([2.0]), np.array([2.0])) == 8.0
 
 
 def test_silence_has_no_intensity():

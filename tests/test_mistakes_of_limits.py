@@ -78,7 +78,7 @@ def test_levels_for_says_what_it_was_given():
 def test_stripes_without_levels_name_them():
     for call, words in (
         (lambda: wd.Stripes([MOTION], measure=PGV), "missing a required argument: 'levels'"),
-        (lambda: wd.Stripes([MOTION], levels_in_g=[0.1], measure=PGV), "'levels_in_g' is called 'levels' now"),
+        (lambda: wd.Stripes([MOTION], levels_in_g=[0.1], measure=PGV), "'levels_in_g' is called 'levels'"),
         (lambda: wd.Stripes([MOTION], [0.1], PGV, structures=3), "unexpected keyword argument 'structures'"),
     ):
         with pytest.raises(

@@ -32,7 +32,7 @@ def test_structures_of_a_motion_follow_one_another():
     assert (design.samples_per_structure, design.structures_given) == (2, 6)
     part = design.assign(np.array([3, 5]), seed=0)
     np.testing.assert_array_equal(part.motion, [1, 1, 2, 2])
-    assert "2 structures a motion" in repr(design)
+    assert "2 structures per motion" in repr(design)
 
 
 def test_a_nested_run_holds_those_histories_of_the_crossed_one():

@@ -259,7 +259,7 @@ REFUSED = {
     "the largest of all directions": (make_curves(measure="RotD100 Sa(1 s, 5 %)"), {}, "no intensity measure"),
     "another damping": (make_curves(measure="Sa(1 s, 2 %)"), {}, r"damping ratio of 5 %.*measure='SA"),
     "no measure": (make_curves().drop_attrs(deep=False), {}, "give measure="),
-    "a unit of something else": (make_curves(units="m s-1"), {}, r"in 'm s-1', and PGA must be in 'g' or 'm s-2'"),
+    "a unit of something else": (make_curves(units="m s-1"), {}, r"PGA must be in 'g' or 'm s-2', got 'm s-1'"),
     "no description": (make_curves(), {"description": " "}, "insists on"),
     "an unknown loss type": (make_curves(), {"loss_type": "structure"}, "did you mean 'structural'"),
     "an unknown format": (make_curves(), {"format": "lognormal"}, "unknown format"),

@@ -33,7 +33,7 @@ GAL = COUNTS * 3920 / 6182761
 
 
 class Stats(dict):
-    """What obspy's Stats is to a reader: a dictionary with attributes."""
+    """A dictionary with attributes, like obspy's Stats."""
 
     __getattr__ = dict.__getitem__
 

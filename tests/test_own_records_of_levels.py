@@ -37,18 +37,18 @@ def test_a_motion_of_several_levels_is_one():
     one, other = (design.assign(np.arange(2), 0) for design in (SELECTED, again))
     for name in ("structure", "motion", "scale", "im_level"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
-    assert "each with motions selected for it" in repr(SELECTED)
+    assert "each with its own motions" in repr(SELECTED)
 
 
 @pytest.mark.fast
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((SETS[:2], LEVELS, PGA), "motions for 2 levels, and levels has 3 values"),
+        ((SETS[:2], LEVELS, PGA), "motions for 2 levels, but levels has 3 values"),
         (([[], *SETS[1:]], LEVELS, PGA), "level 0.4 are .*at least one motion"),
         (([MOTIONS[:1] * 2, *SETS[1:]], LEVELS, PGA), "each motion once"),
-        ((MOTIONS, LEVELS, PGA, None, [[0], [1], [7]]), "by numbers from 0 to 2"),
-        ((SETS, LEVELS, PGA, 2), "structures_per_motion does not go with a list of motions for each level"),
+        ((MOTIONS, LEVELS, PGA, None, [[0], [1], [7]]), "by indices from 0 to 2"),
+        ((SETS, LEVELS, PGA, 2), "structures_per_motion cannot be combined with a list of motions for each level"),
     ],
 )
 def test_bad_sets_are_refused(arguments, message):

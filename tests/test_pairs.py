@@ -10,7 +10,8 @@ from scipy import signal
 
 import warpdyn as wd
 from warpdyn.model.ground_motions import plausibility
-from warpdyn.model.ground_motions.records.components import is_vertical, record_and_component
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.orientations import is_vertical
 
 pytestmark = pytest.mark.fast
 
@@ -50,7 +51,7 @@ def test_directory_leaves_out_vertical_components(tmp_path):
         (vertical,) = wd.records.read_directory(folder, components="vertical")
         assert "up" in vertical.name.lower()
         assert len(wd.records.read_directory(folder, components="all")) == 3
-        with pytest.raises(FileNotFoundError, match=r"none of the 1 files that match .* is a horizontal component"):
+        with pytest.raises(FileNotFoundError, match=r"no file of the 1 that match .* is a horizontal component"):
             wd.records.read_directory(folder, "*up.at2")
         with pytest.raises(ValueError, match=r"unknown components 'vertikal'.* 'vertical'"):
             wd.records.read_directory(folder, components="vertikal")
@@ -71,7 +72,7 @@ def motion(name: str, record: str, component: str, seed: int = 0, count: int = 4
 @pytest.mark.parametrize(
     ("motions", "message"),
     [
-        ([motion("a", "", "")], "motion 'a' names no record"),
+        ([motion("a", "", "")], "motion 'a' has no record"),
         ([motion("a", "r", "N")], "record 'r' must have 2 horizontal components, has 1: 'a'"),
         ([motion(n, "r", n) for n in ("N", "E", "W")], "must have 2 horizontal components, has 3: 'N', 'E', 'W'"),
         ([motion("a", "r", "001"), motion("b", "r", "002")], "the components 'a', 'b' are not 90 degrees apart"),
@@ -114,7 +115,7 @@ def test_measures_of_a_pair():
     with pytest.raises(ValueError, match=r"RotD100 .* needs both components of motion 'a'"):
         measure.value(a)
     assert np.ptp(measure.values([a, b, motion("up", "r", "UP")])) == 0.0  # scaled as the pair is
-    with pytest.raises(ValueError, match="record 's' of 'up' has no horizontal components"):
+    with pytest.raises(ValueError, match="'up' of record 's' is vertical: remove the motion"):
         measure.values([a, b, motion("up", "s", "UP")])
     with pytest.raises(ValueError, match="percentile must be at most 100, got 101"):
         wd.RotatedSpectralAcceleration(0.5, 0.05, 101)

@@ -1,4 +1,4 @@
-"""What is done to records before they are used."""
+"""Processing of records: detrend, band_pass and trim."""
 
 import warnings
 
@@ -112,10 +112,10 @@ def test_a_trimmed_record_is_at_rest(taper):
     for motion in (*wd.records.far_field(), moving):
         trimmed = wd.records.trim(motion, taper=taper)
         velocity, _ = integrals(trimmed.acceleration, trimmed.step)
-        # What is left if a record ends within the taper is its own rest: less than 1e-3 of its peak.
+        # If a record ends within the taper, its own velocity remains: less than 1e-3 of the peak.
         assert abs(velocity[-1]) <= 1e-3 * np.abs(velocity).max()
         assert trimmed.name == motion.name
-    # The pulse ends at 1 m/s. Its squared velocity integrates to 1/3 + 1/2, 95 % of which are reached at 1.958 s; the
+    # The pulse ends at 1 m/s. Its squared velocity integrates to 1/3 + 1/2, and to 95 % of this at 1.958 s; the
     # ground is brought to rest from there on, beyond the end of the record at 2 s.
     assert trimmed.duration == pytest.approx(1.958 + taper, abs=0.015)
 
@@ -139,7 +139,7 @@ def test_trim_keeps_responses_of_long_periods():
 def test_bad_trims():
     motion = raw_record(3, 0.0)
     for bad in ({"start": 0.95, "end": 0.05}, {"end": 1.0}):
-        with pytest.raises(ValueError, match="shares of the Arias intensity must be 0 < start < end < 1"):
+        with pytest.raises(ValueError, match="fractions of the Arias intensity must be 0 < start < end < 1"):
             wd.records.trim(motion, **bad)
     with pytest.raises(ValueError, match=r"taper \[s\] must be a finite number above 0\.02"):
         wd.records.trim(motion, taper=0.01)

@@ -149,7 +149,7 @@ def test_a_first_value_that_may_be_the_step(tmp_path):
     [
         (
             "# dt = 0.005 s\n",
-            r"the header says 'dt = 0\.005 s', but the step that is used is 0\.01 s: give step=0\.005",
+            r"the header says 'dt = 0\.005 s', but the step is 0\.01 s: give step=0\.005",
         ),
         ("# time step: 5 ms\n", "give step=0.005"),
         ("# Sampling rate (Hz): 200\n", "give step=0.005"),
@@ -164,7 +164,7 @@ def test_steps_and_counts_that_contradict_the_header(tmp_path, header, message):
 
 
 def test_a_missing_step_is_suggested(tmp_path):
-    with pytest.raises(ValueError, match=r"step \[s\] must be given: the header says 'dt = 0\.01', so step=0\.01"):
+    with pytest.raises(ValueError, match=r"step= \[s\] must be given: the header says 'dt = 0\.01', so step=0\.01"):
         wd.records.read_text(write(tmp_path, "# dt = 0.01\n", VALUES), unit="g")
 
 

@@ -187,7 +187,9 @@ def test_files_in_an_archive_that_are_no_records(tmp_path):
     at2 = TEXTS["AT2"].encode()
     velocity = at2.replace(b"ACCELERATION TIME SERIES IN UNITS OF G", b"VELOCITY TIME SERIES IN UNITS OF CM/S")
     assert velocity != at2
-    with pytest.warns(UserWarning, match=r"1 files in this archive are not records: .*p.zip/q.VT2:3: holds a velocity"):
+    with pytest.warns(
+        UserWarning, match=r"1 files in this archive are not records: .*p.zip/q.VT2:3: the file contains a velocity"
+    ):
         (motion,) = wd.records.read(write(tmp_path, zipped({"q.AT2": at2, "q.VT2": velocity}), "p.zip"))
     np.testing.assert_array_equal(motion.acceleration, wd.records.read(write(tmp_path, at2, "q.AT2"))[0].acceleration)
     table = b"-- Scaled Spectra used in Search --\nT (sec), pSa (g)\n0.01,0.30\n0.02,0.31\n0.03,0.32\n0.04,0.33\n"
@@ -315,10 +317,10 @@ def test_sac(tmp_path, trace):
         wd.records.read(write(tmp_path, bytes(data), "damaged.sac"), unit="gal")
     with pytest.raises(ValueError, match=r"obspy cannot read this SAC file|unknown format"):
         wd.records.read(write(tmp_path, bytes(data[:700]), "cut.sac"), unit="gal")
-    for code, quantity in ((6, "displacement"), (7, "velocity")):
+    for code, quantity in ((6, "displacements"), (7, "velocities")):
         trace.stats.sac = {"idep": code}
         trace.write(str(file), "SAC")
-        with pytest.raises(ValueError, match=f"this SAC file contains a {quantity}"):
+        with pytest.raises(ValueError, match=f"its values are {quantity}, not accelerations"):
             wd.records.read(file, unit="gal")
 
 
@@ -344,7 +346,7 @@ def test_miniseed(tmp_path, trace):
     import obspy
 
     obspy.Stream([trace, later]).write(str(file), "MSEED")
-    with pytest.raises(ValueError, match=r"the channel XX.STA1..BHZ has gaps: it comes in 2 parts"):
+    with pytest.raises(ValueError, match=r"the channel XX.STA1..BHZ has gaps: it has 2 parts"):
         wd.records.read(file, unit="gal")
 
 

@@ -30,7 +30,7 @@ def test_damage_is_told(tmp_path_factory, name, seed, count):
 @given(text=st.text(max_size=200), keep=st.floats(0, 1))
 @settings(max_examples=40, derandomize=True)
 def test_any_text_is_refused_by_a_sentence(tmp_path_factory, name, text, keep):
-    """What stands in a file, even behind a part of a sound one, raises nothing but a ValueError that names the file."""
+    """Any text, also after a part of an undamaged file, raises only a ValueError that names the file."""
     whole = record_mutations.READERS[name][0](np.arange(1.0, 20.0))
     file = tmp_path_factory.getbasetemp() / f"{name}_text.txt"
     file.write_text(whole[: int(keep * len(whole))] + text, encoding="utf-8", errors="surrogatepass")

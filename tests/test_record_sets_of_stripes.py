@@ -36,7 +36,7 @@ def nested_run(seed: int, records: int = 20, structures: int = 8) -> xr.Dataset:
 
 
 def single_observations(seed: int, count: int = 60) -> xr.Dataset:
-    """Return a run of one observation of each of many records, each at a level of its own."""
+    """Return a run of one observation per record, at a different level for each record."""
     generator = np.random.default_rng(seed)
     level = np.exp(generator.uniform(np.log(0.3), np.log(2.5), count))
     drift = 0.02 * level * np.exp(0.4 * generator.standard_normal(count))
@@ -50,7 +50,7 @@ def probit(level: np.ndarray, exceeds: np.ndarray) -> tuple[float, float]:
     return float(np.exp(-fit.params[0] / fit.params[1])), float(1 / fit.params[1])
 
 
-@pytest.mark.parametrize("design", ["stripes", "of a design where every motion has a level of its own", None])
+@pytest.mark.parametrize("design", ["stripes", "another level for every motion", None])
 def test_single_observations_have_the_fit_of_statsmodels(design):
     run = single_observations(1)
     if design is not None:

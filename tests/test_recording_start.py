@@ -51,7 +51,7 @@ def test_peaks_of_the_steady_state_match_the_impedance(kind, method, step):
     scene = wd.Scene(structure, wd.HarmonicForce(FORCE, frequency, 40.0), record_from=30.0)
     run = wd.simulate(scene, structures=1, method=method, step=step, dtype="float64", device="cpu")
     # Peaks are those at steps: (w h)^2 / 8 = 2e-4 below the amplitude at most; Newmark's average acceleration also
-    # changes frequencies by (w h)^2 / 12 = 1.4e-4 in the first mode, 1.2 % in the second, of which little is seen; at
+    # changes frequencies by (w h)^2 / 12 = 1.4e-4 in the first mode, 1.2 % in the second, which contributes little; at
     # 0.9 of resonance, displacements change by 1 / (1 - 0.9^2) = 5 times as much.
     bound = 2e-3 if method == "newmark_average" else 2e-4 + 2e-5
     if kind == "chain":
@@ -191,7 +191,7 @@ def test_a_sample_alone_in_its_thread_records_from_then_on(monkeypatch):
         alone = wd.simulate(scene, **how)
         for name in ("peak_storey_drift", "peak_floor_acceleration"):
             if name in expected:
-                # One method, of which two kernels round differently.
+                # One method in two kernels, which round differently.
                 np.testing.assert_allclose(alone[name], expected[name], rtol=1e-9)
 
 

@@ -82,7 +82,7 @@ WHOLE = NEW + "NPTS= 3, DT= .01 SEC\n .1E-01 -.2E+00\n .5E-03"
 
 @pytest.mark.parametrize("lost", range(6))
 def test_at2_cut_within_its_last_value(tmp_path, lost):
-    """Whatever is left of the last value is a number of its own, or none."""
+    """The rest of the last value may be a number or not."""
     content = WHOLE[: len(WHOLE) - lost]
     if lost == 0:
         with warnings.catch_warnings(action="error"):
@@ -136,9 +136,9 @@ GOOD = "NPTS= 4, DT= .01 SEC\n"
         ("", r"record.AT2: the file is empty"),
         (" \r\n\r\n", r"record.AT2: the file is empty"),
         (NEW, r"record.AT2: an AT2 file has 4 header lines, this file ends at line 3"),
-        (NEW + GOOD, r"record.AT2: truncated: holds 0 of the 4 values"),
-        (NEW + GOOD + "1 2\n3\n", r"record.AT2: truncated: holds 3 of the 4 values"),
-        (NEW + GOOD + "1 2 3 4\n5\n", r"record.AT2: holds 5 values, more than the 4"),
+        (NEW + GOOD, r"record.AT2:4: truncated: 0 values follow, not the 4"),
+        (NEW + GOOD + "1 2\n3\n", r"record.AT2:4: truncated: 3 values follow, not the 4"),
+        (NEW + GOOD + "1 2 3 4\n5\n", r"record.AT2:4: too long: 5 values follow, not the 4"),
         (NEW + GOOD + "1 2\n3 .1E-O2\n", r"record.AT2:6: '.1E-O2' is not a finite number"),
         (NEW + GOOD + "1 NaN\n3 4\n", r"record.AT2:5: 'NaN' is not a finite number"),
         (NEW + GOOD + "1 2\n3 -inf\n", r"record.AT2:6: '-inf' is not a finite number"),
@@ -148,9 +148,12 @@ GOOD = "NPTS= 4, DT= .01 SEC\n"
         (NEW + GOOD.replace(".01", "0.0") + "1 2 3 4", r"record.AT2:4: DT must be a finite number above 0 s, got 0.0"),
         (OLD + "4 -.01 NPTS, DT\n1 2 3 4", r"record.AT2:4: DT must be a finite number above 0 s, got -0.01"),
         (OLD + "4 NaN NPTS, DT\n1 2 3 4", r"record.AT2:4: 'NaN' is not a finite number"),
-        (NEW + GOOD.replace("4", "0"), r"record.AT2:4: NPTS must be a whole number of at least 2, got '0'"),
-        (OLD + "-4 .01 NPTS, DT\n1 2 3 4", r"record.AT2:4: NPTS must be .* got '-4'"),
-        (OLD + "4.5 .01 NPTS, DT\n1 2 3 4", r"record.AT2:4: NPTS must be .* got '4.5'"),
+        (
+            NEW + GOOD.replace("4", "0"),
+            r"record.AT2:4: the number of values must be a whole number of at least 2, got '0'",
+        ),
+        (OLD + "-4 .01 NPTS, DT\n1 2 3 4", r"record.AT2:4: the number of values must be .* got '-4'"),
+        (OLD + "4.5 .01 NPTS, DT\n1 2 3 4", r"record.AT2:4: the number of values must be .* got '4.5'"),
         (NEW + "4 values, .01 s\n1 2 3 4", r"record.AT2:4: expected 'NPTS= .* got '4 values, .01 s'"),
         (
             NEW.replace("OF G", "OF FURLONGS") + GOOD + "1 2 3 4",
@@ -215,8 +218,11 @@ def test_at2_step_in_another_unit(tmp_path, given):
     [
         ("ACCELERATION TIME SERIES IN UNITS OF G / 1000", r"AT2:3: unknown unit 'G / 1000'"),
         ("ACCELERATION TIME SERIES IN UNITS OF G*100", r"AT2:3: unknown unit 'G\*100'"),
-        ("VELOCITY TIME SERIES IN UNITS OF G", r"AT2:3: holds a velocity history, not an acceleration"),
-        ("DISPLACEMENT TIME SERIES IN UNITS OF CM", r"AT2:3: holds a displacement history, not an acceleration"),
+        ("VELOCITY TIME SERIES IN UNITS OF G", r"AT2:3: the file contains a velocity history, not an acceleration"),
+        (
+            "DISPLACEMENT TIME SERIES IN UNITS OF CM",
+            r"AT2:3: the file contains a displacement history, not an acceleration",
+        ),
     ],
 )
 def test_at2_other_quantities(tmp_path, line, message):
@@ -260,7 +266,7 @@ def test_at2_lost_sign(tmp_path):
         place = body.index("-", place + 1)
     damaged = body[:place] + body[place + 1 :]
     line = 5 + body[:place].count("\n")
-    with pytest.warns(UserWarning, match=rf"record.AT2:{line}: the values of this line do not stand in the columns"):
+    with pytest.warns(UserWarning, match=rf"record.AT2:{line}: the values of this line are not in the columns"):
         wd.records.read_at2(write(tmp_path, NEW + "NPTS= 80, DT= .01 SEC\n" + damaged))
     with warnings.catch_warnings(action="error"):
         wd.records.read_at2(write(tmp_path, NEW + "NPTS= 80, DT= .01 SEC\n" + body))
@@ -291,7 +297,7 @@ def test_directory_without_records(tmp_path):
 def test_directory_with_a_bad_record(tmp_path):
     write(tmp_path, NEW + "NPTS= 2, DT= .01 SEC\n 1. 2.\n", "a.AT2")
     write(tmp_path, NEW + "NPTS= 3, DT= .01 SEC\n 1. 2.\n", "b.AT2")
-    with pytest.raises(ValueError, match=r"b\.AT2: truncated: holds 2 of the 3"):
+    with pytest.raises(ValueError, match=r"b\.AT2:4: truncated: 2 values follow, not the 3"):
         wd.records.read_directory(tmp_path)
     write(tmp_path, NEW + "NPT= 2, DT= .01 SEC\n 1. 2.\n", "a.AT2")
     with pytest.raises(ValueError, match=r"a\.AT2:4: expected 'NPTS= 9, DT= .02 SEC'"):

@@ -154,7 +154,7 @@ def test_against_integration():
     motion = wd.GroundMotion(np.random.default_rng(7).normal(size=16), 0.11)
     for period, damping_ratio in ((0.04, 0.05), (0.4, 0.0), (0.4, 0.7), (3.0, 0.05)):
         expected = integrated_displacement(motion, period, damping_ratio)
-        # What the integration, at 1e-11 a step, may be off by after a few hundred steps.
+        # The error of the integration, 1e-11 per step, after a few hundred steps.
         assert displacements(motion, period, damping_ratio).item() == pytest.approx(expected, rel=1e-9)
 
 
@@ -188,8 +188,8 @@ def test_long_period_gives_the_peak_ground_displacement():
 
 
 def test_short_period_gives_the_peak_ground_acceleration(el_centro):
-    # A stiff oscillator follows the ground, but for what each kink sets swinging (gone 20 periods later, at the next
-    # one) and the damping force.
+    # A stiff oscillator follows the ground, except for the vibration after each kink (gone 20 periods later, at the
+    # next kink) and the damping force.
     frequency, slope = 2 * np.pi / 0.001, np.diff(el_centro.acceleration) / el_centro.step
     tolerance = (np.abs(np.diff(slope)).max() + 2 * 0.05 * np.abs(slope).max()) / frequency
     assert tolerance < 0.03 * el_centro.peak_ground_acceleration  # or the next line would not say much

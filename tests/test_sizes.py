@@ -60,21 +60,21 @@ CASES = {
     ),
     "corner of a filter": (
         lambda: wd.records.band_pass(motions()[0], 1e-6, 20.0),
-        r"lowest=1e-06 Hz .* makes 6e\+08 samples",  # 2 pads of 1.5 orders of 4, over 1e-6 Hz and 0.02 s
+        r"lowest=1e-06 Hz makes 6e\+08 samples",  # 2 pads of 1.5 orders of 4, over 1e-6 Hz and 0.02 s
     ),
     "order of a filter": (lambda: wd.records.band_pass(motions()[0], 0.5, 20.0, 10**9), "order must be .* at most 20"),
     "step of a motion": (lambda: motions()[0].resampled(1e-12), r"step 1e-12 s makes 3.98e\+12 samples"),
     "step of zero": (lambda: motions()[0].resampled(0.0), "step .* above 0"),
     "step of a force": (lambda: wd.ForceHistory([[0.0], [1.0]], 1.0).resampled(1e-12), "step 1e-12 s makes"),
     "step of a run": (lambda: wd.simulate(SCENE, step=1e-12, resample=True), "step 1e-12 s makes|than .* steps"),
-    "longest step of a run": (lambda: wd.simulate(SCENE, longest_step=1e-12), "longer step|more than|can be counted"),
+    "longest step of a run": (lambda: wd.simulate(SCENE, longest_step=1e-12), "longer step|more than"),
     "duration of a harmonic force": (
         lambda: wd.simulate(wd.Scene(BUILDING, wd.HarmonicForce([0.0, 1e4], 20.0, 1e300))),
-        "the duration, 1e.300 s, would take",
+        "the duration, 1e.300 s, would need",
     ),
     "duration of a free vibration": (
         lambda: wd.simulate(wd.Scene(BUILDING, wd.FreeVibration(1e12, velocity=0.1))),
-        "the duration, 1e.12 s, would take",
+        "the duration, 1e.12 s, would need",
     ),
     "tail": (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD, tail=1e12)), "a longer step or a shorter tail"),
     "duration of noise": (lambda: wd.FilteredNoise(wd.WhiteNoise(0.01), 1e12, 0.01), "interval .* divides the"),

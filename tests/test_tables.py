@@ -57,9 +57,7 @@ def test_one_row_a_damage_state_and_stripe(tmp_path):
     assert wide.columns.tolist() == [0.1, 0.2, 0.4]
     assert table.fragility_median_g.tolist() == np.repeat(MEDIAN, 3).tolist()
     assert table.valid_samples.tolist() == VALID * 2
-    other = pd.read_csv(
-        wd.write_table(make_curves(), path, rows=["stripe", "damage_state"])
-    )
+    other = pd.read_csv(wd.write_table(make_curves(), path, rows=["stripe", "damage_state"]))
     assert other.exceedance_fraction.tolist() == np.transpose(FRACTION).ravel().tolist()
 
 

@@ -70,7 +70,7 @@ def test_a_lost_sample_is_noticed(tmp_path, lost):
         ("", 0.01, r"record.AT2: the file is empty"),
         ("# only\n# comments\n", 0.01, r"record.AT2: a record needs at least 2 samples, found 0"),
         ("1\n", 0.01, r"record.AT2: a record needs at least 2 samples, found 1"),
-        ("1\n2\n", None, r"record.AT2: one column has no times, so step \[s\] must be given"),
+        ("1\n2\n", None, r"record.AT2: a single column has no times, so step= \[s\] must be given"),
         ("1\n2\n", 0.0, r"step must be a finite number above 0 s, got 0.0"),
         ("1\n2\n", -0.01, r"step must be a finite number above 0 s, got -0.01"),
         ("1\n2\n", float("nan"), r"step must be a finite number above 0 s, got nan"),
@@ -79,13 +79,13 @@ def test_a_lost_sample_is_noticed(tmp_path, lost):
         ("0 1\n# c\n\n1 two\n", None, r"record.AT2:4: 'two' is not a finite number"),
         ("0 1\n1 nan\n", None, r"record.AT2:2: 'nan' is not a finite number"),
         ("0,1\n1,\n", None, r"record.AT2:2: '' is not a finite number"),
-        ("0 1 2\n1 2 3\n", None, r"record.AT2:1: 3 columns.*: acceleration_column must say"),
+        ("0 1 2\n1 2 3\n", None, r"record.AT2:1: 3 columns.*: give acceleration_column="),
         ("0 1\n1\n", None, r"record.AT2:2: 1 columns"),
         ("0\n1 2\n", 1.0, r"record.AT2:2: 2 columns"),
         ("0 1\n0 2\n0 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at 0 s"),
         ("0 1\n-1 2\n-2 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at -1 s"),
-        ("0 1\n1 2\n1 3\n2 3\n", None, r"times must increase evenly, .* sample 1 is at 1 s and sample 2 at 1 s"),
-        ("0 1\n.02 2\n.04 3\n", 0.01, r"step=0.01 s contradicts the times, which are 0.02 s apart: leave step= out"),
+        ("0 1\n1 2\n1 3\n2 3\n", None, r"times must increase evenly by .* sample 1 is at 1 s and sample 2 at 1 s"),
+        ("0 1\n.02 2\n.04 3\n", 0.01, r"step=0.01 s, but the times are 0.02 s apart: leave out step="),
     ],
 )
 def test_bad_text(tmp_path, content, step, message):
@@ -144,13 +144,13 @@ def test_accelerations_side_by_side(tmp_path):
             {"acceleration_column": "NZ"},
             r"'NZ' is not the name of one column.*the names are \(t, NS",
         ),
-        ("0 1\n1 2\n", {"acceleration_column": "NS"}, "'NS' is not .*no line of names stands before the numbers"),
+        ("0 1\n1 2\n", {"acceleration_column": "NS"}, "'NS' is not .*there is no line of names before the numbers"),
         ("0 1 2\n1 2 3\n", {"acceleration_column": 1, "time_column": 1}, "are the same column"),
-        ("0 1 2\n1 2 3\n", {"time_column": 0}, "3 columns.*: acceleration_column must say"),
+        ("0 1 2\n1 2 3\n", {"time_column": 0}, "3 columns.*: give acceleration_column="),
         ("0,12\n0,13\n", {"step": 0.01}, r"AT2:1: '0,12' may be decimal commas or .*decimal_comma=True or delimiter"),
         ("0,01 0,12\n0,02 -,13\n", {}, r"AT2:1: '0,01 0,12' may be decimal commas"),
         ("0,01;0,12\n0,02;0,13\n", {}, r"AT2:1: '0,01;0,12' seems to have decimal commas: give decimal_comma=True"),
-        ("0,01;0,12\n0.02;0,13\n", {"decimal_comma": True}, "AT2:2: has a decimal point, although decimal_comma"),
+        ("0,01;0,12\n0.02;0,13\n", {"decimal_comma": True}, "AT2:2: has a decimal point, but decimal_comma"),
         ("1 2\n", {"delimiter": "ab"}, "delimiter must be one character that is not part of a number, got 'ab'"),
         ("1 2\n", {"delimiter": "."}, "delimiter must be one character"),
         ("1,2\n", {"delimiter": ",", "decimal_comma": True}, "decimal_comma must be False"),
@@ -174,7 +174,7 @@ def test_index_and_milliseconds(tmp_path):
     assert wd.records.read_text(index, unit="g", time_unit="s").step == 1.0
     milliseconds = write(tmp_path, "0 5\n5 6\n10 7\n")
     assert wd.records.read_text(milliseconds, unit="g", time_unit="ms").step == 0.005
-    with pytest.warns(UserWarning, match="5 s apart, which no record is: if they are in milliseconds"):
+    with pytest.warns(UserWarning, match="5 s apart, too far for a record: give time_unit='ms'"):
         assert wd.records.read_text(milliseconds, unit="g").step == 5.0
     with warnings.catch_warnings(action="error"):
         wd.records.read_text(milliseconds, unit="g", time_unit="s")
@@ -208,7 +208,7 @@ def test_lost_sign(tmp_path):
     lines = content.split("\n")
     row = next(i for i, line in enumerate(lines) if i > 5 and "-" in line)
     damaged = "\n".join([*lines[:row], lines[row].replace("-", ""), *lines[row + 1 :]])
-    with pytest.warns(UserWarning, match=rf"AT2:{row + 1}: the values of this line do not stand in the columns"):
+    with pytest.warns(UserWarning, match=rf"AT2:{row + 1}: the values of this line are not in the columns"):
         wd.records.read_text(write(tmp_path, damaged), unit="g")
 
 
@@ -217,7 +217,7 @@ def test_a_blank_in_the_place_of_a_sign(tmp_path, format_of):
     lines = shaken(format_of).split("\n")
     row = next(i for i, line in enumerate(lines) if i > 5 and "-" in line)
     damaged = "\n".join([*lines[:row], lines[row].replace("-", " "), *lines[row + 1 :]])
-    with pytest.warns(UserWarning, match=rf"AT2:{row + 1}: the values of this line do not stand in the columns"):
+    with pytest.warns(UserWarning, match=rf"AT2:{row + 1}: the values of this line are not in the columns"):
         wd.records.read_text(write(tmp_path, damaged), unit="g")
 
 
@@ -258,12 +258,12 @@ def test_values_that_run_on_are_no_columns(tmp_path, width, options):
         with pytest.raises(ValueError, match="times must increase"):
             wd.records.read_text(file, unit="g")
         return
-    with pytest.raises(ValueError, match=rf"AT2:5: {width} values a line that run on .*every {width}th .*skiprows=4"):
+    with pytest.raises(ValueError, match=rf"AT2:5: .* {width} successive .* every {width}th .*skiprows=4"):
         wd.records.read_text(file, unit="g", step=0.01, **options)
 
 
 def test_a_short_last_line_is_no_lost_column(tmp_path):
-    with pytest.raises(ValueError, match=r"AT2:2: 1 columns, .* 3: if a record runs on .* to from_array"):
+    with pytest.raises(ValueError, match=r"AT2:2: 1 columns, .* 3; .* successive values, use .* from_array"):
         wd.records.read_text(write(tmp_path, "1 2 3\n4\n"), unit="g", step=0.01, acceleration_column=0)
 
 
@@ -293,7 +293,7 @@ def test_speed(tmp_path, columns):
     """Reading with all its checks takes about twice as long as numpy.loadtxt, which checks next to nothing.
 
     It was 1.4 to 2.5 times as long on two cores that did other work, which moves the figure by a half: the bound is to
-    notice a reader that looks at each number by itself, which took 6 to 13 times as long.
+    notice a reader that checks each number separately, which took 6 to 13 times as long.
     """
     count = 200_000
     values = np.random.default_rng(0).normal(size=(count, columns))

@@ -85,7 +85,7 @@ from .model.ground_motions.forces import (
     FreeVibration as FreeVibration,
     HarmonicForce as HarmonicForce,
 )
-from .model.ground_motions.intensity_measures import (
+from .model.ground_motions.measures.one_component import (
     AriasIntensity as AriasIntensity,
     AverageSpectralAcceleration as AverageSpectralAcceleration,
     CumulativeAbsoluteVelocity as CumulativeAbsoluteVelocity,
@@ -96,12 +96,12 @@ from .model.ground_motions.intensity_measures import (
     SpectralAcceleration as SpectralAcceleration,
     intensity_measures as intensity_measures,
 )
-from .model.ground_motions.motions import GroundMotion as GroundMotion
-from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
-from .model.ground_motions.pair_measures import (
+from .model.ground_motions.measures.pairs import (
     GeometricMean as GeometricMean,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
+from .model.ground_motions.motions import GroundMotion as GroundMotion
+from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
 from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio

@@ -10,13 +10,13 @@ import xarray as xr
 
 from warpdyn.answers.fragility.estimators import FIT_MEANINGS
 from warpdyn.answers.risk.curve_shapes import OF_CLOUD, Shape, shape_of, table_of
-from warpdyn.answers.risk.hazard.measures import same_measure, warn_unless_compared
 from warpdyn.answers.risk.hazard_curves import Hazard, HazardCurve, HazardLogicTree
 from warpdyn.answers.risk.integrals.intensity_limits import IntensityLimits, limited_shape, limited_table
 from warpdyn.answers.risk.integrals.linear import begin_of
 from warpdyn.foundations.core.checks import check_dataset, one_of
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.output_variables import EXTRAPOLATED, MEDIAN_STATUS, UNNAMED
+from warpdyn.model.ground_motions.measures.names import same_measure, warn_unless_compared
 
 ADVICE = "give what fragility(run, limits) returned"
 # Of a rate, from beyond the ends of a table: with more a warning is given.

@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.answers.risk.hazard import files
-from warpdyn.answers.risk.hazard.measures import same_measure, units_of_hazard, warn_unless_compared
+from warpdyn.answers.risk.hazard.measures import units_of_hazard
 from warpdyn.answers.risk.hazard.plausible import warn_of_implausible_hazard
 from warpdyn.foundations.core.checks import check_kind, checked_text, finite_numbers, real_number, real_numbers
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.ground_motions.measures.names import same_measure, warn_unless_compared
 
 WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
 

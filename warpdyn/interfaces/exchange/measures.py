@@ -1,93 +1,63 @@
-"""Names and units of intensity measures: warpdyn's and OpenQuake's."""
+"""Intensity measures in OpenQuake's files: names and units."""
 
 from __future__ import annotations
 
 import xarray as xr
 
-from warpdyn.answers.risk.hazard.measures import measure_named, same_measure
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.output_variables import UNNAMED
-from warpdyn.foundations.core.units import STANDARD_GRAVITY
-
-# Units of OpenQuake's measures (openquake.hazardlib.imt) that warpdyn has too.
-UNITS = {
-    "PGA": "g",
-    "PGV": "cm s-1",
-    "PGD": "cm",
-    "IA": "m s-1",
-    "CAV": "g s",
-    "RSD595": "s",
-    "RSD575": "s",
-    "RSD2080": "s",
-    "SA": "g",
-    "AvgSA": "g",
-}
-# warpdyn's names of those that it calls otherwise.
-OWN_NAMES = {"IA": "Arias intensity", "RSD595": "D5-95", "RSD575": "D5-75", "RSD2080": "D20-80"}
-# Factors from units of datasets to OpenQuake's.
-FACTORS = {
-    ("g", "g"): 1.0,
-    ("m s-2", "g"): 1 / STANDARD_GRAVITY,
-    ("m s-1", "cm s-1"): 100.0,
-    ("m", "cm"): 100.0,
-    ("m s-1", "m s-1"): 1.0,
-    ("m s-1", "g s"): 1 / STANDARD_GRAVITY,
-    ("s", "s"): 1.0,
-}
-# Units of datasets that are read, by OpenQuake's.
-READ_UNITS = {"g": "g", "cm s-1": "m s-1", "cm": "m", "m s-1": "m s-1", "g s": "m s-1", "s": "s"}
+from warpdyn.model.ground_motions.measures.measure import OPENQUAKE_UNITS, IntensityMeasure
+from warpdyn.model.ground_motions.measures.names import measure_named, same_measure
 
 DAMPING = 5.0  # % of OpenQuake's spectral accelerations
-# Of two components; OpenQuake's ground-motion models say which combination they predict, and these are usual.
+# Combinations of two components; the name of OpenQuake's measure does not contain the combination.
 COMPONENTS = ("", "geometric mean", "RotD50")
-_ALLOWED = f"{', '.join(sorted(UNITS.keys() - {'SA'}))} and SA(period in s), such as 'SA(0.3)'"
+_ALLOWED = f"{', '.join(sorted(OPENQUAKE_UNITS.keys() - {'SA'}))} and SA(period in s), such as 'SA(0.3)'"
 
 
 def openquake_measure(text: str) -> str:
-    """Return OpenQuake's name of an intensity measure, such as "SA(0.3)" of "Sa(0.3 s, 5 %)".
+    """Return OpenQuake's name of an intensity measure, such as "SA(0.3)" for "Sa(0.3 s, 5 %)".
 
-    The geometric mean and RotD50 of both components are SA too, since OpenQuake's ground-motion models say which of
+    The geometric mean and RotD50 of both components are SA too, since OpenQuake's ground-motion models state which of
     them they predict. SA and AvgSA have a damping ratio of 5 %.
 
     Args:
         text: The name in a dataset's attribute `intensity_measure`, or OpenQuake's own.
 
     Raises:
-        ValueError: If it is no measure that OpenQuake has.
+        ValueError: If OpenQuake has no such measure.
     """
+    return _openquake(text)[0]
+
+
+def _openquake(text: str) -> tuple[str, IntensityMeasure]:
+    """Return OpenQuake's name of a measure, and the measure."""
     if not isinstance(text, str):
         raise ValueError(f"measure must be text, such as 'SA(0.3)', got {text!r}")
     found = measure_named(text)
-    if found is None or found.components not in COMPONENTS:
+    if found is None or not found.kind or found.components not in COMPONENTS:
         raise ValueError(f"OpenQuake has no intensity measure {text!r}; allowed as measure= are {_ALLOWED}")
-    if found.damping not in (0, DAMPING):
+    if found.parameters and found.parameters[0] != DAMPING:
         raise ValueError(
             f"OpenQuake's spectral accelerations have a damping ratio of {DAMPING:g} %, and {text!r} has "
-            f"{found.damping:g} %; name the measure that the hazard is in as measure='SA(...)'"
+            f"{found.parameters[0]:g} %; give the measure of the hazard curve as measure='SA(...)'"
         )
-    return f"SA({found.period})" if found.kind == "SA" else found.kind
-
-
-def openquake_units(measure: str) -> str:
-    """Return the UDUNITS string of the unit that OpenQuake has a measure in."""
-    return UNITS[measure.partition("(")[0]]
+    return f"SA({found.parameters[1]})" if found.kind == "SA" else found.kind, found
 
 
 def own_name(measure: str) -> str:
-    """Return warpdyn's name of one of OpenQuake's measures; names that warpdyn lacks stay as they are."""
+    """Return warpdyn's name of one of OpenQuake's measures; names that warpdyn lacks are returned unchanged."""
     found = measure_named(measure)
-    if found and found.kind == "SA":
-        return f"Sa({found.period:.4g} s, {found.damping:g} %)"
-    return OWN_NAMES.get(measure, measure)
+    return found.name if found else measure
 
 
 def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
-    """Return OpenQuake's name of the measure of a dataset, or of what the user gave instead.
+    """Return OpenQuake's name of the intensity measure of a dataset, or of the user's `measure`.
 
     Args:
-        what: What the dataset is, in errors.
+        what: Name of the dataset in errors.
         dataset: The dataset, with the attribute `intensity_measure`.
-        given: The user's `measure`; None to take that of the dataset. A warning tells where they are of two measures.
+        given: The user's `measure`; None to use the measure of the dataset. A warning says if the two differ.
 
     Raises:
         ValueError: If neither names a measure that OpenQuake has.
@@ -109,28 +79,27 @@ def to_openquake(what: str, units: object, measure: str) -> float:
     """Return the factor from a dataset's unit of an intensity to OpenQuake's.
 
     Args:
-        what: What the dataset is, in errors.
+        what: Name of the dataset in errors.
         units: The attribute `units` of the intensity.
         measure: OpenQuake's name of the measure.
 
     Raises:
-        ValueError: If the unit is not one of the measure.
+        ValueError: If the measure is never in this unit.
     """
-    theirs = openquake_units(measure)
-    if (units, theirs) not in FACTORS:
-        allowed = " or ".join(repr(ours) for ours, other in FACTORS if other == theirs)
-        raise ValueError(f"{what}: the intensity is in {units!r}, and {measure} must be in {allowed}")
-    return FACTORS[units, theirs]  # type: ignore[index] # the check above
+    _, found = _openquake(measure)
+    try:
+        return found.unit_size(units) / OPENQUAKE_UNITS[found.kind][1]
+    except ValueError as error:
+        raise ValueError(f"{what}: {error}") from None
 
 
 def from_openquake(path: object, measure: str) -> tuple[str, float]:
-    """Return the unit that a measure of OpenQuake's is read in, and the factor to it.
+    """Return the unit in which an intensity is read, and the factor to it from OpenQuake's unit.
 
-    An unknown measure is read as it is, with a warning.
+    The intensities of an unknown measure are read unchanged, with a warning.
     """
-    name = measure.partition("(")[0]
-    if name not in UNITS:
+    found = measure_named(measure)
+    if found is None or not found.kind:
         warn_caller(f"{path}: warpdyn does not know the intensity measure {measure!r}; its values are read as they are")
         return "1", 1.0
-    ours = READ_UNITS[UNITS[name]]
-    return ours, 1 / FACTORS[ours, UNITS[name]]
+    return found.from_openquake()

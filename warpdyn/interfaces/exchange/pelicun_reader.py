@@ -16,7 +16,7 @@ from warpdyn.foundations.core.checks import one_of, whole_number
 from warpdyn.foundations.core.output_variables import DAMPING, MEASURE, PERIOD, label_of_levels
 from warpdyn.foundations.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.foundations.files.text import check_names, check_separator, read_csv_text
-from warpdyn.interfaces.exchange.measures import own_name
+from warpdyn.model.ground_motions.measures.names import measure_named
 
 FUNCTION = "read_pelicun_demands"
 # Factors from pelicun's units to SI. An unknown unit is taken as 1 by pelicun, and refused here.
@@ -26,7 +26,6 @@ VELOCITIES = {"mps": 1.0, "cmps": 0.01, "inps": 0.0254, "inchps": 0.0254, "ftps"
 LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "inch": 0.0254, "ft": 0.3048}
 FACTORS = {"PFA": ACCELERATIONS, "PID": RATIOS, "RID": RATIOS, "PGA": ACCELERATIONS, "SA": ACCELERATIONS}
 FACTORS |= {"PGV": VELOCITIES, "PGD": LENGTHS}
-INTENSITY_UNITS = {"PGA": "g", "SA": "g", "PGV": "m s-1", "PGD": "m"}
 
 
 def read_pelicun_demands(
@@ -171,8 +170,10 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
             dataset[name] = own
     for kind, by_place in found.items():
         family, _, period = kind.partition("_")
-        units = INTENSITY_UNITS[family]
-        measure = own_name(f"SA({period})") if period else family
+        known = measure_named(f"SA({period})" if period else family)
+        if known is None:
+            raise ValueError(f"{FUNCTION}: the period of {kind!r} must be above 0 s, as in 1-SA_0.75-0-1")
+        units, measure = known.level_units, known.name
         text: dict[str, object] = {"long_name": label_of_levels(measure), MEASURE: measure, **unit_attributes(units)}
         text |= {PERIOD: float(period), DAMPING: 0.05} if period else {}
         values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)

@@ -26,7 +26,7 @@ from warpdyn.interfaces.plots.style import (
     plain_numbers,
     title,
 )
-from warpdyn.model.ground_motions.motion_integrals import arias_intensity, husid
+from warpdyn.model.ground_motions.measures.integrals import arias_intensity, husid
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.response_spectra import response_spectra
 

@@ -1,4 +1,4 @@
-"""Designs of ground motion: which structure runs under which motion, and at what scale."""
+"""Designs: the motions and scale factors under which each structure runs."""
 
 from __future__ import annotations
 
@@ -16,41 +16,34 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Assignment, Excitation
-from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
 from warpdyn.model.ground_motions.plausibility import warn_of_duplicates
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
-MOST_TOLD = 10  # motions in a table
+MOST_SHOWN = 10  # motions in a table
 
 Kind = TypeVar("Kind", bound=type)
 
 
-def _intensities(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
-    """Return the measure of every motion, in g if it is an acceleration."""
+def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+    """Return the measure of every motion, in g if it is an acceleration; raise a TypeError if it is not a measure."""
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
-    return measure.values(motions) / (STANDARD_GRAVITY if _is_acceleration(measure) else 1.0)
-
-
-def _is_acceleration(measure: IntensityMeasure) -> bool:
-    return measure.units == "m s-2"
-
-
-def _units(measure: IntensityMeasure) -> str:
-    return "g" if _is_acceleration(measure) else measure.units
+    return measure.level_values(motions)
 
 
 class Design(Excitation):
-    """Which structure runs under which motion, and at what scale."""
+    """The motions and scale factors under which each structure runs."""
 
     is_design = True
     motions: Sequence[GroundMotion]
     measure: IntensityMeasure
-    structures_per_motion: int | None = None  # that each motion has for itself; None where they are not its own
-    _intensities: np.ndarray  # of every motion as recorded, by the design's measure
+    structures_per_motion: int | None = None  # own structures of each motion; None if all motions share them
+    _intensities: np.ndarray  # of every motion as recorded [level_units]
 
     def __repr__(self) -> str:
         count = len(self.motions)
@@ -58,30 +51,30 @@ class Design(Excitation):
 
     @property
     def intensities(self) -> np.ndarray:
-        """Intensity measure of every motion as recorded [g, or SI units of what is no acceleration], shape [motion]."""
+        """Intensity measure of every motion as recorded [g for an acceleration, otherwise SI], shape [motion]."""
         return self._intensities
 
     @property
     def intensity_units(self) -> str:
         """Units of `intensities`."""
-        return _units(self.measure)
+        return self.measure.level_units
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return what tables of notebooks say of it: its motions, some of many."""
-        units = _units(self.measure)
+        """Return the rows of the table in a notebook: the first motions."""
+        units = self.measure.level_units
         rows: list[tuple[object, ...]] = [("intensity measure", f"{self.measure.name} [{units}]")]
-        for motion, intensity in list(zip(self.motions, self._intensities, strict=True))[:MOST_TOLD]:
+        for motion, intensity in list(zip(self.motions, self._intensities, strict=True))[:MOST_SHOWN]:
             pga = motion.peak_ground_acceleration / STANDARD_GRAVITY
             said = f"{motion.duration:.4g} s, PGA {pga:.3g} g, {self.measure.name} {intensity:.3g} {units}"
             rows.append((motion.name, said))
-        if len(self.motions) > MOST_TOLD:
+        if len(self.motions) > MOST_SHOWN:
             rows.append((f"... {len(self.motions)} motions", ""))
         return rows
 
 
 def _named_in_errors(kind: Kind) -> Kind:
-    """Return a class whose errors of missing and unknown arguments name what it takes, and where levels come from."""
-    make: Callable[..., None] = kind.__init__  # type: ignore[misc] # it is that of this very class
+    """Return a class whose errors of missing and unknown arguments name its arguments and explain levels."""
+    make: Callable[..., None] = kind.__init__  # type: ignore[misc] # __init__ of this class
     signature = inspect.signature(make)
 
     @functools.wraps(make)
@@ -89,11 +82,11 @@ def _named_in_errors(kind: Kind) -> Kind:
         try:
             signature.bind(self, *given, **named)
         except TypeError as error:
-            told = [name for name in named if name not in signature.parameters]
-            renamed = f"; {told[0]!r} is called 'levels' now" if told and told[0].startswith("levels") else ""
+            unknown = [name for name in named if name not in signature.parameters]
+            renamed = f"; {unknown[0]!r} is called 'levels'" if unknown and unknown[0].startswith("levels") else ""
             raise TypeError(
                 f"Stripes(motions, levels, measure): {error}{renamed}; levels are intensities of the measure, such as "
-                "[0.1, 0.2, 0.4], and levels_for(scene, limits) finds some that tell of the limits"
+                "[0.1, 0.2, 0.4], and levels_for(scene, limits) returns levels at which the curves rise"
             ) from None
         make(self, *given, **named)
 
@@ -107,10 +100,10 @@ class Stripes(Design):
     """Structures under motions that are scaled to every level of an intensity measure.
 
     By default every structure runs under every motion (a crossed design). Samples are ordered by structure, then
-    motion, then level, so that more structures only add samples at the end. With `structures_per_motion` each motion
-    has structures of its own (a nested design): structures 0, 1, ... are those of the first motion, then come those of
-    the second. Three structures to each of 44 motions are 132 different ones, where 64 crossed ones take twenty times
-    the histories; what can be known is bounded by the motions in either case.
+    motion, then level, so that more structures only add samples at the end. With `structures_per_motion`, each motion
+    has its own structures (a nested design): first the structures of the first motion, then those of the second. Three
+    structures for each of 44 motions (132 structures) give the precision of 64 crossed structures with 5 % of the
+    histories; record-to-record variability limits the precision of both.
 
     In a multiple stripe analysis (MSA) with records selected for each level, `motions` is a list of lists: the motions
     of the first level, of the second, and so on (Jalayer and Cornell 2009, Earthquake Engineering and Structural
@@ -118,20 +111,18 @@ class Stripes(Design):
 
     Args:
         motions: Ground motions, or a list of ground motions for each level.
-        levels: Levels of the intensity measure [g for an acceleration, else the measure's SI units], increasing, shape
-            [im_level].
+        levels: Levels of the intensity measure [g for an acceleration, otherwise SI], increasing, shape [im_level].
         measure: The intensity measure, one that grows with the scale of a motion, such as SpectralAcceleration(period)
-            [g], PeakGroundVelocity() [m/s] or AriasIntensity() [m/s], which goes with the square of the scale.
-        structures_per_motion: Number of structures that each motion has for itself; None where every structure runs
-            under every motion.
-        motions_of_levels: Numbers of the motions of each level, if `motions` is one list and levels have different
+            [g], PeakGroundVelocity() [m/s] or AriasIntensity() [m/s].
+        structures_per_motion: Number of structures of each motion; None if every structure runs under every motion.
+        motions_of_levels: Indices of the motions of each level, if `motions` is one list and levels have different
             motions; a list of lists sets it. None if every motion is scaled to every level.
 
     Raises:
-        ValueError: If there is no motion or no level, lists of motions are not as many as levels, a level is not
-            positive or they do not increase, the measure does not grow with the scale (as durations do not), a motion
-            has no intensity to scale (its values are all zero), or `structures_per_motion` is no whole number from 1.
-        TypeError: If a motion is no GroundMotion, or the measure is none.
+        ValueError: If there is no motion or no level, the number of lists of motions differs from that of levels, a
+            level is not positive, levels do not increase, the measure does not grow with the scale (durations), all
+            values of a motion are zero, or `structures_per_motion` is not a whole number of at least 1.
+        TypeError: If a motion is not a GroundMotion, or `measure` is not an intensity measure.
 
     Example:
         >>> design = wd.Stripes(motions, [0.2, 0.4, 0.8], wd.PeakGroundAcceleration(), structures_per_motion=3)  # g
@@ -144,7 +135,7 @@ class Stripes(Design):
         8
     """
 
-    motions: Sequence[Any]  # of GroundMotions, or of lists of them; of the former once it is checked
+    motions: Sequence[Any]  # of GroundMotions or lists of them when given; then of GroundMotions
     levels: Sequence[float]
     measure: IntensityMeasure
     structures_per_motion: int | None = None
@@ -153,8 +144,8 @@ class Stripes(Design):
     def __post_init__(self) -> None:
         given, of_levels = one_list(self.motions, self.motions_of_levels)
         motions = checked_motions(given)
-        intensities = _intensities(motions, self.measure)
-        units = _units(self.measure)
+        intensities = intensities_of(motions, self.measure)
+        units = self.measure.level_units
         levels = np.atleast_1d(real_numbers("levels", self.levels))
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
@@ -162,15 +153,14 @@ class Stripes(Design):
             raise ValueError(f"levels must increase, got {levels.tolist()}")
         if self.measure.power == 0:
             raise ValueError(
-                f"{self.measure.name} does not grow with a motion's scale, so that no motion can be scaled to a level "
-                "of it: take another intensity measure, such as SpectralAcceleration(period) or PeakGroundVelocity(), "
-                "or a Cloud, which labels motions as recorded"
+                f"{self.measure.name} does not grow with a motion's scale, so no motion can be scaled to a level: "
+                "give another measure=, such as SpectralAcceleration(period), or use Cloud(motions, measure)"
             )
         for index, (motion, intensity) in enumerate(zip(motions, intensities, strict=True)):
             if not intensity > 0:
                 raise ValueError(
                     f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} {units}: "
-                    "an all-zero record cannot be scaled to a stripe; leave it out"
+                    "a record of zeros cannot be scaled to a level: remove it from motions="
                 )
         if self.structures_per_motion is not None:
             own = whole_number("structures_per_motion", self.structures_per_motion, 1)
@@ -179,8 +169,8 @@ class Stripes(Design):
             of_levels = checked_sets(of_levels, len(motions), levels)
             if self.structures_per_motion is not None:
                 raise ValueError(
-                    "structures_per_motion does not go with a list of motions for each level: leave it out, and every "
-                    "structure runs under all of them"
+                    "structures_per_motion cannot be combined with a list of motions for each level: leave out "
+                    "structures_per_motion="
                 )
         warn_of_duplicates(motions, is_scaled=True)
         object.__setattr__(self, "motions", motions)
@@ -190,23 +180,23 @@ class Stripes(Design):
 
     def __repr__(self) -> str:
         levels = len(self.levels)
-        nested = f", {self.structures_per_motion} structures a motion" if self.structures_per_motion else ""
-        nested += ", each with motions selected for it" if self.motions_of_levels else ""
+        nested = f", {self.structures_per_motion} structures per motion" if self.structures_per_motion else ""
+        nested += ", each with its own motions" if self.motions_of_levels else ""
         return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return what tables of notebooks say of it: its levels and its motions."""
+        """Return the rows of the table in a notebook: levels and motions."""
         nested = [("structures per motion", self.structures_per_motion)] if self.structures_per_motion else []
         return [(f"levels [{self.intensity_units}]", self.levels), *nested, *super().told()]
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of levels, times the number of motions unless each has structures of its own."""
+        """Number of levels, times the number of motions if these share their structures."""
         return len(self.levels) if self.structures_per_motion else self.places[0].size
 
     @property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
-        """The motion of each sample of a structure that runs under all, and the number of its level, shape [place]."""
+        """Indices of motion and level of each sample of a structure in a crossed design, shape [place]."""
         if self.motions_of_levels is None:
             motions, levels = np.arange(len(self.motions), dtype=np.int32), np.arange(len(self.levels))
             return np.repeat(motions, levels.size), np.tile(levels, motions.size)
@@ -215,32 +205,32 @@ class Stripes(Design):
         return motion.astype(np.int32), level
 
     def check_scaled_to_all(self, function: str) -> None:
-        """Raise a ValueError if levels have motions of their own, for a function that scales each motion to many."""
+        """Raise a ValueError if levels have different motions; the function scales each motion to many levels."""
         if self.motions_of_levels is not None:
             raise ValueError(
-                f"{function}() scales every motion to many levels, and these Stripes have other motions at each level: "
-                f"give it Stripes or a Cloud of one list of motions, such as Cloud(design.motions, design.measure)"
+                f"{function}() scales every motion to many levels, but these Stripes have other motions at each level: "
+                f"give Stripes or a Cloud with one list of motions, such as Cloud(design.motions, design.measure)"
             )
 
     @property
     def structures_given(self) -> int:
-        """How many structures the motions have for themselves in all; 0 if each structure runs under every motion."""
+        """Total number of structures of all motions; 0 if each structure runs under every motion."""
         return len(self.motions) * (self.structures_per_motion or 0)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError if buildings of a portfolio would have to be shared out among the motions."""
+        """Raise a ValueError for a portfolio whose buildings would be divided among the motions."""
         if structure.is_many and self.structures_per_motion:
             raise ValueError(
-                "structures_per_motion does not apply to a portfolio, whose archetypes have a `count`: give its "
-                "buildings OneMotionPerStructure, or leave it out"
+                "structures_per_motion does not apply to a portfolio, whose archetypes have a `count`: use "
+                "OneMotionPerStructure(motions), or leave out structures_per_motion="
             )
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless there are as many structures as the motions have for themselves."""
+        """Raise a ValueError unless the number of structures is that of all motions."""
         if self.structures_per_motion and structures != self.structures_given:
             raise ValueError(
                 f"{len(self.motions)} motions with structures_per_motion={self.structures_per_motion} have "
-                f"{self.structures_given} structures, got structures={structures}: leave `structures` out"
+                f"{self.structures_given} structures, got structures={structures}: leave out structures="
             )
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
@@ -252,15 +242,11 @@ class Stripes(Design):
             im_level = np.tile(self.levels, len(structures))
         else:
             of_place, level = self.places
-            motion, im_level = (
-                np.tile(of_place, len(structures)),
-                np.tile(np.asarray(self.levels)[level], len(structures)),
-            )
-        scale = (im_level / self._intensities[motion]) ** (1 / self.measure.power)
-        label, repeats = (
-            (self.measure.attributes(), self.intensity_units),
-            levels if self.motions_of_levels is None else 1,
-        )
+            motion = np.tile(of_place, len(structures))
+            im_level = np.tile(np.asarray(self.levels)[level], len(structures))
+        scale = self.measure.scale_factors(im_level, self._intensities[motion])
+        repeats = levels if self.motions_of_levels is None else 1
+        label = self.measure.attributes(), self.intensity_units
         return Assignment(structure, motion, scale, im_level, *label, is_striped=True, repeats=repeats)
 
 
@@ -274,8 +260,8 @@ class Cloud(Design):
         measure: The intensity measure that labels the samples, in g if it is an acceleration.
 
     Raises:
-        ValueError: If there is no motion.
-        TypeError: If a motion is no GroundMotion, or the measure is none.
+        ValueError: If `motions` is empty.
+        TypeError: If a motion is not a GroundMotion, or `measure` is not an intensity measure.
 
     Example:
         >>> design = wd.Cloud(motions, wd.PeakGroundVelocity())
@@ -289,7 +275,7 @@ class Cloud(Design):
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", checked_motions(self.motions))
         warn_of_duplicates(self.motions, is_scaled=False)
-        object.__setattr__(self, "_intensities", _intensities(self.motions, self.measure))
+        object.__setattr__(self, "_intensities", intensities_of(self.motions, self.measure))
 
     @property
     def samples_per_structure(self) -> int:
@@ -297,30 +283,30 @@ class Cloud(Design):
         return len(self.motions)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return a sample a motion for each of these structures, given by their indices."""
+        """Return one sample per motion for each of these structures, given by their indices."""
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
         return Assignment(
-            structure, motion, np.ones(structure.size), im_level, self.measure.attributes(), _units(self.measure)
+            structure, motion, np.ones(structure.size), im_level, self.measure.attributes(), self.measure.level_units
         )
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class OneMotionPerStructure(Design):
-    """Every structure under one motion of its own, at a scale of its own.
+    """Every structure under one motion, with its own scale factor.
 
     Args:
         motions: Ground motions.
-        motion: Index into `motions` for each sample, shape [sample]; None draws one for each from the seed.
-        scale: Factor on the motion [1]: one for all, or one a sample, shape [sample].
-        measure: The intensity measure that the samples are labelled with, in g where it is an acceleration.
+        motion: Index into `motions` for each sample, shape [sample]; None to draw a motion for each sample.
+        scale: Factor on the motion [1]: one for all, or one per sample, shape [sample].
+        measure: The intensity measure that labels the samples, in g if it is an acceleration.
 
     Raises:
-        ValueError: If an index is out of range, a scale is not finite and positive, or motions and scales are not as
-            many.
-        TypeError: If a motion is no GroundMotion, or the measure is none.
+        ValueError: If an index is out of range, a scale is not finite and positive, or `motion` and `scale` have
+            different numbers of values.
+        TypeError: If a motion is not a GroundMotion, or `measure` is not an intensity measure.
 
     Example:
         >>> design = wd.OneMotionPerStructure(motions, motion=[0, 3, 3], scale=[1.0, 0.5, 2.0])
@@ -337,46 +323,46 @@ class OneMotionPerStructure(Design):
         motions = checked_motions(self.motions)
         scale = real_numbers("scale", self.scale)
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
-            raise ValueError("scale must be one factor, or one a sample, each finite and above 0")
+            raise ValueError("scale must be one factor, or one per sample, each finite and above 0")
         if self.motion is not None:
             motion = np.atleast_1d(finite_numbers("motion", self.motion))
             if motion.size and not np.any(motion % 1):
                 motion = motion.astype(np.int64)
             if not motion.size or motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
-                raise ValueError("motion must be a row of whole numbers, one a sample")
+                raise ValueError("motion must be a row of whole numbers, one per sample")
             if motion.min() < 0 or motion.max() >= len(motions):
-                raise ValueError(f"motion indexes {len(motions)} motions from 0, got {motion.min()} to {motion.max()}")
+                raise ValueError(f"motion must be from 0 to {len(motions) - 1}, got {motion.min()} to {motion.max()}")
             if scale.ndim and scale.size != motion.size:
                 raise ValueError(
-                    f"motion has {motion.size} values and scale has {scale.size}: both have one a sample, "
-                    "or scale is one factor for all"
+                    f"motion has {motion.size} values and scale has {scale.size}: give one value per sample for both, "
+                    "or one factor as scale="
                 )
             object.__setattr__(self, "motion", motion.astype(np.int32))
         object.__setattr__(self, "motions", motions)
         object.__setattr__(self, "scale", scale)
-        object.__setattr__(self, "_intensities", _intensities(motions, self.measure))
+        object.__setattr__(self, "_intensities", intensities_of(motions, self.measure))
 
     samples_per_structure = 1
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless motions and scales that are given are given for so many structures."""
+        """Raise a ValueError if `motion` or `scale` has another number of values than there are structures."""
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples")
 
     @property
     def structures_given(self) -> int:
-        """How many structures have a motion or a scale of their own; 0 if any number may have the one of all."""
+        """Number of structures that `motion` or `scale` lists values for; 0 if they apply to any number."""
         given = [np.asarray(values) for values in (self.motion, self.scale) if values is not None]
         return max((values.size for values in given if values.ndim), default=0)
 
     def of_structures(self, structures: np.ndarray, seed: int) -> OneMotionPerStructure:
-        """Return the design of some structures of a run, given by their indices: what is drawn goes by these."""
+        """Return the design of some structures of a run, given by their indices, which the drawn motions depend on."""
         own = self.assign(structures, seed)
         return OneMotionPerStructure(self.motions, own.motion, own.scale, self.measure)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample for each of these structures, given by their indices; each event draws its own motions."""
+        """Return one sample for each of these structures, given by their indices; each event draws other motions."""
         index = np.asarray(structures, dtype=np.int32)
         if self.motion is None:
             random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]
@@ -385,10 +371,10 @@ class OneMotionPerStructure(Design):
             motion = np.asarray(self.motion)[index]
         scale = np.asarray(self.scale)
         scale = scale[index] if scale.ndim else np.full(index.size, float(scale))
-        im_level = scale**self.measure.power * self._intensities[motion]
-        return Assignment(index, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
+        im_level = self.measure.scaled_levels(scale, self._intensities[motion])
+        return Assignment(index, motion, scale, im_level, self.measure.attributes(), self.measure.level_units)
 
 
 def excitation_of(given: object) -> object:
-    """Return what a scene is given as an excitation: of a single motion the design that runs it as recorded."""
+    """Return the excitation of a scene: a single motion becomes a Cloud, which runs it as recorded."""
     return Cloud((given,)) if isinstance(given, GroundMotion) else given

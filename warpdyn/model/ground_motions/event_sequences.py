@@ -1,4 +1,4 @@
-"""Sequences of earthquakes: a mainshock, and aftershocks that act on the building it has damaged."""
+"""Sequences of earthquakes: a mainshock, and aftershocks that act on the damaged building."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ if TYPE_CHECKING:
 
 
 class _Placed(Excitation):
-    """What a sequence works out when it is made, beside its fields."""
+    """Values that a sequence computes from its fields."""
 
-    _designs: tuple[Excitation, ...]  # of the events
-    _places: list[np.ndarray]  # of each event's motions among those of all, each once
+    _designs: tuple[Excitation, ...]  # designs of the events
+    _places: list[np.ndarray]  # indices of each event's motions in `motions`
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class EventSequence(_Placed):
-    """Earthquakes one after the other, each on the building as the previous one has left it.
+    """Successive earthquakes; each acts on the building in the state in which the previous one left it.
 
     A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
-    them it vibrates freely for the scene's `tail`; if that is None, long enough to come to rest. Every history of an
-    event is followed by the next event's whole design: samples are ordered by structure, then by the first event's
-    motion (and level), then by the second's. A building that has collapsed stays collapsed, and one whose integration
-    has failed stays failed: no later event is run on them.
+    events it vibrates freely for the scene's `tail`, or until it comes to rest without a `tail`. The whole design of
+    the next event follows every history of an event: samples are ordered by structure, then by the motion (and level)
+    of the first event, then by that of the second. A building that has collapsed stays collapsed, and one whose
+    integration has failed stays failed: later events are not run on them.
 
     Args:
         events: Design of each event by its name, at least two: `{"mainshock": Stripes(...), "aftershock": Cloud(...)}`.
-            Each design is Stripes, Cloud, OneMotionPerStructure or one GroundMotion.
+            A design is Stripes, Cloud, OneMotionPerStructure or one GroundMotion.
 
     Raises:
         ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
@@ -54,11 +54,13 @@ class EventSequence(_Placed):
 
     def __post_init__(self) -> None:
         if not isinstance(self.events, Mapping):
-            raise TypeError(f"EventSequence.events must map each event's name to its design, got {self.events!r}")
+            raise TypeError(
+                f"EventSequence.events must map each event's name to its design, such as {{'mainshock': design, "
+                f"'aftershock': design}}, got {self.events!r}"
+            )
         if len(self.events) < 2:
             raise ValueError(
-                f"an EventSequence has at least two events, got {len(self.events)}: "
-                "one by itself is an excitation of its own"
+                f"an EventSequence has at least two events, got {len(self.events)}: give a single design to Scene"
             )
         designs = {}
         for name, design in self.events.items():
@@ -73,7 +75,7 @@ class EventSequence(_Placed):
             designs[name] = excitation
         object.__setattr__(self, "events", FrozenMapping(designs))
         object.__setattr__(self, "_designs", tuple(designs.values()))
-        # Motions that several events have in common are held once.
+        # Motions of several events are stored once.
         motions = list(dict.fromkeys(motion for design in designs.values() for motion in design.motions))
         place = {motion: index for index, motion in enumerate(motions)}
         places = [np.array([place[m] for m in design.motions], dtype=np.int32) for design in designs.values()]
@@ -84,7 +86,7 @@ class EventSequence(_Placed):
         return f"EventSequence({', '.join(f'{name}: {design!r}' for name, design in self.events.items())})"
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return what tables of notebooks say of it: its events."""
+        """Return the rows of the table in a notebook: the events."""
         return [(name, repr(design)) for name, design in self.events.items()]
 
     @property
@@ -94,7 +96,7 @@ class EventSequence(_Placed):
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Number of histories of each event that a structure runs through."""
+        """Number of histories of a structure in each event."""
         counts = [design.samples_per_structure for design in self._designs]
         return tuple(math.prod(counts[: event + 1]) for event in range(len(counts)))
 
@@ -104,7 +106,7 @@ class EventSequence(_Placed):
         return self.samples_by_event[-1]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless what is given a structure is given for so many of them."""
+        """Raise a ValueError if an event lists values for another number of structures."""
         for name, design in zip(self.events, self._designs, strict=True):
             try:
                 design.check_structures(structures)
@@ -113,14 +115,15 @@ class EventSequence(_Placed):
 
     @property
     def structures_given(self) -> int:
-        """How many structures an event lists something of; 0 if all of them serve any number."""
+        """Number of structures that an event lists values for; 0 if all events apply to any number."""
         return max(design.structures_given for design in self._designs)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a TypeError unless the structure can be left in another state than it was in."""
+        """Raise a TypeError for a structure that an earthquake cannot change."""
         if not structure.can_yield:
             raise TypeError(
-                "an EventSequence needs a ShearBuilding: a LinearSystem comes out of an earthquake as it went into it"
+                "an EventSequence needs a ShearBuilding, because an earthquake does not change a LinearSystem: run "
+                "each event separately"
             )
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:

@@ -1,12 +1,13 @@
-"""Random ground motions: filtered white noise under an envelope, a different one for every sample.
+"""Random ground motions: filtered white noise times an envelope, a different motion for every sample.
 
-The kernels generate a motion node by node while they integrate and never store it; `FilteredNoise.motion` generates it
-for one sample. It is linear between nodes, as a record is between its values.
+Kernels generate a motion node by node during the integration and do not store it; `FilteredNoise.motion` generates the
+motion of one sample. Motions are linear between nodes.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,22 +19,22 @@ from warpdyn.foundations.core.random_numbers import Purpose, normals
 from warpdyn.model.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.model.ground_motions.motions import GroundMotion
 
-MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers each
+MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers for each
 BYTES_OF_A_NODE = 200  # random numbers of up to four states with their counters, and the path
-LARGEST_FREQUENCY = 1e9  # rad/s; squares of squares stay finite
+LARGEST_FREQUENCY = 1e9  # rad/s; its fourth power is finite
 QUADRATURE = np.polynomial.legendre.leggauss(12)
 
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """A stationary Gaussian process from node to node: x1 = growth x0 + kick n, with the acceleration `output` x.
+    """A stationary Gaussian process at nodes: x1 = growth x0 + kick n, with the acceleration `output` x.
 
     Args:
-        growth: Matrix that takes the state over an interval, shape [state, state].
-        kick: Triangular factor of the covariance that an interval adds, multiplied by standard normals n, shape
+        growth: Transition matrix of the state over an interval, shape [state, state].
+        kick: Triangular factor of the covariance that an interval adds; n are standard normal values, shape
             [state, state].
         start: Triangular factor of the stationary covariance, for the first node, shape [state, state].
-        output: Acceleration by state, shape [state].
+        output: Acceleration per unit of each state, shape [state].
     """
 
     growth: np.ndarray
@@ -42,13 +43,50 @@ class Recursion:
     output: np.ndarray
 
 
+class _Spectrum:
+    """A spectrum of the base acceleration."""
+
+    intensity: float
+    load: ClassVar[str]  # name in the kernels' LOADS
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:  # type: ignore[attr-defined] # each spectrum is a dataclass
+            unit = " [m2/s3]" if name == "intensity" else " [rad/s]" if name.endswith("frequency") else ""
+            real_number(f"{type(self).__name__}.{name}{unit}", getattr(self, name), above=0)
+
+    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
+        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
+
+        Args:
+            circular_frequency: Circular frequencies [rad/s], any shape.
+
+        Raises:
+            ValueError: If a frequency is not a finite number, or is above 1e9 rad/s.
+        """
+        values = finite_numbers("circular_frequency [rad/s]", circular_frequency)
+        if np.any(np.abs(values) > LARGEST_FREQUENCY):
+            raise ValueError(f"circular_frequency must be at most {LARGEST_FREQUENCY:g} rad/s")
+        return self._density(values)
+
+    def _density(self, frequency: np.ndarray) -> np.ndarray:
+        raise NotImplementedError
+
+    def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return A, B and c of the state equation x' = A x + B noise and the acceleration c x."""
+        raise NotImplementedError
+
+    def recursion(self, interval: float) -> Recursion:
+        """Return the process at nodes that are an interval [s] apart, exact for any interval."""
+        return _recursion(self.intensity, *self.system(), interval)
+
+
 @with_suggestions
 @dataclass(frozen=True)
-class WhiteNoise:
-    """White noise, as far as a motion that is linear between nodes can represent it.
+class WhiteNoise(_Spectrum):
+    """White noise, within the limits of a motion that is linear between nodes.
 
     Values at nodes are independent, with variance 2 pi intensity / interval. The spectral density equals the intensity
-    well below the frequency 1 / interval, and falls off towards it as sinc(frequency interval)^4.
+    well below the frequency 1 / interval, and decreases towards it as sinc(frequency interval)^4.
 
     Args:
         intensity: Two-sided spectral density over circular frequency [m2/s3].
@@ -65,30 +103,19 @@ class WhiteNoise:
 
     load = "white_noise"
 
-    def __post_init__(self) -> None:
-        real_number("WhiteNoise.intensity [m2/s3]", self.intensity, above=0)
-
-    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
-        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
-
-        Args:
-            circular_frequency: Circular frequencies [rad/s], any shape.
-
-        Raises:
-            ValueError: If a frequency is not a finite number.
-        """
-        return np.full(np.shape(_frequencies(circular_frequency)), float(self.intensity))
+    def _density(self, frequency: np.ndarray) -> np.ndarray:
+        return np.full(frequency.shape, float(self.intensity))
 
     def recursion(self, interval: float) -> Recursion:
-        """Return the process from node to node, at a given interval [s]."""
+        """Return the process at nodes that are an interval [s] apart."""
         deviation = np.array([[np.sqrt(2 * np.pi * self.intensity / interval)]])
         return Recursion(np.zeros((1, 1)), deviation, deviation, np.ones(1))
 
 
 @with_suggestions
 @dataclass(frozen=True)
-class KanaiTajimi:
-    """White noise filtered by an oscillator that stands for the ground (Kanai 1957, Tajimi 1960).
+class KanaiTajimi(_Spectrum):
+    """White noise filtered by an oscillator that represents the ground (Kanai 1957, Tajimi 1960).
 
     The motion is the absolute acceleration of u'' + 2 zeta_g w_g u' + w_g^2 u = -noise.
 
@@ -112,35 +139,20 @@ class KanaiTajimi:
 
     load = "kanai_tajimi"
 
-    def __post_init__(self) -> None:
-        _check_positive(self)
-
-    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
-        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
-
-        Args:
-            circular_frequency: Circular frequencies [rad/s], any shape.
-
-        Raises:
-            ValueError: If a frequency is not a finite number.
-        """
-        ratio = (_frequencies(circular_frequency) / self.ground_frequency) ** 2
+    def _density(self, frequency: np.ndarray) -> np.ndarray:
+        ratio = (frequency / self.ground_frequency) ** 2
         viscous = 4 * self.ground_damping_ratio**2 * ratio
         return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
 
     def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A, B and c of x' = A x + B noise and the acceleration c x, where x is (u, u')."""
+        """Return A, B and c of the state equation x' = A x + B noise and the acceleration c x, with x = (u, u')."""
         stiff, viscous = self.ground_frequency**2, 2 * self.ground_damping_ratio * self.ground_frequency
         return np.array([[0.0, 1.0], [-stiff, -viscous]]), np.array([0.0, -1.0]), np.array([-stiff, -viscous])
-
-    def recursion(self, interval: float) -> Recursion:
-        """Return the process from node to node, an interval [s] apart: exact, however long that is."""
-        return _recursion(self.intensity, *self.system(), interval)
 
 
 @with_suggestions
 @dataclass(frozen=True)
-class CloughPenzien:
+class CloughPenzien(_Spectrum):
     """The Kanai-Tajimi motion without its lowest frequencies, so that its displacement stays finite.
 
     The motion is w'' of w'' + 2 zeta_f w_f w' + w_f^2 w = the acceleration of KanaiTajimi (Clough and Penzien,
@@ -171,39 +183,24 @@ class CloughPenzien:
 
     load = "clough_penzien"
 
-    def __post_init__(self) -> None:
-        _check_positive(self)
-
     @property
     def ground(self) -> KanaiTajimi:
         """The first filter."""
         return KanaiTajimi(self.intensity, self.ground_frequency, self.ground_damping_ratio)
 
-    def spectral_density(self, circular_frequency: ArrayLike) -> np.ndarray:
-        """Return the two-sided spectral density [m2/s3] at circular frequencies [rad/s].
-
-        Args:
-            circular_frequency: Circular frequencies [rad/s], any shape.
-
-        Raises:
-            ValueError: If a frequency is not a finite number.
-        """
-        ratio = (_frequencies(circular_frequency) / self.filter_frequency) ** 2
+    def _density(self, frequency: np.ndarray) -> np.ndarray:
+        ratio = (frequency / self.filter_frequency) ** 2
         passed = ratio**2 / ((1 - ratio) ** 2 + 4 * self.filter_damping_ratio**2 * ratio)
-        return self.ground.spectral_density(circular_frequency) * passed
+        return self.ground._density(frequency) * passed
 
     def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A, B and c of x' = A x + B noise and the acceleration c x, where x is (u, u', w, w')."""
+        """Return A, B and c of the state equation x' = A x + B noise and the acceleration c x, x = (u, u', w, w')."""
         of_ground, noise, acceleration = self.ground.system()
         stiff, viscous = self.filter_frequency**2, 2 * self.filter_damping_ratio * self.filter_frequency
         output = np.concatenate([acceleration, [-stiff, -viscous]])
         matrix = np.zeros((4, 4))
         matrix[:2, :2], matrix[2, 3], matrix[3] = of_ground, 1.0, output
         return matrix, np.concatenate([noise, np.zeros(2)]), output
-
-    def recursion(self, interval: float) -> Recursion:
-        """Return the process from node to node, an interval [s] apart: exact, however long that is."""
-        return _recursion(self.intensity, *self.system(), interval)
 
 
 Spectrum = WhiteNoise | KanaiTajimi | CloughPenzien
@@ -215,9 +212,9 @@ class JenningsEnvelope:
     """An envelope (t / rise)^2, then 1, then exp(-decay (t - rise - strong)) (Jennings, Housner and Tsai 1968).
 
     Args:
-        rise: Length of the rise [s], 0 for none.
-        strong: Length of the strong part [s].
-        decay: Rate of decay after it [1/s].
+        rise: Duration of the rise [s]; 0 for a motion that starts at full strength.
+        strong: Duration of the strong part [s].
+        decay: Rate of decay after the strong part [1/s].
 
     Raises:
         ValueError: If a value is not finite or below 0.
@@ -237,10 +234,10 @@ class JenningsEnvelope:
             real_number(f"JenningsEnvelope.{name}", getattr(self, name), least=0)
 
     def at(self, time: ArrayLike) -> np.ndarray:
-        """Return the envelope at some times [s].
+        """Return the envelope [1] at times [s].
 
         Args:
-            time: Times from the beginning of the motion [s], any shape; before it the envelope is 0.
+            time: Times from the start of the motion [s], any shape; the envelope is 0 at negative times.
 
         Raises:
             ValueError: If a time is not a finite number.
@@ -255,15 +252,15 @@ class JenningsEnvelope:
 @with_suggestions
 @dataclass(frozen=True)
 class FilteredNoise(SingleLoad):
-    """One random base motion a structure: a stationary Gaussian process times an envelope, at rest after its end.
+    """One random base motion per structure: a stationary Gaussian process times an envelope, zero after its end.
 
-    A sample's motion depends on the seed and the sample's index alone: it is the same at any step, with any method and
-    on any device. Free vibration follows the motion as it follows a record.
+    The motion of a sample depends only on the seed and the index of the sample: it is the same at any step, with any
+    method and on any device. Free vibration follows the motion.
 
     Args:
         spectrum: WhiteNoise, KanaiTajimi or CloughPenzien.
-        duration: Length of the motion [s].
-        interval: Time between the nodes that are generated [s], which divides the duration.
+        duration: Duration of the motion [s].
+        interval: Time between the generated nodes [s], which divides the duration.
         envelope: A JenningsEnvelope; None for a stationary motion.
 
     Raises:
@@ -271,7 +268,7 @@ class FilteredNoise(SingleLoad):
 
     Example:
         >>> noise = wd.FilteredNoise(wd.KanaiTajimi(0.01, 15.0, 0.6), 10.0, 0.02, wd.JenningsEnvelope(2.0, 4.0, 0.5))
-        >>> noise.motion(sample=0, seed=1).duration  # the first sample's motion in a run of this seed
+        >>> noise.motion(sample=0, seed=1).duration  # motion of the first sample in a run with this seed
         10.0
     """
 
@@ -292,15 +289,18 @@ class FilteredNoise(SingleLoad):
         if count < 1 or abs(self.duration / self.interval - count) > 1e-6 * count:
             fewest = max(1, int(self.duration / self.interval))
             raise ValueError(
-                f"interval {self.interval:g} s does not divide the duration, {self.duration:g} s: "
-                f"{self.duration / fewest:g} s and {self.duration / (fewest + 1):g} s do"
+                f"interval {self.interval:g} s does not divide the duration, {self.duration:g} s: give "
+                f"interval={self.duration / fewest:g} or interval={self.duration / (fewest + 1):g}"
             )
         if count > MOST_INTERVALS:
-            raise ValueError(f"interval {self.interval:g} s divides the duration into more than {MOST_INTERVALS} parts")
+            raise ValueError(
+                f"interval {self.interval:g} s divides the duration into more than {MOST_INTERVALS} intervals: give a "
+                "longer interval="
+            )
 
     @property
     def kernel_load(self) -> str:
-        """Row of the kernels' LOADS."""
+        """Name of the load in the kernels' LOADS."""
         return self.spectrum.load
 
     def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
@@ -309,33 +309,33 @@ class FilteredNoise(SingleLoad):
         return Timeline((), np.array([self.interval]), np.array([count]), np.array([self.intervals]))
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return the process, row by row, and the envelope."""
+        """Return the values of the process and the envelope in one row."""
         process = self.spectrum.recursion(self.interval)
         parts = [process.growth, process.kick, process.start, process.output, self.envelope_at_nodes()]
         return {"noise": np.concatenate([part.ravel() for part in parts])}
 
     @property
     def intervals(self) -> int:
-        """Intervals between nodes."""
+        """Number of intervals between nodes."""
         return round(self.duration / self.interval)
 
     def envelope_at_nodes(self) -> np.ndarray:
         """Return the envelope at every node, shape [node]."""
         nodes = self.intervals + 1
         what = f"duration={self.duration:g} s in intervals of {self.interval:g} s"
-        check_memory(what, BYTES_OF_A_NODE * nodes, "take a shorter duration or longer intervals")
+        check_memory(what, BYTES_OF_A_NODE * nodes, "give a shorter duration= or a longer interval=")
         time = self.interval * np.arange(nodes)
         return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
 
     def motion(self, sample: int, seed: int = 0) -> GroundMotion:
-        """Return the base motion of one sample of a run, given by its index and the run's seed.
+        """Return the base motion of one sample of a run.
 
         Args:
             sample: Index of the sample.
             seed: Seed of the run.
 
         Raises:
-            ValueError: If one of them is no whole number from 0.
+            ValueError: If `sample` or `seed` is not a whole number of at least 0.
         """
         sample, seed = whole_number("sample", sample, 0), whole_number("seed", seed, 0)
         envelope = self.envelope_at_nodes()
@@ -352,28 +352,15 @@ class FilteredNoise(SingleLoad):
         return GroundMotion(acceleration, self.interval, f"filtered noise {sample}", f"seed {seed}")
 
 
-def _frequencies(circular_frequency: ArrayLike) -> np.ndarray:
-    """Return circular frequencies [rad/s]; the square of a larger one than 1e9 has no use and may overflow."""
-    values = finite_numbers("circular_frequency [rad/s]", circular_frequency)
-    if np.any(np.abs(values) > LARGEST_FREQUENCY):
-        raise ValueError(f"circular_frequency must be at most {LARGEST_FREQUENCY:g} rad/s")
-    return values
-
-
-def _check_positive(spectrum: KanaiTajimi | CloughPenzien) -> None:
-    for name in spectrum.__dataclass_fields__:
-        unit = " [m2/s3]" if name == "intensity" else " [rad/s]" if name.endswith("frequency") else ""
-        real_number(f"{type(spectrum).__name__}.{name}{unit}", getattr(spectrum, name), above=0)
-
-
 def _recursion(
     intensity: float, matrix: np.ndarray, noise: np.ndarray, output: np.ndarray, interval: float
 ) -> Recursion:
-    """Return x' = A x + B noise from node to node.
+    """Return the process x' = A x + B noise at nodes.
 
-    The covariance that an interval adds is the integral of e^{As} B B^T e^{A^T s} times 2 pi intensity. Its factor is
-    computed by QR without forming the covariance, since Cholesky would lose digits in short intervals: by quadrature
-    over a part of the interval; the part is then doubled up to the interval, and on to the stationary state.
+    The covariance that an interval adds is the integral of e^{As} B B^T e^{A^T s} times 2 pi intensity. A QR
+    decomposition gives its factor without the covariance, because a Cholesky decomposition loses digits in short
+    intervals. The factor is integrated over a fraction of the interval by quadrature, then over doubled times up to the
+    interval, and on to the stationary state.
     """
     fastest = np.abs(np.linalg.eigvals(matrix)).max() * interval
     halvings = max(0, int(np.ceil(np.log2(fastest))))

@@ -1,4 +1,4 @@
-"""Nodal forces on a structure, or an initial state alone, as data."""
+"""Nodal forces and initial states of a structure."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class FormulaLoad(SingleLoad):
-    """A load that is a formula of the time, over a duration that nothing follows."""
+    """A load that is a formula of time over a duration, without free vibration after it."""
 
     duration: float
     has_tail = False
@@ -37,21 +37,37 @@ class FormulaLoad(SingleLoad):
 def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
     row = np.atleast_1d(finite_numbers(name, values))
     if row.ndim != 1 or not row.size:
-        raise ValueError(f"{name} must be a row of values, one a degree of freedom, got shape {row.shape}")
+        raise ValueError(f"{name} must be a row of values, one per degree of freedom, got shape {row.shape}")
     return row
+
+
+class _FromInitialState:
+    """A load with the fields `initial_displacement` and `initial_velocity`."""
+
+    initial_displacement: ArrayLike
+    initial_velocity: ArrayLike
+
+    def __post_init__(self) -> None:
+        for name in ("initial_displacement", "initial_velocity"):
+            object.__setattr__(self, name, _checked_row(name, getattr(self, name)))
+
+    @property
+    def start(self) -> tuple[ArrayLike, ArrayLike]:
+        """Displacement [m] and velocity [m/s] at the start."""
+        return self.initial_displacement, self.initial_velocity
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
-class HarmonicForce(FormulaLoad):
+class HarmonicForce(_FromInitialState, FormulaLoad):
     """Nodal forces F0 sin(w t + phase) on a structure.
 
     Args:
-        amplitude: F0 [N], shape [dof]; zero where no force acts.
+        amplitude: F0 [N], shape [dof]; 0 for a degree of freedom without a force.
         circular_frequency: w [rad/s]; 0 for a constant force F0 sin(phase).
-        duration: Length of the run [s].
+        duration: Duration of the run [s].
         phase: Phase [rad].
-        initial_displacement: Displacement at the start [m], shape [dof], or one value for all; as `displacement` of
+        initial_displacement: Displacement at the start [m], shape [dof], or one value for all; see `displacement` of
             FreeVibration.
         initial_velocity: Velocity at the start [m/s], shape [dof], or one value for all.
 
@@ -75,7 +91,7 @@ class HarmonicForce(FormulaLoad):
     is_force = True
 
     def __post_init__(self) -> None:
-        _check_start(self)
+        super().__post_init__()
         object.__setattr__(self, "amplitude", _checked_row("amplitude", self.amplitude))
         object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         frequency = real_number("circular_frequency [rad/s]", self.circular_frequency, least=0)
@@ -92,11 +108,6 @@ class HarmonicForce(FormulaLoad):
         _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)
         _check_start_fits(self, structure)
 
-    @property
-    def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Displacement [m] and velocity [m/s] at the start."""
-        return self.initial_displacement, self.initial_velocity
-
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
         """Return amplitude, circular frequency and phase."""
         return {
@@ -106,22 +117,22 @@ class HarmonicForce(FormulaLoad):
         }
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
-        """Return the modes' share of the sine."""
+        """Return the load of each mode for a unit of the sine."""
         return np.asarray(self.amplitude) @ shape
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
-class ForceHistory(SingleLoad):
-    """Nodal forces sampled in time on a structure, linear between samples and zero after the last.
+class ForceHistory(_FromInitialState, SingleLoad):
+    """Nodal forces on a structure at sampling times, linear between samples and zero after the last sample.
 
-    The last sample acts at its instant: recorded accelerations see it, whether it is zero or not.
+    The force of the last sample acts at its time and is included in recorded accelerations.
 
     Args:
         force: Nodal forces [N], shape [time, dof].
         step: Sampling step [s].
-        initial_displacement: Displacement at the first sample [m], shape [dof], or one value for all; as `displacement`
-            of FreeVibration.
+        initial_displacement: Displacement at the first sample [m], shape [dof], or one value for all; see
+            `displacement` of FreeVibration.
         initial_velocity: Velocity at the first sample [m/s], shape [dof], or one value for all.
 
     Raises:
@@ -148,7 +159,7 @@ class ForceHistory(SingleLoad):
     is_force = True
 
     def __post_init__(self) -> None:
-        _check_start(self)
+        super().__post_init__()
         force = finite_numbers("force", self.force)
         if force.ndim != 2 or force.shape[0] < 2:
             raise ValueError(f"force must have shape [time, dof] with at least 2 times, got shape {force.shape}")
@@ -157,7 +168,7 @@ class ForceHistory(SingleLoad):
 
     @property
     def values(self) -> np.ndarray:
-        """What is sampled, time first."""
+        """Sampled values, time first."""
         return np.asarray(self.force)
 
     @property
@@ -166,7 +177,7 @@ class ForceHistory(SingleLoad):
         return (self,)
 
     def resampled(self, step: float) -> ForceHistory:
-        """Return the forces on a grid of another step [s], straight between the new samples."""
+        """Return the forces at another step [s], linear between the new samples."""
         return replace(self, force=resampled_columns(self.values, self.step, step), step=step)
 
     def check_fits(self, structure: Structure) -> None:
@@ -176,26 +187,21 @@ class ForceHistory(SingleLoad):
             raise ValueError(f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom")
         _check_start_fits(self, structure)
 
-    @property
-    def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Displacement [m] and velocity [m/s] at the first sample."""
-        return self.initial_displacement, self.initial_velocity
-
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
-        """Return the modes' share of a unit force on each degree of freedom."""
+        """Return the load of each mode for a unit force on each degree of freedom."""
         return shape
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class FreeVibration(FormulaLoad):
-    """No load: the structure moves on from an initial state.
+    """Free vibration without load from an initial state.
 
-    Storeys that yield are pulled slowly from rest to their initial drifts, each without turning back, and released
-    there: their forces are those of the first loading. Energies count from the release.
+    Storeys that yield are pulled slowly and monotonically from rest to their initial drifts, and released there: their
+    forces are those of the first loading. Energies are counted from the release.
 
     Args:
-        duration: Length of the run [s].
+        duration: Duration of the run [s].
         displacement: Initial displacement [m], shape [dof], or one value for all; zero by default.
         velocity: Initial velocity [m/s], shape [dof], or one value for all; zero by default.
 
@@ -224,19 +230,13 @@ class FreeVibration(FormulaLoad):
         _check_start_fits(self, structure)
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return nothing: the initial state is all that there is."""
+        """Return no values, because the load consists only of the initial state."""
         return {}
 
     @property
     def start(self) -> tuple[ArrayLike, ArrayLike]:
         """Displacement [m] and velocity [m/s] at the start."""
         return self.displacement, self.velocity
-
-
-def _check_start(load: HarmonicForce | ForceHistory) -> None:
-    """Replace the initial state of a load by checked rows."""
-    for name in ("initial_displacement", "initial_velocity"):
-        object.__setattr__(load, name, _checked_row(name, getattr(load, name)))
 
 
 def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, structure: Structure) -> None:
@@ -247,7 +247,7 @@ def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, struct
 
 
 def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:
-    """Raise a ValueError unless there is one value a degree of freedom, or one that serves all."""
+    """Raise a ValueError unless there is one value per degree of freedom, or, if allowed, one for all."""
     size = np.size(values)
     if size != structure.dofs and (size != 1 or not serves_all):
         raise ValueError(f"{name} has {size} values for {structure.dofs} degrees of freedom")

@@ -1,11 +1,11 @@
-"""Recorded base motions, as data."""
+"""Ground motions: sampled base accelerations."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,27 +14,21 @@ from warpdyn.foundations.core.description import fingerprint, html_table
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
-from warpdyn.model.ground_motions.excitation import (
-    Sampled,
-    resampled_columns,
-)
-
-if TYPE_CHECKING:
-    pass
+from warpdyn.model.ground_motions.excitation import Sampled, resampled_columns
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class GroundMotion(FrozenArrays):
-    """One recorded base acceleration, linear between its samples and zero after its end.
+    """One component of a ground acceleration, linear between its samples and zero after its end.
 
     Args:
         acceleration: Ground acceleration [m/s2], shape [time]; the first value acts at t = 0.
         step: Sampling step of the record [s].
-        name: What the record is called in results.
-        source: Where it came from (a file, a package).
-        record: What the components that one instrument recorded in one earthquake have in common, if it is known.
-        component: Which component it is, such as "090", "N" or "UP".
+        name: Name of the motion in results.
+        source: Source of the motion, such as a file or a package.
+        record: Name that the components of one instrument and earthquake share; "" if it is unknown.
+        component: Component, such as "090", "N" or "UP"; "" if it is unknown.
 
     Raises:
         ValueError: If the acceleration is not a finite 1-D array of at least two values, or some are masked, or the
@@ -79,32 +73,32 @@ class GroundMotion(FrozenArrays):
         object.__setattr__(self, "step", step)
 
     def __repr__(self) -> str:
-        # Both units stand beside each other, since a record that was read in a wrong one shows in its peak.
-        return f"GroundMotion({self.name!r}, {self.duration:.6g} s at steps of {self.step:g} s, PGA {self._peak_told})"
+        # The peak in both units shows whether a record was read in a wrong unit.
+        return f"GroundMotion({self.name!r}, {self.duration:.6g} s at steps of {self.step:g} s, PGA {self._peak_text})"
 
     @property
     def values(self) -> np.ndarray:
-        """The sampled values, time first."""
+        """Sampled values, time first."""
         return self.acceleration
 
     @property
     def label(self) -> str:
-        """What the dataset calls it."""
+        """Name in the dataset."""
         return self.name
 
     def resampled(self, step: float) -> GroundMotion:
-        """Return the motion on a grid of another step [s], straight between the new samples.
+        """Return the motion at another step, linear between the new samples.
 
         Args:
             step: Step of the new samples [s].
 
         Raises:
-            ValueError: If the step is not above 0, or so short that there would be more than 2^26 samples.
+            ValueError: If the step is not above 0, or there would be more than 2^26 samples.
         """
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
     def description(self) -> dict[str, object]:
-        """Return what the motion's JSON says: of its samples their number and their digest."""
+        """Return the JSON of the motion: names, step, and the number and digest of its samples."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
         said["digest"] = fingerprint(self.acceleration, self.step)[:16]
         return said | ({"record": self.record, "component": self.component} if self.record else {})
@@ -112,14 +106,14 @@ class GroundMotion(FrozenArrays):
     def _repr_html_(self) -> str:
         rows = {
             "duration": f"{self.duration:.6g} s, {self.acceleration.size:,} samples every {self.step:g} s",
-            "PGA": self._peak_told,
+            "PGA": self._peak_text,
             "record": f"{self.record}, component {self.component}" if self.record else "",
             "source": self.source,
         }
         return html_table(f"Ground motion {self.name!r}", [(name, text) for name, text in rows.items() if text])
 
     @property
-    def _peak_told(self) -> str:
+    def _peak_text(self) -> str:
         peak = self.peak_ground_acceleration
         return f"{peak / STANDARD_GRAVITY:.4g} g ({peak:.4g} m/s2)"
 
@@ -135,11 +129,11 @@ class GroundMotion(FrozenArrays):
 
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    """Return ground motions, or one, as a tuple; raise an error if there is none or one is something else."""
+    """Return one ground motion or several as a tuple; raise an error if there is no motion or another object."""
     if isinstance(motions, GroundMotion):
         return (motions,)
     if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):
-        raise TypeError(f"motions must be ground motions, such as [motion, motion], got {shortened(motions)}")
+        raise TypeError(f"motions must be GroundMotions, such as [motion, motion], got {shortened(motions)}")
     motions = tuple(motions)
     if not motions:
         raise ValueError("motions is empty: give at least one GroundMotion")
@@ -150,22 +144,22 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
 
 
 def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
-    """Return lists of motions, one for each level, as one list and the numbers of each level's; other input as it is.
+    """Return lists of motions, one for each level, as one list and the indices of each level; other input unchanged.
 
-    A motion that is in several lists, by its name and its samples, is one.
+    Motions of several lists with the same name and samples are one motion.
     """
     if not isinstance(motions, list | tuple) or not any(isinstance(each, list | tuple) for each in motions):
         return motions, of_levels
     if of_levels is not None:
         raise ValueError(
-            "motions_of_levels is given with a list of motions for each level, which sets it: leave it out"
+            "a list of motions for each level already sets motions_of_levels: leave out motions_of_levels="
         )
     known: dict[tuple[str, str], int] = {}
     found: list[GroundMotion] = []
     numbers: list[tuple[int, ...]] = []
     for place, of_level in enumerate(motions):
         if not isinstance(of_level, list | tuple) or not all(isinstance(each, GroundMotion) for each in of_level):
-            raise TypeError(f"motions[{place}] must be a list of GroundMotions, as those of other levels are")
+            raise TypeError(f"motions[{place}] must be a list of GroundMotions, like those of other levels")
         keys = [(each.name, str(each.description()["digest"])) for each in of_level]
         for key, motion in zip(keys, of_level, strict=True):
             if key not in known:
@@ -176,18 +170,18 @@ def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
 
 
 def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.ndarray) -> tuple[tuple[int, ...], ...]:
-    """Return the numbers of each level's motions, or raise a ValueError."""
+    """Return the indices of each level's motions, or raise a ValueError."""
     if len(of_levels) != levels.size:
         raise ValueError(
-            f"there are motions for {len(of_levels)} levels, and levels has {levels.size} values: give one list of "
+            f"there are motions for {len(of_levels)} levels, but levels has {levels.size} values: give one list of "
             "motions for each level"
         )
     found = tuple(tuple(int(number) for number in of_level) for of_level in of_levels)
     for level, numbers in zip(levels, found, strict=True):
         if not numbers or len(set(numbers)) < len(numbers) or min(numbers) < 0 or max(numbers) >= motions:
             raise ValueError(
-                f"the motions of level {level:g} are {list(numbers)}: each level needs at least one motion, each "
-                f"motion once, by numbers from 0 to {motions - 1}"
+                f"the motions of level {level:g} are {list(numbers)}: give at least one motion for each level, each "
+                f"motion once, by indices from 0 to {motions - 1}"
             )
     return found
 

@@ -1,4 +1,4 @@
-"""The design of a region: every structure under the motions of sites near it."""
+"""The design of a region: every structure under the motions of nearby sites."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import is_row_of_text, real_numbers, shortened, unmasked
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.ground_motions.designs import Design, _intensities, _units
+from warpdyn.model.ground_motions.designs import Design, intensities_of
 from warpdyn.model.ground_motions.excitation import Assignment
-from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionsAtSites(Design):
-    """Every structure under the motions of a site near it, for each of some draws.
+    """Every structure under the motions of a nearby site, in several draws.
 
-    Sites have a motion (or both components of one) with a factor in each earthquake. A draw is an earthquake and, of
-    each structure, a site. Samples are ordered by structure, then draw, then component. `wd.sites` makes the design of
-    files: EventGrid.csv, ShakeMaps and ground motion fields.
+    Each site has a motion (or both components of a record) with a factor in each earthquake. A draw chooses an
+    earthquake, and a site for each structure. Samples are ordered by structure, then draw, then component. `wd.sites`
+    creates the design from files: EventGrid.csv, ShakeMaps and ground motion fields.
 
     Args:
         motions: Ground motions.
         motion: Index into `motions` at each site in each earthquake, shape [site, earthquake, component].
-        scale: Factor on it [1], of this shape or one that broadcasts to it; 0 where there is no shaking.
+        scale: Factor on the motion [1], of the shape of `motion` or broadcast to it; 0 for no shaking.
         site: Site of each structure in each draw, shape [structure, draw].
-        earthquake: Earthquake of each draw, shape [draw]; None for one after the other, and the first again after the
-            last.
+        earthquake: Earthquake of each draw, shape [draw]; None for one after the other, repeated from the first.
         names: Names of the earthquakes; None to number them.
-        measure: The intensity measure that labels the samples, in g where it is an acceleration.
+        measure: The intensity measure that labels the samples, in g if it is an acceleration.
 
     Raises:
         ValueError: If a shape does not fit, an index is out of range, or a factor is not finite or below 0.
-        TypeError: If a motion is no GroundMotion, or the measure is none.
+        TypeError: If a motion is not a GroundMotion, or `measure` is not an intensity measure.
 
     Example:
         >>> site = [[0], [1], [1]]  # of three structures at two sites
@@ -65,7 +65,7 @@ class MotionsAtSites(Design):
             scale = np.broadcast_to(scale, motion.shape)
         except ValueError:
             raise ValueError(
-                f"scale has shape {scale.shape}, which does not go with {motion.shape} of motion"
+                f"scale has shape {scale.shape}, which does not broadcast to that of motion, {motion.shape}"
             ) from None
         bad = ~(np.isfinite(scale) & (scale >= 0))
         if bad.any():
@@ -78,46 +78,46 @@ class MotionsAtSites(Design):
         if earthquake.size != draws:
             raise ValueError(f"earthquake has {earthquake.size} values, and site has {draws} draws")
         if self.names is not None and not is_row_of_text(self.names):
-            raise TypeError(f"names must be a name of each earthquake, got {shortened(self.names)}")
+            raise TypeError(f"names must be a list with the name of each earthquake, got {shortened(self.names)}")
         names = tuple(map(str, range(earthquakes) if self.names is None else self.names))
         if len(names) != earthquakes:
             raise ValueError(f"names has {len(names)} values, and motion has {earthquakes} earthquakes")
         values = {"motions": motions, "motion": motion, "scale": scale, "names": names, "earthquake": earthquake}
-        # Millions of structures with many draws each: as few bytes as hold the numbers of the sites.
+        # The smallest integer type for the sites, because a region has millions of structures with many draws.
         values |= {"site": site.astype(np.min_scalar_type(sites - 1), copy=False)}
-        values |= {"_intensities": _intensities(motions, self.measure)}
+        values |= {"_intensities": intensities_of(motions, self.measure)}
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         structures, draws = np.shape(self.site)
         sites, earthquakes, components = np.shape(self.motion)
-        said = f"{structures:,} structures at {sites:,} sites, {draws} draws of {earthquakes} earthquakes"
-        return f"MotionsAtSites({said}{', both components' if components == 2 else ''})"
+        text = f"{structures:,} structures at {sites:,} sites, {draws} draws of {earthquakes} earthquakes"
+        return f"MotionsAtSites({text}{', both components' if components == 2 else ''})"
 
     @property
     def components(self) -> int:
-        """Motions that a structure has in each draw."""
+        """Number of motions of a structure in each draw."""
         return np.shape(self.motion)[2]
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of draws times that of components."""
+        """Number of draws times number of components."""
         return np.shape(self.site)[1] * self.components
 
     @property
     def structures_given(self) -> int:
-        """How many structures have sites."""
+        """Number of structures with sites."""
         return np.shape(self.site)[0]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless so many structures have sites."""
+        """Raise a ValueError unless this number of structures has sites."""
         if structures != self.structures_given:
             raise ValueError(f"MotionsAtSites.site has {self.structures_given} rows for {structures} structures")
 
     def of_structures(self, structures: np.ndarray, seed: int) -> MotionsAtSites:
         """Return the design of some structures of a run, given by their indices."""
-        part = object.__new__(MotionsAtSites)  # all else is checked, and shared
+        part = object.__new__(MotionsAtSites)  # without checks: other values are shared
         for name, value in vars(self).items():
             object.__setattr__(part, name, value[structures] if name == "site" else value)
         return part
@@ -129,12 +129,12 @@ class MotionsAtSites(Design):
         motion = np.asarray(self.motion)[site, earthquake].ravel()
         scale = np.asarray(self.scale)[site, earthquake].ravel().astype(np.float64)
         structure = np.repeat(index, self.samples_per_structure)
-        im_level = scale**self.measure.power * self._intensities[motion]
-        return Assignment(structure, motion, scale, im_level, self.measure.attributes(), _units(self.measure))
+        im_level = self.measure.scaled_levels(scale, self._intensities[motion])
+        return Assignment(structure, motion, scale, im_level, self.measure.attributes(), self.measure.level_units)
 
 
 def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> np.ndarray:
-    """Return whole numbers below a count as an array of some axes; raise a ValueError if they are not."""
+    """Return indices below `count` as an array with these axes, or raise a ValueError."""
     array = unmasked(what, values) if isinstance(values, np.ndarray) else real_numbers(what, values)
     if array.dtype.kind == "f" and array.size and np.all(np.isfinite(array)) and not np.any(array % 1):
         array = array.astype(np.int64)

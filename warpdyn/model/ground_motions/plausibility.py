@@ -1,4 +1,4 @@
-"""What is implausible in ground motions: their unit, their step, or a record that stands in a set twice."""
+"""Plausibility of ground motions: unit, step, baseline, and records that occur twice in a set."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 
-FEWEST_IN_A_SET = 5  # motions of which one may be told to be the odd one
-FEWEST_CROSSINGS = 10  # of a record's baseline, of what is a record
-MOST_DRIFT = 8.0  # of the velocity of a baseline over that of the motion about it; of white noise above in 0.2 %
+FEWEST_IN_A_SET = 5  # motions, for a search for one that is much weaker than the others
+FEWEST_CROSSINGS = 10  # of the baseline, for a motion that is a record
+MOST_DRIFT = 8.0  # velocity of the baseline over that of the motion without it; 0.2 % of white noise exceed it
 BESIDE = np.array([1, -1, 2, -2, 4, -4, 8, -8, 16, -16])  # samples from the peak
-DUPLICATE = 1e-3  # of the peak, by which two copies of a record differ at most
+DUPLICATE = 1e-3  # largest difference of two copies of a record, over the peak
 
 
 def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
@@ -27,7 +27,7 @@ def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion],
         return f" of motion {index} ({motions[index].name!r}){where}"
 
     peaks = np.array([motion.peak_ground_acceleration for motion in motions])
-    loud = np.flatnonzero(peaks > 0).tolist()  # silence is meant
+    loud = np.flatnonzero(peaks > 0).tolist()  # motions of zeros are intended
     findings.add_each("record_step", [motion.step for motion in motions], named)
     findings.add_each("peak_ground_acceleration", peaks[loud].tolist(), lambda place: named(loud[place]))
     baselines = [baseline_over_peak(motions[index]) for index in loud]
@@ -37,8 +37,8 @@ def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion],
 def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
     """Add a few motions of a set that are far weaker than all others.
 
-    Either they are among these if they were given in g, or the gap to the next stronger one is wider than that of any
-    other pair of neighbours is likely to be.
+    Motions are added if their peaks, read as g, lie within the range of the others, or if the next stronger motion is
+    more than 9.8 times stronger.
     """
     motions = [motion for motion in motions if motion.peak_ground_acceleration > 0]
     if len(motions) < FEWEST_IN_A_SET:
@@ -54,13 +54,13 @@ def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[Ground
 
 
 def baseline_over_peak(motion: GroundMotion) -> float:
-    """Return the peak of a straight line fitted to a record over the record's peak; 0 where no offset explains it.
+    """Return the peak of a straight line fitted to a record over the record's peak; 0 if the record has no offset.
 
-    An offset makes the velocity drift away: to many times the velocity of what is left without it. Pulses and other
-    motions that do not swing about their line have none.
+    An offset lets the velocity drift to many times the velocity of the motion without the line. Pulses and other
+    motions that do not oscillate about the line have no offset.
     """
     a = motion.acceleration
-    # Places in twice their deviation from the middle: the line's slope and mean are independent.
+    # With times from -1 to 1, the slope and the mean of the line are independent.
     place = np.linspace(-1.0, 1.0, a.size)
     line = a.mean() + place * (a @ place) / (place @ place)
     rest = a - line
@@ -71,7 +71,7 @@ def baseline_over_peak(motion: GroundMotion) -> float:
 
 
 def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayLike = ()) -> None:
-    """Give one warning of motions whose step or peak acceleration is implausible, and of periods of their spectrum."""
+    """Warn once of motions with an implausible step, peak acceleration or baseline, and of implausible periods."""
     findings = PlausibilityFindings()
     add_motions(findings, motions)
     add_weakest_motions(findings, motions)
@@ -81,11 +81,11 @@ def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayL
 
 
 def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> None:
-    """Warn where two motions of a set are one record, as two copies of it are, also if digits were lost in one.
+    """Warn if two motions of a set are the same record, also if one copy has fewer digits.
 
     Args:
         motions: The motions.
-        is_scaled: Whether they are scaled to levels, so that copies at different scales are one record too.
+        is_scaled: Whether the motions are scaled to levels, so that copies with different scales are the same record.
     """
     alike: dict[tuple[float, int, int], list[int]] = {}
     shapes: list[np.ndarray] = []
@@ -101,18 +101,21 @@ def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> N
     found = [(motions[first_of[index]].name, motions[index].name) for index in sorted(first_of)]
     if found:
         (first, second), rest = found[0], f" (and {len(found) - 1} more such)" if len(found) > 1 else ""
-        warn_caller(f"motions {first!r} and {second!r}{rest} are the same record twice, which statistics count double")
+        warn_caller(
+            f"motions {first!r} and {second!r}{rest} are the same record twice, so statistics would count it twice: "
+            "remove one of the two from motions="
+        )
 
 
 def _copies(shapes: Sequence[np.ndarray], group: Sequence[int], place: int) -> dict[int, int]:
-    """Return, of each copy in a group of records that have their peak at one place, the first record that it is of."""
+    """Return the first record for each copy in a group of records with their peak at one sample."""
     first_of: dict[int, int] = {}
     by_digest: dict[bytes, int] = {}
     for index in group:
         first = by_digest.setdefault(blake2b(shapes[index].tobytes()).digest(), index)
         if first != index:
             first_of[index] = first
-    # Of two copies each value is nearly the same: those beside the peak tell most other records apart at once.
+    # Values near the peak distinguish most records.
     single = list(by_digest.values())
     beside = np.clip(place + BESIDE, 0, shapes[single[0]].size - 1)
     probes = np.array([shapes[index][beside] for index in single])

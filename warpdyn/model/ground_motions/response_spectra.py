@@ -1,4 +1,4 @@
-"""Response spectra: the largest displacements of linear oscillators under ground motions."""
+"""Response spectra: peak displacements of linear oscillators under ground motions."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
 
-# Bounds of the period over a record's step. Below, an oscillator turns by such large angles in a step that rounding
-# leaves no digits and the search for peaks is slow; above, the bound from its free vibration overflows.
+# Bounds of the period over a record's step. For shorter periods, rounding leaves no digits and the search for peaks is
+# slow; for longer periods, a bound on the free vibration overflows.
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-5, 1e9
 
 
@@ -32,27 +32,28 @@ def response_spectra(
 ) -> xr.Dataset:
     """Return the response spectra of ground motions.
 
-    The base acceleration is linear between its values and zero after them. The response to it is exact, and its peak is
-    that of continuous time, during the record or in the free vibration after it. What remains is rounding: some 1e-16
-    of the angle by which an undamped oscillator turns during the record, and less for a damped one.
+    The base acceleration is linear between its values and zero after them. The response is exact, and its peak is that
+    in continuous time, during the record or in the free vibration after it. The rounding error is about 1e-16 times the
+    phase angle of an undamped oscillator at the end of the record, and smaller with damping.
 
     Source: Nigam and Jennings (1969), "Calculation of response spectra from strong-motion earthquake records".
 
     Args:
-        motions: Ground motions, or one.
-        periods: Undamped natural periods [s], one or a row.
-        damping_ratios: Viscous damping as a fraction of critical [1], from 0 up to but not including 1, one or a row.
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
-        threads: CPU threads; None for every core this process may use.
+        motions: One ground motion or several.
+        periods: Undamped natural periods [s], one or a 1-D array.
+        damping_ratios: Viscous damping as a fraction of critical [1], from 0 up to but not including 1, one or a 1-D
+            array.
+        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU if there is no GPU.
+        threads: CPU threads; None for every core that this process may use.
 
     Returns:
         Dataset over (motion, damping_ratio, period): `spectral_displacement` relative to the ground, and its products
         with the circular frequency and its square, `pseudo_spectral_velocity` and `pseudo_spectral_acceleration`.
 
     Raises:
-        ValueError: If there is no motion, a period is not finite and positive or is outside 1e-5 to 1e9 steps of a
+        ValueError: If `motions` is empty, a period is not finite and positive or is outside 1e-5 to 1e9 steps of a
             motion, a damping ratio is outside [0, 1), or there is no such device.
-        TypeError: If a motion is no GroundMotion.
+        TypeError: If a motion is not a GroundMotion.
 
     Example:
         >>> spectra = wd.response_spectra(motions, periods=[0.1, 0.3, 1.0], damping_ratios=[0.02, 0.05])
@@ -69,28 +70,18 @@ def response_spectra(
     displacement = spectral_displacements(motions, periods, damping_ratios, device=device, threads=threads)
     frequency = 2 * np.pi / periods
     dimensions = ("motion", "damping_ratio", "period")
+    spectra = {
+        "spectral_displacement": (displacement, "spectral displacement", "m"),
+        "pseudo_spectral_velocity": (frequency * displacement, "pseudo-spectral velocity", "m s-1"),
+        "pseudo_spectral_acceleration": (frequency**2 * displacement, "pseudo-spectral acceleration", "m s-2"),
+    }
+    of_damping = {"long_name": "viscous damping as a fraction of critical", "units": "1"}
     return xr.Dataset(
-        {
-            name: (dimensions, values, {"long_name": long_name, "units": units})
-            for name, values, long_name, units in (
-                ("spectral_displacement", displacement, "spectral displacement", "m"),
-                ("pseudo_spectral_velocity", frequency * displacement, "pseudo-spectral velocity", "m s-1"),
-                (
-                    "pseudo_spectral_acceleration",
-                    frequency**2 * displacement,
-                    "pseudo-spectral acceleration",
-                    "m s-2",
-                ),
-            )
-        },
+        {name: (dimensions, values, {"long_name": long, "units": u}) for name, (values, long, u) in spectra.items()},
         coords={
             "motion": motion_numbers(len(motions)),
             "motion_name": motion_names(motions),
-            "damping_ratio": (
-                "damping_ratio",
-                damping_ratios,
-                {"long_name": "viscous damping as a fraction of critical", "units": "1"},
-            ),
+            "damping_ratio": ("damping_ratio", damping_ratios, of_damping),
             "period": ("period", periods, {"long_name": "undamped natural period", "units": "s"}),
         },
         attrs=trace("Response spectra", "response_spectra"),
@@ -106,14 +97,14 @@ def spectral_displacements(
     threads: int | None = None,
 ) -> np.ndarray:
     """Return the spectral displacement [m], shape [motion, damping_ratio, period], without checks of the input."""
-    # Imported here, because a scene, which holds intensity measures, must not import warp.
+    # Imported here, because a scene, which contains intensity measures, must not import warp.
     from warpdyn.engine.kernels.auxiliary.oscillator_peaks import largest_displacements
     from warpdyn.engine.kernels.queues import checked_devices
 
     threads = cores() if threads is None else whole_number("threads", threads, 1, MOST_THREADS)
     first, *others = checked_devices(device)
     if others:
-        raise ValueError(f"response spectra run on one device, got {device!r}")
+        raise ValueError(f"response spectra run on one device, got {device!r}: give device='cuda:0' or 'cpu'")
     shape = (len(motions), damping_ratios.size, periods.size)
     if 0 in shape:
         return np.empty(shape)
@@ -141,15 +132,15 @@ def spectral_displacements(
 
 
 def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) -> dict[str, np.ndarray]:
-    """Return what the kernel reads of oscillators: their propagators and bounds of their response, [step, oscillator].
+    """Return the propagators of oscillators and the bounds of their response for the kernel, [step, oscillator].
 
-    They decide in which steps a peak may lie. Suppose that within a step h the displacement exceeds its peak so far, P,
-    and reaches its largest value m at an instant of rest. After that instant the speed grows by at most A + w^2 m in a
-    unit of time, where A is the larger of the accelerations at the ends of the step; before it, because damping acts
-    backwards in time, by at most exp(2 zeta w t) times that. One end of the step is within h / 2, so that m is at most
-    the displacement there + k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the sum of the speeds at both ends is at
-    most k^2 (A + w^2 m) h. Nor can the displacement exceed P if the amplitude of the free vibration about the static
-    response, plus the static response at one of the ends, is less than P.
+    The bounds decide which steps may contain a peak. Suppose that within a step h the displacement exceeds its peak so
+    far, P, and reaches its largest value m at an instant of rest. After that instant the speed grows by at most
+    A + w^2 m per unit of time, where A is the larger of the ground accelerations at the ends of the step; before it,
+    because damping acts backwards in time, by at most exp(2 zeta w t) times that. One end of the step is within h / 2,
+    so m is at most the displacement there + k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the sum of the speeds at
+    both ends is at most k^2 (A + w^2 m) h. The displacement also cannot exceed P if the amplitude of the free vibration
+    about the static response, plus the static response at one of the ends, is less than P.
     """
     frequency = 2 * np.pi / period
     stiffness, damping, h = frequency**2, 2 * damping_ratio * frequency, steps[:, None]
@@ -163,7 +154,7 @@ def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) ->
         )
         increments[step, chosen], response[step, chosen] = (part[:, :, 0] for part in parts)
 
-    growth = np.exp(np.minimum(damping / 2 * h, 100.0))  # beyond that, the bounds exclude nothing
+    growth = np.exp(np.minimum(damping / 2 * h, 100.0))  # at larger values the bounds exclude no step anyway
     bend = growth * h**2 / 8
     share = 1 - bend * stiffness
     is_sharp = share > 0.1
@@ -187,7 +178,7 @@ def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) ->
         "u_by_v": increments[..., 0, 1],
         "v_by_u": increments[..., 1, 0],
         "v_by_v": increments[..., 1, 1],
-        # The ground's acceleration acts backwards.
+        # The load is minus the ground acceleration.
         "u_by_start": -response[..., 0, 0],
         "u_by_end": -response[..., 0, 1],
         "v_by_start": -response[..., 1, 0],
@@ -212,5 +203,5 @@ def checked_periods(periods: ArrayLike, name: str = "period") -> np.ndarray:
 
 def _one_or_row(name: str, values: np.ndarray) -> np.ndarray:
     if values.ndim > 1 or values.size == 0:
-        raise ValueError(f"{name} must be one value or a row of them, got shape {values.shape}")
+        raise ValueError(f"{name} must be one value or a 1-D array of values, got shape {values.shape}")
     return np.atleast_1d(values)

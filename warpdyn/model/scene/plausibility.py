@@ -13,18 +13,10 @@ from warpdyn.model.ground_motions.event_sequences import EventSequence
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
-from warpdyn.model.ground_motions.intensity_measures import (
-    AriasIntensity,
-    AverageSpectralAcceleration,
-    CumulativeAbsoluteVelocity,
-    IntensityMeasure,
-    PeakGroundDisplacement,
-    PeakGroundVelocity,
-    SpectralAcceleration,
-)
+from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import AverageSpectralAcceleration, SpectralAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
-from warpdyn.model.ground_motions.pair_measures import GeometricMean
 from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
@@ -37,12 +29,12 @@ from warpdyn.model.structures.structure import Structure
 FREE = 1e-12  # times the highest squared frequency: below, a mode is a free motion, and its value is rounding
 MOST_GIVEN = 1024  # structures of GivenValues that are checked, evenly spread
 LONGEST_FORCE_STEP = 1.0  # s: forces are often given at a few points, unlike records
-# Check of the levels for each class of measure that is not an acceleration.
-LEVEL_BANDS: dict[type[IntensityMeasure], str] = {
-    PeakGroundVelocity: "velocity_level",
-    PeakGroundDisplacement: "displacement_level",
-    AriasIntensity: "arias_level",
-    CumulativeAbsoluteVelocity: "absolute_velocity_level",
+# Names of the bands of levels by OpenQuake's name of the measure; levels of accelerations have "intensity_level".
+LEVEL_BANDS = {
+    "PGV": "velocity_level",
+    "PGD": "displacement_level",
+    "IA": "arias_level",
+    "CAV": "absolute_velocity_level",
 }
 PEAK_FACTOR = 3.0  # approximate peak over the standard deviation of a Gaussian process
 
@@ -206,13 +198,12 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
 def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:
     """Add implausible levels, and implausible factors that scale the motions to them."""
     levels, is_acceleration = np.asarray(stripes.levels), stripes.intensity_units == "g"
-    measure = stripes.measure.measure if isinstance(stripes.measure, GeometricMean) else stripes.measure
-    band = "intensity_level" if is_acceleration else LEVEL_BANDS.get(type(measure))
-    if band:  # a measure of the user's own class has no band
+    band = "intensity_level" if is_acceleration else LEVEL_BANDS.get(stripes.measure.kind)
+    if band:  # a user's own measure has none
         findings.add(band, levels, where)
         findings.add(f"lowest_{band}", levels.min(), where)
     motion, level = stripes.places
-    factors = (levels[level] / stripes.intensities[motion]) ** (1 / stripes.measure.power)
+    factors = stripes.measure.scale_factors(levels[level], stripes.intensities[motion])
     findings.add("scale_factor" if is_acceleration else "scale_factor_to_level", np.median(factors), where)
 
 

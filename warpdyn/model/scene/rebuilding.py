@@ -12,8 +12,9 @@ import numpy as np
 from warpdyn.engine.laws.building_law import name_of
 from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
+from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise
 from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
+from warpdyn.model.ground_motions.measures import one_component, pairs
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene import distributions, scatter
@@ -27,11 +28,11 @@ OWN: dict[str, Any] = {
         *(filtered_noise.FilteredNoise, filtered_noise.WhiteNoise, filtered_noise.KanaiTajimi),
         *(filtered_noise.CloughPenzien, filtered_noise.JenningsEnvelope),
         *(HarmonicForce, ForceHistory, FreeVibration, MotionsAtSites),
-        *(intensity_measures.PeakGroundAcceleration, intensity_measures.PeakGroundVelocity),
-        *(intensity_measures.PeakGroundDisplacement, intensity_measures.AriasIntensity),
-        *(intensity_measures.CumulativeAbsoluteVelocity, intensity_measures.SignificantDuration),
-        *(intensity_measures.SpectralAcceleration, intensity_measures.AverageSpectralAcceleration),
-        *(pair_measures.GeometricMean, pair_measures.RotatedSpectralAcceleration),
+        *(one_component.PeakGroundAcceleration, one_component.PeakGroundVelocity),
+        *(one_component.PeakGroundDisplacement, one_component.AriasIntensity),
+        *(one_component.CumulativeAbsoluteVelocity, one_component.SignificantDuration),
+        *(one_component.SpectralAcceleration, one_component.AverageSpectralAcceleration),
+        *(pairs.GeometricMean, pairs.RotatedSpectralAcceleration),
         *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues),
         *(distributions.Normal, distributions.Lognormal, distributions.Uniform),
     )

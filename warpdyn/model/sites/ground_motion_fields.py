@@ -12,6 +12,7 @@ import xarray as xr
 from warpdyn.foundations.core.checks import whole_number
 from warpdyn.foundations.core.messages import counted, warn_caller
 from warpdyn.foundations.files.text import existing_file
+from warpdyn.model.ground_motions.measures.names import measure_named
 from warpdyn.model.inventories.table import no_column
 from warpdyn.model.inventories.text_tables import read_csv
 from warpdyn.model.sites.intensity_fields import field_dataset
@@ -19,8 +20,7 @@ from warpdyn.model.sites.intensity_fields import field_dataset
 # Names of columns in recent and older versions of the engine.
 EVENTS, SITES = ("event_id", "eid"), ("custom_site_id", "site_id", "sid")
 PREFIX = "gmv_"
-# Our units of intensities, and the factors from the engine's units; accelerations stay in g.
-UNITS = {"PGA": ("g", 1.0), "SA": ("g", 1.0), "AvgSA": ("g", 1.0), "PGV": ("m s-1", 0.01), "PGD": ("m", 0.01)}
+KINDS = ("PGA", "SA", "AvgSA", "PGV", "PGD")  # measures that are converted from OpenQuake's units
 MOST_VALUES = 2**28  # of a field, 2 GiB
 
 
@@ -108,7 +108,8 @@ def read_ground_motion_field(
                 f"{values[site].iloc[int(np.argmax(bad))]}"
             )
         name = _measure_name(column.removeprefix(PREFIX))
-        unit, factor = UNITS.get(name.partition("(")[0], ("", 1.0))
+        measure = measure_named(name)
+        unit, factor = measure.from_openquake() if measure and measure.kind in KINDS else ("", 1.0)
         field = np.zeros((earthquakes.size, len(names)))
         field.ravel()[cell] = factor * given
         made[name] = (field, unit)

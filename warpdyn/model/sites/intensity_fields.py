@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,33 +11,16 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import check_kind, unmasked, whole_number
 from warpdyn.foundations.core.random_numbers import Purpose
-from warpdyn.foundations.core.units import IN_G, STANDARD_GRAVITY
-from warpdyn.model.ground_motions.intensity_measures import (
-    IntensityMeasure,
-    PeakGroundAcceleration,
-    PeakGroundDisplacement,
-    PeakGroundVelocity,
-    SpectralAcceleration,
-)
+from warpdyn.foundations.core.units import IN_G
+from warpdyn.model.ground_motions.measures.names import measure_named
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.sites.motion_grid import MotionGrid
 from warpdyn.model.sites.places import check_degrees
 
 MOST_SHOWN = 3
-PEAKS = {"PGA": PeakGroundAcceleration(), "PGV": PeakGroundVelocity(), "PGD": PeakGroundDisplacement()}
-# Factors from units of fields to those of the measures.
-FACTORS = {("g", "m s-2"): STANDARD_GRAVITY, ("m s-2", "m s-2"): 1.0, ("m s-1", "m s-1"): 1.0, ("m", "m"): 1.0}
-_SPECTRAL = re.compile(r"SA\((\d+(?:\.\d+)?)\)")
+SCALED = ("PGA", "PGV", "PGD", "SA")  # measures that records are scaled to
 
 Record = GroundMotion | tuple[GroundMotion, GroundMotion]
-
-
-def measure_named(name: str) -> IntensityMeasure | None:
-    """Return the measure of a field by OpenQuake's name: PGA, PGV, PGD or SA(period in s), with 5 % damping."""
-    spectral = _SPECTRAL.fullmatch(name)
-    if spectral and float(spectral[1]) > 0:
-        return SpectralAcceleration(float(spectral[1]))
-    return PEAKS.get(name)
 
 
 def field_dataset(
@@ -113,14 +95,16 @@ def scale_records(
     check_kind("scale_records", "a DataArray of intensities", field, xr.DataArray, argument="field")
     name = str(field.name)
     measure = measure_named(name)
-    if measure is None:
+    if measure is None or measure.kind not in SCALED or measure.components:
         raise ValueError(f"scale_records: the field is named {name!r}; it must be PGA, PGV, PGD or SA(period in s)")
-    factor = FACTORS.get((str(field.attrs.get("units")), measure.units))
-    if factor is None or set(field.dims) != {"earthquake", "point"}:
-        allowed = " or ".join(ours for ours, theirs in FACTORS if theirs == measure.units)
+    try:
+        factor = measure.unit_size(field.attrs.get("units"))
+    except ValueError as error:
+        raise ValueError(f"scale_records: field.attrs['units']: {error}") from None
+    if set(field.dims) != {"earthquake", "point"}:
         raise ValueError(
-            f"scale_records: {name} must have the dimensions earthquake and point and be in {allowed}, it has "
-            f"{', '.join(map(str, field.dims))} and is in {field.attrs.get('units')!r}"
+            f"scale_records: {name} must have the dimensions earthquake and point, got "
+            f"{', '.join(map(str, field.dims))}"
         )
     values = field.transpose("earthquake", "point").values.astype(np.float64)
     bad = ~(np.isfinite(values) & (values >= 0))

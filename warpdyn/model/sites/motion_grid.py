@@ -21,7 +21,8 @@ from warpdyn.foundations.core.checks import (
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniform_rows
 from warpdyn.foundations.core.thread_pool import cores, in_parts
-from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, PeakGroundAcceleration
+from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.inventories.stock import BuildingStock

@@ -11,15 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from warpdyn.answers.risk.hazard.measures import spectral_name
 from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.files.text import check_names, check_separator, read_csv_text
+from warpdyn.model.ground_motions.measures.measure import OPENQUAKE_UNITS
+from warpdyn.model.ground_motions.measures.names import measure_named, spectral_name
 
 SAME_PLACE = 1e-3  # degrees, some 100 m
-# What OpenQuake gives intensities in, and what we make of them: accelerations stay in g.
-_OPENQUAKE_UNITS = {"PGV": ("m s-1", 0.01), "PGD": ("m", 0.01), "IA": ("m s-1", 1.0)}
-_IN_G = re.compile(r"PGA|SA\([\d.]+\)|AvgSA(\([^)]*\))?")
 
 Points = tuple[np.ndarray, np.ndarray]
 Site = tuple[float, float]
@@ -38,9 +36,13 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
         )
     _check_kind(path, header)
     measure = named[1] or named[2]
-    units, factor = _OPENQUAKE_UNITS.get(measure, ("g", 1.0))
-    if units == "g" and not _IN_G.fullmatch(measure):
-        raise ValueError(f"{path}: the units of {measure!r} are not known; PGA, SA(period), PGV, PGD and IA are read")
+    known = measure_named(measure)
+    if known is None or not known.kind:
+        raise ValueError(
+            f"{path}: warpdyn does not know the intensity measure {measure!r}; it reads "
+            f"{', '.join(OPENQUAKE_UNITS)}, with the period of SA as in SA(0.3)"
+        )
+    units, factor = known.from_openquake()
     rows = _csv_lines(path, lines[1:])
     if not rows:
         raise ValueError(f"{path}: the file ends after its first line; columns and a site must follow")
@@ -87,7 +89,8 @@ def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) ->
         raise ValueError(f"{path}: neither JSON of a USGS service nor CSV with the columns name, lon, lat, <intensity>")
     columns = [i for i, name in enumerate(header) if re.fullmatch(r"[\d.]+(?:[eE][+-]?\d+)?", name)]
     folder = spectral_name(Path(path).resolve().parent.name)
-    named = measure or (folder if _IN_G.fullmatch(folder) else None)
+    of_folder = measure_named(folder)
+    named = measure or (folder if of_folder and of_folder.level_units == "g" else None)
     if named is None:
         raise ValueError(f"{path}: its folder's name is no intensity measure (PGA, SA0P2): give measure='SA(0.2)'")
     place = _row_of_site(path, header, rows[1:], site, first_line=2)

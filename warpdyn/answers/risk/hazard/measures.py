@@ -1,45 +1,13 @@
-"""Names of intensity measures as OpenQuake, the USGS and warpdyn write them, read in one place."""
+"""Units of the intensities of hazard curves."""
 
 from __future__ import annotations
 
-import re
-from dataclasses import dataclass
-
 from warpdyn.foundations.core.checks import checked_text
-from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.core.output_variables import UNNAMED
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.measures.names import measure_named
 
-SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
-# OpenQuake's names (openquake.hazardlib.imt) of the measures without a period, by the names that are read.
-KINDS = {
-    "PGA": "PGA",
-    "PGV": "PGV",
-    "PGD": "PGD",
-    "IA": "IA",
-    "Arias intensity": "IA",
-    "CAV": "CAV",
-    "D5-95": "RSD595",
-    "RSD595": "RSD595",
-    "D5-75": "RSD575",
-    "RSD575": "RSD575",
-    "D20-80": "RSD2080",
-    "RSD2080": "RSD2080",
-}
-UNDERSTOOD = (
-    "PGA, PGV, PGD, IA or 'Arias intensity', CAV, D5-95, D5-75, D20-80, SA(0.75) or 'Sa(0.75 s, 5 %)', SA0P75 and "
-    "AvgSA, each also as 'geometric mean of ...' or 'RotD50 ...'"
-)
-
-# Units that a hazard curve of a measure may be in, by OpenQuake's name; the first one is advised.
-UNITS = {
-    **dict.fromkeys(("PGA", "SA", "AvgSA"), ("g", "m s-2")),
-    **dict.fromkeys(("PGV", "IA", "CAV"), ("m s-1",)),
-    "PGD": ("m",),
-    **dict.fromkeys(("RSD595", "RSD575", "RSD2080"), ("s",)),
-}
-# What units are read as, with the factor to the one that intensities are kept in.
+# Units that are converted: the unit that a curve is kept in, and the factor to it.
 _READ_AS = {
     **dict.fromkeys(("m s-1", "m s^-1", "m/s", "m/sec"), ("m s-1", 1.0)),
     **dict.fromkeys(("cm s-1", "cm s^-1", "cm/s", "cm/sec"), ("m s-1", 0.01)),
@@ -52,75 +20,24 @@ _READ_AS = {
 }
 _KEPT = ("g", "m s-2", "m s-1", "m", "s")
 
-_NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
-_COMPONENTS = re.compile(r"(geometric mean|RotD\d+)(?: of)? +", re.IGNORECASE)
-_AVERAGE = re.compile(
-    rf"(?:AvgSA|Sa_avg)(?:\((?:(?P<low>{_NUMBER})(?: *s)? to (?P<high>{_NUMBER}) *s)?.*?"
-    rf"(?:, *(?P<damping>{_NUMBER}) *%)?\))?",
-    re.IGNORECASE,
-)
-_SPECTRAL = re.compile(rf"SA\((?P<period>{_NUMBER})\s*s?(?:,\s*(?P<damping>{_NUMBER})\s*%?)?\)", re.IGNORECASE)
-_USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
-_BY_LOWER_CASE = {name.casefold(): kind for name, kind in KINDS.items()}
-
-
-@dataclass(frozen=True)
-class Measure:
-    """An intensity measure that a name says.
-
-    Args:
-        kind: OpenQuake's name without the period, such as "PGA", "SA" or "AvgSA".
-        period: Period of a spectral acceleration [s]; 0 of others.
-        damping: Its damping ratio [%]; 5 where the name says none, 0 of measures without damping.
-        components: How two components are put together, "geometric mean" or such as "RotD50"; "" if it is not said.
-        span: Least and largest period of an average [s]; nothing of others, and where the name does not say them.
-    """
-
-    kind: str
-    period: float = 0.0
-    damping: float = 0.0
-    components: str = ""
-    span: tuple[float, ...] = ()
-
-
-def measure_named(name: str) -> Measure | None:
-    """Return the measure that a name says, or None of a name that is not understood.
-
-    Args:
-        name: As OpenQuake, the USGS or warpdyn writes it, such as "SA(0.3)", "SA0P3" or "Sa(0.3 s, 5 %)".
-    """
-    text, components = spectral_name(name.strip()), ""
-    of_components = _COMPONENTS.match(text)
-    if of_components:
-        text, components = text[of_components.end() :], of_components[1]
-    if text.casefold() in _BY_LOWER_CASE:
-        return Measure(_BY_LOWER_CASE[text.casefold()], components=components)
-    average, spectral = _AVERAGE.fullmatch(text), _SPECTRAL.fullmatch(text)
-    if average:
-        span = tuple(float(average[end]) for end in ("low", "high") if average[end])
-        return Measure("AvgSA", 0.0, float(average["damping"] or 5), components, span)
-    if spectral and float(spectral["period"]) > 0:
-        return Measure("SA", float(spectral["period"]), float(spectral["damping"] or 5), components)
-    return None
-
 
 def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
-    """Return the units that intensities of a hazard curve are kept in, and the factor to them.
+    """Return the units in which a hazard curve keeps its intensities, and the factor to them.
 
     Args:
         measure: Name of the intensity measure.
-        units: Units that they are given in; None for g, which only accelerations may be left without.
+        units: Units in which the intensities are given; None for g, which only accelerations may use.
 
     Raises:
-        ValueError: If the measure is never in these units, or none are given and it is no acceleration.
+        ValueError: If the measure is never in these units, or `units` is missing and the measure is not an
+            acceleration.
     """
     found = measure_named(measure)
-    allowed = UNITS[found.kind] if found else ()
+    allowed = tuple(dict.fromkeys((found.level_units, found.units))) if found else ()
     if units is None:
         if allowed and "g" not in allowed:
             raise ValueError(
-                f"a hazard curve of {measure!r} is not in g, which intensities without units are taken in: give "
-                f"units={allowed[0]!r}"
+                f"a hazard curve of {measure!r} is not in g, the default unit of intensities: give units={allowed[0]!r}"
             )
         return "g", 1.0
     words = " ".join(checked_text("units", units).split())
@@ -135,48 +52,3 @@ def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
         hint = did_you_mean(words, [*_KEPT, *_READ_AS])
         raise ValueError(f"unknown units {units!r} of a hazard curve{hint}; allowed: {', '.join(map(repr, _KEPT))}")
     return kept, factor
-
-
-def spectral_name(name: str) -> str:
-    """Return "SA(0.2)" of the USGS's "SA0P2", and other names as they are."""
-    found = _USGS_PERIOD.fullmatch(name)
-    return f"SA({float(f'{found[1]}.{found[2]}'):g})" if found else name
-
-
-def same_measure(one: str, other: str) -> bool | None:
-    """Return whether two names are of one intensity measure, or None if a name is not understood and they differ.
-
-    How two components are put together is not compared, since hazards do not tell it by the name.
-
-    Args:
-        one: The name; "" of what names none.
-        other: The other name.
-    """
-    if one.strip() == other.strip():
-        return True
-    first, second = measure_named(one), measure_named(other)
-    if first is None or second is None:
-        return None
-    if first.kind != second.kind:
-        return False
-    pairs = [(first.period, second.period), (first.damping, second.damping)]
-    if first.span and second.span:
-        pairs += zip(first.span, second.span, strict=True)
-    return all(abs(a - b) <= SAME_PERIOD * max(a, b) for a, b in pairs)
-
-
-def warn_unless_compared(what: str, one: str, other: str) -> None:
-    """Warn if two names of measures cannot be compared, as one of them is not understood.
-
-    Args:
-        what: Whose names they are, such as "annual_rates: the hazard and the curves".
-        one: The name; nothing is said of what names no measure.
-        other: The other name.
-    """
-    if one in UNNAMED or other in UNNAMED or same_measure(one, other) is not None:
-        return
-    unknown = " and ".join(repr(name) for name in (one, other) if measure_named(name) is None)
-    warn_caller(
-        f"{what} are of {one!r} and {other!r}, which are not compared, since {unknown} is no name of a measure that is "
-        f"understood; understood are {UNDERSTOOD}. Give such a name, or measure='' if both are of one measure"
-    )

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdyn.answers.risk.hazard.measures import measure_named
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.plausibility.table import HIGHEST_HAZARD_SLOPE
+from warpdyn.model.ground_motions.measures.names import measure_named
 
 HIGHEST_RATE, AT_INTENSITY = 0.2, 0.1  # a year at a PGA [g]
 # Spectral over peak ground acceleration: the plateau of design spectra, and the period at which it ends [s], which is
@@ -81,6 +81,6 @@ def highest_rate(intensity: np.ndarray, measure: str) -> np.ndarray:
     if found is not None and found.kind == "PGA":
         amplification = 1.0
     else:
-        period = found.period if found is not None else 0.0
+        period = found.parameters[1] if found is not None and found.kind == "SA" else 0.0
         amplification = PLATEAU * min(1.0, END_OF_PLATEAU / period if period > 0 else 1.0)
     return HIGHEST_RATE * (intensity / (amplification * AT_INTENSITY)) ** -HIGHEST_HAZARD_SLOPE

@@ -3,7 +3,7 @@
 from warpdyn.model.ground_motions.records.arrays import from_array, from_dataset
 from warpdyn.model.ground_motions.records.at2 import read_at2
 from warpdyn.model.ground_motions.records.columns import read_text
-from warpdyn.model.ground_motions.records.components import pairs
+from warpdyn.model.ground_motions.records.components.pairing import pairs
 from warpdyn.model.ground_motions.records.cosmos import read_cosmos
 from warpdyn.model.ground_motions.records.directories import read_directory
 from warpdyn.model.ground_motions.records.esm import read_esm

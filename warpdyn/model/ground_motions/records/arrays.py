@@ -1,4 +1,4 @@
-"""Motions of arrays and of labelled datasets."""
+"""Ground motions from NumPy arrays and xarray datasets."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
         acceleration: Ground acceleration [`unit`], shape [time]; the first value acts at t = 0.
         step: Sampling step [s].
         unit: Unit of the acceleration, one of `UNITS`.
-        name: What the motion is called in results.
+        name: Name of the motion in results.
 
     Returns:
         The motion [m/s2].
 
     Raises:
-        ValueError: If the unit is unknown, the step is not positive, or the values are not a row of finite numbers or
-            some are masked.
+        ValueError: If the unit is unknown, the step is not positive, or the values are not a 1-D array of finite
+            numbers, or some are masked.
 
     Example:
         >>> motion = wd.records.from_array(0.3 * np.sin(np.arange(0, 10, 0.01)), 0.01, unit="g", name="sine")
@@ -42,18 +42,18 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     """Return the motions of a labelled array with a `time` coordinate [s] and a `units` attribute.
 
     Args:
-        data: An array with dimension `time` and at most one more, such as `record`, or a dataset that holds it.
-        variable: Which variable of a dataset; may be left out if only one has the dimension `time`.
+        data: An array with dimension `time` and at most one more, such as `record`, or a dataset that contains it.
+        variable: Name of the variable in a dataset; None if only one variable has the dimension `time`.
 
     Returns:
-        One motion [m/s2] for each position along the other dimension, named by its coordinate; one motion, named as the
-        array is, if there is no other dimension.
+        One motion [m/s2] for each position along the other dimension, named by its coordinate. Without another
+        dimension, one motion with the name of the array.
 
     Raises:
-        ValueError: If the variable is missing or ambiguous, its dimensions differ from that, its unit is missing or
-            unknown, its name says velocity or displacement, the times are missing, uneven or not in seconds, or a value
-            is not finite or is masked.
-        TypeError: If it is neither a Dataset nor a DataArray.
+        ValueError: If the variable is missing or ambiguous, has other dimensions, its unit is missing or unknown, its
+            name says velocity or displacement, the times are missing, uneven or not in seconds, or a value is not
+            finite or is masked.
+        TypeError: If `data` is neither a Dataset nor a DataArray.
 
     Example:
         >>> import xarray as xr
@@ -65,9 +65,9 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     if isinstance(data, xr.Dataset):
         candidates = [str(key) for key in data.data_vars if "time" in data[key].dims]
         if variable is None and len(candidates) != 1:
-            raise ValueError(f"variable must be given: {len(candidates)} have the dimension 'time': {candidates}")
+            raise ValueError(f"give variable=: {len(candidates)} variables have the dimension 'time': {candidates}")
         if variable is not None and variable not in data.data_vars:
-            raise ValueError(f"no variable {variable!r}; those with the dimension 'time' are {candidates}")
+            raise ValueError(f"no variable {variable!r}; variables with the dimension 'time' are {candidates}")
         data = data[variable or candidates[0]]
     if not isinstance(data, xr.DataArray):
         raise TypeError(f"from_dataset() takes an xarray Dataset or DataArray, got {type(data).__name__}")
@@ -75,16 +75,16 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     others = [dimension for dimension in data.dims if dimension != "time"]
     if "time" not in data.dims or len(others) > 1:
         raise ValueError(f"{label}: must have the dimension 'time' and at most one more, has {data.dims}")
-    for said in (label, data.attrs.get("long_name", ""), data.attrs.get("standard_name", "")):
-        quantity = statement_of_name(str(said)).quantity
+    for text in (label, data.attrs.get("long_name", ""), data.attrs.get("standard_name", "")):
+        quantity = statement_of_name(str(text)).quantity
         if quantity in ("velocity", "displacement", "spectrum"):
-            raise ValueError(f"{label}: {str(said)!r} says {quantity}, not acceleration: give the accelerations")
+            raise ValueError(f"{label}: {str(text)!r} says {quantity}, not acceleration: give the accelerations")
     if "units" not in data.attrs:
         raise ValueError(f"{label}: has no attribute 'units'; it must be one of {ALLOWED_UNITS}")
-    time = data["time"] if "time" in data.coords else None  # xarray would answer with positions, as if they were times
+    time = data["time"] if "time" in data.coords else None  # without the coordinate, data["time"] returns positions
     if time is None or time.dtype.kind not in "iuf":
         found = "is missing" if time is None else f"has dtype {time.dtype}"
-        raise ValueError(f"{label}: the coordinate 'time' must hold numbers [s], but it {found}")
+        raise ValueError(f"{label}: the coordinate 'time' must contain numbers [s], but it {found}")
     if time.attrs.get("units", "s") not in ("s", "sec", "second", "seconds"):
         raise ValueError(f"{label}: the coordinate 'time' must be in 's', got {time.attrs['units']!r}")
     if data.sizes["time"] < 2:

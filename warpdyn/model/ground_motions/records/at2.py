@@ -7,24 +7,17 @@ from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 
-import numpy as np
-
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import component_of_header, record_and_component, record_of_header
-from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.headers import component_of_header, record_of_header
+from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
+from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, checked_values
 from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecordError
-from warpdyn.model.ground_motions.records.text import (
-    NumberLines,
-    check_forms,
-    check_last_value,
-    lines_of,
-    number,
-    text_of,
-)
+from warpdyn.model.ground_motions.records.text import number
 from warpdyn.model.ground_motions.records.units import ALLOWED_UNITS, checked_step, unit_factor
 
-# The unit ends where the line or a sentence ends, or where the filter is told.
+# The name of the unit ends at the end of the line or of a sentence, or before words about a filter.
 _UNITS = re.compile(r"UNITS\s+OF\s+(.*?)\s*(?:[.,;:(]|\bFILTER|\bHP\b|$)", re.IGNORECASE)
 _OTHER_QUANTITY = re.compile(r"\b(VELOCITY|DISPLACEMENT)\b", re.IGNORECASE)
 _SIZES = (
@@ -41,7 +34,7 @@ def read_at2(path: str | Path) -> GroundMotion:
     """Read a record in the PEER .AT2 format, with either style of header.
 
     The third of the four header lines names the unit ("... IN UNITS OF G"), the fourth the number of values and the
-    step ("NPTS= 1000, DT= .0200 SEC", or "4096 0.0100 NPTS, DT" in older files). The values follow, any number a line.
+    step ("NPTS= 1000, DT= .0200 SEC", or "4096 0.0100 NPTS, DT" in older files). Any number of values per line follows.
 
     Args:
         path: The file; its name without the suffix names the motion.
@@ -52,13 +45,14 @@ def read_at2(path: str | Path) -> GroundMotion:
 
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
-        ValueError: If the file is empty, holds velocities or displacements, the header does not name a known unit, a
+        ValueError: If the file is empty, contains velocities or displacements, the header does not name a known unit, a
             number of values and a step, a value is not a finite number or is written in another form than all others
-            (a lost point or digit), there are fewer or more values than the header says, or the last one is cut. If a
-            line is laid out otherwise than all others (a lost sign), or no newline ends the file and its values have
-            no common form, a warning says that this cannot be decided. A warning says so, too, if line 2 and the
-            name of the file give different components.
-        TypeError: If `path` names no file.
+            (a lost point or digit), there are fewer or more values than the header states, or the last one is cut.
+        TypeError: If `path` is not the name of a file.
+
+    Warns:
+        UserWarning: If the layout of a line differs from all others (a lost sign), no newline ends the file and its
+            values have no common form, or line 2 and the name of the file give different components.
 
     Example:
         >>> motion = wd.records.read_at2("RSN6_IMPVALL.I_I-ELC180.AT2")
@@ -72,27 +66,18 @@ def read_at2(path: str | Path) -> GroundMotion:
 
 def read_at2_and_header(path: str | PathLike) -> GroundMotion:
     """Return the motion of a file, with the record and component of line 2 only; the file's name is not used."""
-    text = text_of(path)
-    lines = lines_of(text)
-    if len(lines) < 4:
-        raise ValueError(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(lines)}")
-    factor = _unit_of(lines[2], f"{path}:3")
-    count, step = _sizes_of(lines[3], f"{path}:4")
-
-    rows = [(line, i) for i, line in enumerate(lines[4:], start=5) if line.strip()]
-    numbers = NumberLines(path, [line for line, _ in rows], [i for _, i in rows])
-    values = numbers.values() if rows else np.zeros(0)
-    if len(values) < count:
-        raise ValueError(f"{path}: truncated: holds {len(values)} of the {count} values that its header announces")
-    if len(values) > count:
-        raise ValueError(f"{path}: holds {len(values)} values, more than the {count} that its header announces")
-    check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], path)
-    check_forms(numbers)
-    per_line = len(numbers.tokens(0))
-    check_missing_values(values, lambda i: numbers.place(min(i // per_line, len(numbers) - 1)))
-    title = lines[1]
-    record, component = record_of_header(title), component_of_header(title)
-    return GroundMotion(factor * values, step, Path(path).stem, str(path), record, component)
+    record = RecordText.of(path)
+    if len(record.lines) < 4:
+        raise ValueError(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(record.lines)}")
+    factor = _unit_of(record.lines[2], record.place(2))
+    count, step = _sizes_of(record.lines[3], record.place(3))
+    numbers = record.numbers(4)
+    check_count(sum(len(numbers.tokens(i)) for i in range(len(numbers))), count, record.place(3))
+    values = checked_values(numbers, record.text)
+    title = record.lines[1]
+    return GroundMotion(
+        factor * values, step, record.stem, str(path), record_of_header(title), component_of_header(title)
+    )
 
 
 def _unit_of(line: str, place: str) -> float:
@@ -100,8 +85,8 @@ def _unit_of(line: str, place: str) -> float:
     quantity = _OTHER_QUANTITY.search(line)
     if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
         raise NotARecordError(
-            f"{place}: holds a {quantity[1].lower()} history, not an acceleration: take the .AT2 file of the same "
-            f"record. Got {line.strip()!r}"
+            f"{place}: the file contains a {quantity[1].lower()} history, not an acceleration: take the .AT2 file of "
+            f"the same record. Got {line.strip()!r}"
         )
     unit = _UNITS.search(line)
     if not unit:
@@ -109,13 +94,11 @@ def _unit_of(line: str, place: str) -> float:
     return unit_factor(unit[1], place)
 
 
-def _sizes_of(line: str, place: str) -> tuple[int, float]:
-    """Return the number of values and the step [s] from the header line that tells them."""
+def _sizes_of(line: str, place: str) -> tuple[str, float]:
+    """Return the number of values, as text, and the step [s] from the header line that states both."""
     sizes = next(filter(None, (style.search(line) for style in _SIZES)), None)
     if not sizes:
         raise ValueError(f"{place}: expected 'NPTS= 9, DT= .02 SEC' or '9 .02 NPTS, DT', got {line.strip()!r}")
-    if not re.fullmatch(r"[+-]?\d+", sizes["count"], re.ASCII) or int(sizes["count"]) < 2:
-        raise ValueError(f"{place}: NPTS must be a whole number of at least 2, got {sizes['count']!r}")
     unit = re.match(r"[\s(]*+([A-Z]*+)(?!\s*[-+]?\.?\d)", sizes["rest"], re.IGNORECASE)
     word = unit[1].upper() if unit else None
     if word is None or word not in _STEP_UNITS:
@@ -123,5 +106,5 @@ def _sizes_of(line: str, place: str) -> tuple[int, float]:
     factor = _STEP_UNITS[word]
     step = checked_step(number(sizes["step"], place), f"{place}: DT")
     if "." not in sizes["step"] and "E" not in sizes["step"].upper() and factor == 1.0:
-        warn_caller(f"{place}: DT= {sizes['step']} s has no decimal point, which may be lost")
-    return int(sizes["count"]), step * factor
+        warn_caller(f"{place}: DT= {sizes['step']} s has no decimal point, which may be lost: check the step")
+    return sizes["count"].removeprefix("+"), step * factor

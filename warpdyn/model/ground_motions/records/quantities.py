@@ -1,4 +1,4 @@
-"""What the header of a text file and the names of its columns state: quantity, unit, step and number of samples."""
+"""Quantity, unit, step and number of samples in the header of a text file and in the names of its columns."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from os import PathLike
 import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError
 from warpdyn.model.ground_motions.records.units import TIME_TOLERANCE, factor_of_unit
 
 _FEWEST_TIMES = 5
@@ -72,12 +73,12 @@ _HISTORY = re.compile(
 
 @dataclass(frozen=True)
 class Statement:
-    """What a name or a header states about the numbers: an empty text or None where it states nothing.
+    """Quantity and unit of numbers, as a name or a header states them.
 
     Args:
-        quantity: Such as "acceleration", "velocity" or "time".
-        unit: The unit as it is written.
-        factor: Factor from this unit to m/s2, if it is a unit of acceleration.
+        quantity: Quantity, such as "acceleration", "velocity" or "time"; "" if it is not stated.
+        unit: The unit, unchanged; "" if it is not stated.
+        factor: Factor from this unit to m/s2; None if it is not a unit of acceleration.
     """
 
     quantity: str = ""
@@ -86,7 +87,7 @@ class Statement:
 
 
 def statement_of_name(name: str) -> Statement:
-    """Return what the name of a column states, such as "acc(gal)", "Velocity [m/s]" or "acceleration_ms2"."""
+    """Return the quantity and unit in the name of a column, such as "acc(gal)" or "Velocity [m/s]"."""
     text = _capitals(name)
     outside = _BRACKETS.sub(" ", text)
     words = [word for word in re.split(r"[\s_.,:;/-]+", outside) if word]
@@ -104,7 +105,7 @@ def statement_of_name(name: str) -> Statement:
 
 
 def statement_of_header(lines: Sequence[str]) -> list[Statement]:
-    """Return what the lines of a header state about the unit and the quantity of the numbers that follow."""
+    """Return the quantities and units that the lines of a header state."""
     return [found for line in lines for found in _statements(_capitals(line).strip(" #%*!;\"'"))]
 
 
@@ -134,7 +135,7 @@ def _statements(line: str) -> Iterator[Statement]:
 
 
 def stated_step(lines: Sequence[str]) -> tuple[float, str] | None:
-    """Return the step [s] that a header states, with the words that state it; None if it states no step."""
+    """Return the step [s] that a header states, with its words; None if it states no step."""
     for line in lines:
         text = _capitals(line)
         for pattern, is_rate in ((_STEPS, False), (_RATES, True)):
@@ -154,11 +155,11 @@ def stated_count(lines: Sequence[str]) -> int | None:
 
 
 def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit: str, factor: float) -> None:
-    """Raise a ValueError if a header or the name of a column contradicts that its values are accelerations in a unit.
+    """Raise a ValueError if a header or the name of a column states another quantity or unit than the user.
 
     Args:
         path: The file.
-        name: Name of the column that is read as acceleration, empty if it has no name.
+        name: Name of the column that is read as acceleration; "" if it has no name.
         lines: The other lines of the header.
         unit: The unit as the user gave it.
         factor: Factor from this unit to m/s2.
@@ -167,7 +168,7 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
     where = f"the name of the column, {name!r},"
     if of_name.factor is None and not of_name.quantity:
         of_header = statement_of_header(lines)
-        # A header may describe several columns; one of them must be what the user says.
+        # A header may describe several columns; one of them must agree with the user.
         if not of_header or any(
             each.quantity == "acceleration" and each.factor in (None, factor) for each in of_header
         ):
@@ -175,7 +176,7 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
         of_name, where = of_header[0], "the header"
     if of_name.quantity not in ("", "acceleration"):
         what = f"{of_name.quantity} in {of_name.unit}" if of_name.unit else of_name.quantity
-        raise ValueError(
+        raise AmbiguousTextError(
             f"{path}: {where} says {what.lower()}, not acceleration: choose the column of the accelerations with "
             "acceleration_column=, or read the file that contains them"
         )
@@ -188,12 +189,12 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
 
 
 def check_stated_numbers(path: str | PathLike, lines: Sequence[str], step: float, count: int) -> None:
-    """Raise a ValueError if a header states another step [s] or number of samples than those that are used."""
+    """Raise a ValueError if a header states another step [s] or number of samples than these."""
     stated = stated_step(lines)
     if stated is not None and abs(stated[0] - step) > TIME_TOLERANCE * step:
         raise ValueError(
-            f"{path}: the header says {stated[1].lower()!r}, but the step that is used is {step:g} s: give "
-            f"step={stated[0]:g}, or correct the header if it is wrong"
+            f"{path}: the header says {stated[1].lower()!r}, but the step is {step:g} s: give step={stated[0]:g}, or "
+            "correct the header if it is wrong"
         )
     number = stated_count(lines)
     if number is not None and number != count:
@@ -204,21 +205,21 @@ def check_stated_numbers(path: str | PathLike, lines: Sequence[str], step: float
 
 
 def refuse_times(path: str | PathLike, column: int, values: np.ndarray) -> None:
-    """Raise a ValueError if values that are read as accelerations increase evenly, as times and counters do."""
+    """Raise a ValueError if values that are read as accelerations increase evenly, like times and counters."""
     steps = np.diff(values)
     mean = (values[-1] - values[0]) / max(1, values.size - 1)
     if values.size >= _FEWEST_TIMES and mean > 0 and np.all(np.abs(steps - mean) <= TIME_TOLERANCE * mean):
-        raise ValueError(
+        raise AmbiguousTextError(
             f"{path}: column {column}, which is read as acceleration, increases evenly by {mean:g} from {values[0]:g} "
             f"to {values[-1]:g}, so it contains times or a counter: choose another column, such as "
-            f"acceleration_column={column + 1}; a ramp can be given to wd.records.from_array"
+            f"acceleration_column={column + 1}. If the acceleration is a ramp, give it to wd.records.from_array"
         )
 
 
 def refuse_step_as_sample(
     path: str | PathLike, line: int, tokens: Sequence[str], values: np.ndarray, step: float
 ) -> None:
-    """Raise a ValueError if the first line of a column is the step or the number of samples; warn if it may be.
+    """Raise a ValueError if the first number of a column is the step or the number of samples; warn if it may be.
 
     Args:
         path: The file.
@@ -229,9 +230,9 @@ def refuse_step_as_sample(
     """
     remedy = f"give header_lines={line}; if it is a sample, header_lines={line - 1}"
     if math.isclose(values[0], step, rel_tol=1e-6):
-        raise ValueError(f"{path}:{line}: {tokens[0]!r} is the step, not a sample: {remedy}")
+        raise AmbiguousTextError(f"{path}:{line}: {tokens[0]!r} is the step, not a sample: {remedy}")
     if tokens[0].isdigit() and 0 < values.size - values[0] <= 3 and values.size > _FEWEST_TIMES:
-        raise ValueError(f"{path}:{line}: {tokens[0]!r} is the number of samples, not a sample: {remedy}")
+        raise AmbiguousTextError(f"{path}:{line}: {tokens[0]!r} is the number of samples, not a sample: {remedy}")
     is_usual = any(math.isclose(values[0], usual, rel_tol=1e-6) for usual in _USUAL_STEPS)
     is_written_otherwise = len(tokens[0].partition(".")[2]) != len(tokens[1].partition(".")[2])
     if is_usual and (is_written_otherwise or abs(values[0]) > 20 * abs(values[1])):

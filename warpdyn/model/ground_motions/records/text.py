@@ -1,4 +1,4 @@
-"""Text of record files: lines of numbers, and signs that a number or a line was damaged."""
+"""Text of record files: lines of numbers, and a search for damaged numbers and lines."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from warpdyn.model.ground_motions.records.parsing.content import (
 )
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
-# Of a number whose digits are all written 0: what stands before the point, behind it, and the exponent.
+# Parts of a number whose digits are all replaced by 0: before the point, after it, and the exponent.
 _FORM = re.compile(r"[+-]?(0*)(?:\.(0*))?(E[+-]?0+)?")
 _TO_FORM = bytes.maketrans(b"123456789eDd", b"000000000EEE")
 _TO_E = bytes.maketrans(b"Dd", b"EE")
-# Among as many numbers or lines, a common form is no chance; writers that drop zeros at the end change every tenth.
+# A common form of 12 numbers is not a coincidence. Programs that drop zeros at the end change every tenth number.
 FEWEST_ALIKE = 12
 LARGEST_SHARE_OF_OTHERS = 0.02
 
 
 def text_of(path: str | PathLike) -> str:
-    """Return the text of a file, or raise an error that names what the file is instead."""
+    """Return the text of a file, or raise an error that names the kind of a file without text."""
     data = bytes_of(path)
     refuse_other_content(path, data)
     text = decoded(data)
@@ -38,13 +38,13 @@ def text_of(path: str | PathLike) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    """Return the lines of a text, without blank ones at its end."""
+    """Return the lines of a text, without blank lines at its end."""
     return text.rstrip().split("\n")  # str.splitlines would also split at form feeds
 
 
 def number(token: str, place: str) -> float:
     """Return a number, or raise a ValueError that names its place."""
-    # The pattern refuses what float() accepts but no record means: "nan", "inf", "1_000".
+    # The pattern refuses "nan", "inf" and "1_000", which float() accepts.
     value = float(re.sub("[dD]", "E", token)) if _NUMBER.fullmatch(token) and token.isascii() else np.nan
     if not np.isfinite(value):
         raise ValueError(f"{place}: {token!r} is not a finite number")
@@ -54,13 +54,13 @@ def number(token: str, place: str) -> float:
 class NumberLines:
     """Lines of numbers of a file.
 
-    Lines that differ in their digits alone are looked at once, which makes a careful look as quick as a plain one.
+    Lines with the same form, which differ only in their digits, are checked once.
 
     Args:
         path: The file.
-        lines: The lines, without blank ones and comments.
-        line_numbers: Where each line stands in the file, from 1.
-        mark: What separates numbers; white space by default.
+        lines: The lines, without blank lines and comments.
+        line_numbers: Number of each line in the file, from 1.
+        mark: Separator of the numbers; None for white space.
     """
 
     def __init__(
@@ -87,17 +87,17 @@ class NumberLines:
         return self._split(self.lines[i])
 
     def widths(self) -> dict[int, int]:
-        """Return how many numbers the lines have, each with the first line that has so many."""
+        """Return the numbers of columns that occur, each with the first line that has this number."""
         widths = {form: len(cells) for form, cells in self._cells.items()}
         if len(set(widths.values())) == 1:
             return {next(iter(widths.values())): 0}
         return {widths[form]: i for i, form in reversed(list(enumerate(self._forms)))}
 
     def values(self, columns: Sequence[int] | None = None) -> np.ndarray:
-        """Return the numbers: all in a row, or some columns, shape [column, line].
+        """Return all numbers in one row, or some columns, shape [column, line].
 
         Raises:
-            ValueError: If one is not a finite number, or of all in a row one is missing between separators.
+            ValueError: If one is not a finite number, or one is missing between two separators.
         """
         if all(_NUMBER.fullmatch(cell) for cells in self._cells.values() for cell in cells):
             is_fortran = b"D" in self._text or b"d" in self._text  # the letter of an exponent
@@ -115,20 +115,20 @@ class NumberLines:
         return np.array(rows).T
 
     def has_line(self, is_such: Callable[[str], bool]) -> bool:
-        """Return whether some line is such a one; its digits are written 0."""
+        """Return whether a function is true for some line, whose digits are replaced by 0."""
         return any(is_such(form.decode("ascii")) for form in self._cells)
 
     def other_forms(self, column: int | None = None) -> tuple[str, str, str] | None:
-        """Return the place and text of the first number in another form than almost all others, and one of those.
+        """Return the place and text of the first number whose form differs from almost all others, and an example.
 
-        The form is the number of digits after the decimal point, and in numbers with an exponent also its digits and
-        those before the point. Zeros may all be written in another form. Where no form is common, no number differs.
+        The form is the number of digits after the decimal point and, in a number with an exponent, also the digits of
+        the exponent and before the point. Zeros may all be written in another form. None if no form is common.
 
         Args:
-            column: The column to look at; all of them by default.
+            column: The column to check; None for all.
         """
         which = slice(None) if column is None else slice(column, column + 1)
-        # Where most numbers such as "0.5" are written with their zero, ".5" has lost a digit.
+        # If most numbers are written like "0.5", then ".5" has lost a digit.
         zeros_written = len(re.findall(rb"(?<![\d.])0\.\d", self._text))
         has_zeros = 0 < zeros_written >= len(re.findall(rb"(?<![\d.])\.\d", self._text))
         kinds = {form: [_kind(cell, has_zeros) for cell in cells[which]] for form, cells in self._cells.items()}
@@ -151,7 +151,8 @@ class NumberLines:
             if kind != common
         ]
         zeros = [(i, token) for i, token in found if _ZERO.fullmatch(token)]
-        # Writers abbreviate all zeros, and hands those at the ends; a single one between is what is left of a number.
+        # Programs abbreviate all zeros, and people abbreviate those at the ends. A single zero in between is a damaged
+        # number.
         if len(zeros) > 2 or all(i in (0, len(self) - 1) for i, _ in zeros):
             found = [each for each in found if each not in zeros]
         if not found:
@@ -164,14 +165,14 @@ class NumberLines:
 
     @cached_property
     def other_layouts(self) -> list[int]:
-        """The lines whose numbers do not end where those of almost all other lines do.
+        """The lines whose numbers end at other positions than in almost all other lines.
 
-        A number that lost its sign or a digit moves what stands behind it. The last line may be shorter. Where numbers
-        do not stand in columns of a fixed width, no line differs.
+        A number that lost its sign or a digit moves the numbers after it. The last line may be shorter. Lines of a file
+        without columns of a fixed width do not differ.
         """
         tabs = [i for i, line in enumerate(self.lines) if "\t" in line] if b"\t" in self._text else []
         if 0 < len(tabs) <= 2 and len(self) >= FEWEST_ALIKE:
-            return tabs  # in the place of a sign or a digit
+            return tabs  # a tab may have replaced a sign or a digit
         ends = {form: tuple(match.end() for match in re.finditer(r"\S+", form.decode("ascii"))) for form in self._cells}
         if len(set(ends.values())) == 1:
             return []
@@ -187,7 +188,7 @@ class NumberLines:
         return [i for i in rows if i != len(self) - 1 or last != common[: len(last)]]
 
     def _more_blanks(self) -> list[int]:
-        """The one or two lines with more blanks than all others have, as where one replaced a sign."""
+        """The one or two lines with more blanks than all others: a blank may have replaced a sign."""
         counts: Counter[int] = Counter()
         for form, count in self._counts.items():
             counts[form.rstrip().count(b" ")] += count
@@ -201,7 +202,7 @@ _ZERO = re.compile(r"[+-]?0*(0|\.0+)([ED][+-]?0+)?", re.IGNORECASE)
 
 
 def _kind(form: str, has_zeros: bool) -> tuple:
-    """Return what numbers of one form have in common, from a number whose digits are all written 0."""
+    """Return the properties that numbers of one form share, from a number whose digits are all replaced by 0."""
     match = _FORM.fullmatch(form)
     if match is None:
         return (form,)
@@ -213,7 +214,7 @@ def _kind(form: str, has_zeros: bool) -> tuple:
 
 
 def check_forms(numbers: NumberLines) -> None:
-    """Raise a ValueError at a number of another form than the rest; warn of a line that is laid out otherwise."""
+    """Raise a ValueError if the form of a number differs from the others; warn if the layout of a line differs."""
     if other := numbers.other_forms():
         place, token, example = other
         raise ValueError(
@@ -224,57 +225,46 @@ def check_forms(numbers: NumberLines) -> None:
 
 
 def warn_of_layout(numbers: NumberLines, lines: Sequence[int]) -> None:
-    """Warn of the first of some lines whose numbers do not stand where those of other lines do."""
+    """Warn of lines whose numbers are at other positions than in the other lines, and name the first."""
     if lines:
         warn_caller(
-            f"{numbers.place(lines[0])}: the values of this line do not stand in the columns of the others: one may "
-            "have lost its sign or a digit"
+            f"{numbers.place(lines[0])}: the values of this line are not in the columns of the other lines: one may "
+            "have lost its sign or a digit. Compare the line with the source"
         )
 
 
-def check_count(found: int, told: str, place: str) -> None:
-    """Raise a ValueError unless there are as many values as a header tells."""
-    if not re.fullmatch(r"\d+", told, re.ASCII) or int(told) < 2:
-        raise ValueError(f"{place}: the number of values must be a whole number of at least 2, got {told!r}")
-    if found != int(told):
-        kind = "truncated" if found < int(told) else "too long"
-        raise ValueError(f"{place}: {kind}: {found} values follow, not the {told} that the header announces")
-
-
-def check_peak(values: np.ndarray, told: float, place: str) -> None:
-    """Raise a ValueError unless the largest absolute value is what a header tells, within the rounding of print."""
-    peak = float(np.abs(values).max())
-    if abs(peak - abs(told)) > 1e-3 * abs(told) + 1e-6:
-        raise ValueError(f"{place}: tells a peak of {abs(told):g}, but the largest value is {peak:g}: one is damaged")
+def warn_of_blank_end(text: str, path: str | PathLike) -> None:
+    """Warn if a text ends with blanks after its last newline: it may be cut."""
+    if text[-1] != "\n" and not text.rpartition("\n")[2].strip():
+        warn_caller(f"{path}: the file ends within a line of blanks, so it may be truncated: download it again")
 
 
 def check_last_value(text: str, values: Sequence[str], path: str | PathLike) -> None:
     """Raise a ValueError if the last value of a file is cut; warn if it may be.
 
-    A value that white space follows is complete, but blanks after the last newline are a line that is cut. If no
-    newline ends the file, its last value must have as many characters after the decimal point, exponent included, as
-    all others; if the others differ, it may be cut where it has fewer characters than each of them.
+    A value before white space is complete, but blanks after the last newline are a line that is cut. If no newline ends
+    the file, its last value must have the same number of characters after the decimal point (with the exponent) as all
+    others. If the others differ, the last value may be cut if it has fewer characters than each of them.
 
     Args:
-        text: The file's text.
-        values: Its values as text.
+        text: The text of the file.
+        values: The values as text.
         path: The file.
     """
     if text[-1].isspace():
-        if text[-1] != "\n" and not text.rpartition("\n")[2].strip():
-            warn_caller(f"{path}: ends within a line of blanks, so it may be truncated")
+        warn_of_blank_end(text, path)
         return
     *others, last = (len(value.partition(".")[2]) for value in values)
     if len(set(others)) == 1 and others[0] > 0:
         if last < others[0]:
             raise ValueError(
                 f"{path}: truncated within its last value, {values[-1]!r}: the others have {others[0]} characters "
-                "after the decimal point, and no newline ends the file"
+                "after the decimal point, and no newline ends the file: download it again"
             )
         return
     shortest = min((len(value.lstrip("+-")) for value in values[:-1]), default=0)
     if len(values[-1].lstrip("+-")) < shortest:
         warn_caller(
             f"{path}: no newline ends the file, and its last value, {values[-1]!r}, has fewer characters than any "
-            "other: it may be truncated"
+            "other: the file may be truncated, so download it again"
         )

@@ -10,8 +10,8 @@ import numpy as np
 
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
-#: Factor from each unit of acceleration to m/s2. Upper and lower case are alike.
-#: Other spellings are read, too, such as "m/s²", "CM/SEC^2", "cm/s/s", "cm.s-2", "Gals" and "ft/sec/sec".
+#: Factor from each unit of acceleration to m/s2. Upper and lower case are the same.
+#: Other spellings are read too, such as "m/s²", "CM/SEC^2", "cm/s/s", "cm.s-2", "Gals" and "ft/sec/sec".
 UNITS = {
     "m/s2": 1.0,
     "m s-2": 1.0,
@@ -35,7 +35,7 @@ _LENGTHS = {
     "nanometres": 1e-9, "in": 0.0254, "inch": 0.0254, "inches": 0.0254, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048,
 }  # fmt: skip
 _SECONDS = r"s(?:ec(?:ond)?s?)?"
-# What follows the length in "m/s2", "m/s/s", "m/(s*s)", "m s-2", "m.s-2", "m*s-2" and "m per second squared".
+# Text after the length in "m/s2", "m/s/s", "m/(s*s)", "m s-2", "m.s-2", "m*s-2" and "m per second squared".
 _PER_SECOND_SQUARED = re.compile(
     rf"(?:/{_SECONDS}/{_SECONDS}|/\(?{_SECONDS}(?:2|[*.]{_SECONDS}|squared)\)?|[ *.]?{_SECONDS}-2)"
 )
@@ -46,13 +46,13 @@ _GRAVITY = {
 _GALS = ("gal", "gals")
 _ASCII_SIGNS = str.maketrans("\u2212\u2013\u00b7\u22c5\u2219\u00d7\u2215\u2044\u2019", "--...*//'")
 
-# Times are printed with few digits (1/128 s as .0078, which is off by up to 0.64 % of the step, and two such times by
-# 1.28 %), but a lost or doubled value moves the others by half a step or more. 2 % of a step distinguishes the two.
+# Times are printed with few digits (1/128 s as .0078, an error of 0.64 % of the step for one time and 1.28 % for the
+# difference of two), but a lost or doubled value moves the others by half a step or more. 2 % distinguishes the two.
 TIME_TOLERANCE = 0.02
 
 
 def unit_factor(unit: str, place: str) -> float:
-    """Return the factor from a unit to m/s2, or raise a ValueError that names its place."""
+    """Return the factor from a unit to m/s2, or raise a ValueError that contains its place."""
     factor = factor_of_unit(unit)
     if factor is None:
         raise ValueError(f"{place}: unknown unit {unit!r}, allowed are {ALLOWED_UNITS}")
@@ -60,8 +60,8 @@ def unit_factor(unit: str, place: str) -> float:
 
 
 def factor_of_unit(unit: str) -> float | None:
-    """Return the factor from a unit of acceleration, in any usual spelling, to m/s2; None if it is not such a unit."""
-    # NFKC writes superscripts as plain digits; the minus sign, the middle dot and the times sign have ASCII forms.
+    """Return the factor from a unit of acceleration, in any usual spelling, to m/s2; None for another unit."""
+    # NFKC replaces superscripts by digits.
     text = unicodedata.normalize("NFKC", str(unit)).translate(_ASCII_SIGNS).strip(" \t.,;:").lower()
     text = re.sub(
         r"\s*([/*^.()-])\s*", r"\1", text.replace("**", "").replace("^", "").replace("{", "").replace("}", "")
@@ -86,15 +86,15 @@ def checked_step(step: float, place: str) -> float:
 
 
 def step_of_times(times: np.ndarray, step: float | None, place: str) -> float:
-    """Return the given step, or that of the times [s] if it is None; raise unless the times follow it."""
+    """Return the given step, or that of the times [s]; raise a ValueError if the times are uneven."""
     if step is None:
-        # The mean has rounding errors in its last digits; no record's step has twelve of its own.
+        # 12 digits, because the mean has rounding errors in its last digits.
         step = float(f"{(times[-1] - times[0]) / (times.size - 1):.12g}")
     off = np.abs(times - times[0] - step * np.arange(times.size))
     if not (step > 0 and np.all(off <= TIME_TOLERANCE * step)):
         i = int(np.argmax(np.abs(np.diff(times) - step)))
         raise ValueError(
-            f"{place}: the times must increase evenly, here by {step:.6g} s within {TIME_TOLERANCE:.0%} of it, but "
-            f"sample {i} is at {times[i]:.6g} s and sample {i + 1} at {times[i + 1]:.6g} s"
+            f"{place}: the times must increase evenly by {step:.6g} s, with a tolerance of {TIME_TOLERANCE:.0%}, but "
+            f"sample {i} is at {times[i]:.6g} s and sample {i + 1} at {times[i + 1]:.6g} s: a sample may be missing"
         )
     return step

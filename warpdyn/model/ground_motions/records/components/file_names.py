@@ -1,9 +1,9 @@
-"""Record and component from the names of files.
+"""Record and component in the names of files.
 
-A name may contain the component behind a separator ("ELC-UP", "STA.HNZ"), glued to a station's code ("ELC180",
+A name may contain the component after a separator ("ELC-UP", "STA.HNZ"), directly after a station's code ("ELC180",
 "05C00EW", "CHY074V"), in the middle ("IV.ACER..HNE.D.20161030.ACC") or as the suffix ("AKT0131103111446.EW2"). Each
-place where a label is possible is a candidate. Candidates are ranked by how distinctive the label is, where it is, and
-whether other files of the folder have the same name with another direction.
+possible label is a candidate. Candidates are ranked by the distinctiveness of the label, its position, and whether
+other files of the folder have the same name with another direction.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ _PEER_NUMBER = re.compile(r"(?:NGA[A-Z]*)?RSN_?\d+", re.IGNORECASE)
 _PACKED = re.compile(r"\.(?:gz|bz2|xz|zip)$", re.IGNORECASE)
 _SUFFIX = re.compile(r"\.(?P<suffix>[A-Za-z][A-Za-z0-9]{0,5})$")
 _TOKEN = re.compile(r"[^\s\-_.,;()\[\]{}+#=~]+")
-# What programs add behind the component: "ELC180_acc", "HNE.D.20161030.064018.C.ACC", "ELC180-hor1".
+# Words that programs add after the component: "ELC180_acc", "HNE.D.20161030.064018.C.ACC", "ELC180-hor1".
 _PROCESSING = re.compile(
     r"ACC\w{0,10}|RAWACC|A|AT2?|VT2|DT2|C|COR\w*|UNCOR\w*|UNC|RAW|PROC\w*|FILT\w*|BP|BPF|SCALED?|FINAL|ORIG\w*|TH|TS|TXT|"
     r"DAT|CSV|COMP|COMPONENT|DIR|G|GAL|CMS2|MS2|SEC|DT\w*|COPY|NEW|HOR\d?|BASELINE|BLC|DETREND\w*|RESAMPLED?|\d+|--",
     re.IGNORECASE,
 )
-# Tools repeat the kind of component behind PEER's names: "ELC180-hor1", "PULDWN-up".
+# Programs repeat the kind of component after PEER's names: "ELC180-hor1", "PULDWN-up".
 _ADDED_KIND = re.compile(r"[-_](?:HOR\d?|UP|VER)", re.IGNORECASE)
 _NAMES_NET_STATION = re.compile(
     r"(?P<net>[A-Z0-9]{1,2})\.(?P<station>[A-Z0-9]{1,7})\.(?P<location>[A-Z0-9-]{0,2})\.$", re.I
@@ -40,20 +40,20 @@ _GLUED_WORD = re.compile(
 )
 _GLUED_LETTER = re.compile(r"(?P<code>.+)(?P<label>[NSEWVZULTXY]|[LTV][1-9])$", re.IGNORECASE)
 _YEAR_OR_DATE = re.compile(r"(?:19|20)\d\d(?:\d\d){0,5}$|\d{7,}$")
-# Orders of distinctiveness.
+# Distinctiveness of a label.
 _SURE, _USUAL, _POSSIBLE, _ONLY_IN_SETS = 3, 2, 1, 0
 _OF_ONE_LETTER = frozenset("NSEWVZULTXYRH")
 
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A place in a name where a label may be."""
+    """A part of a name that may be a label."""
 
     orientation: Orientation
     before: str
     after: str
     distinctive: int
-    is_last: bool  # nothing follows but what programs add
+    is_last: bool  # only words that programs add follow
 
     @property
     def key(self) -> tuple[str, str]:
@@ -70,16 +70,16 @@ class _Candidate:
 
 
 def record_and_component(name: str, header: str = "", among: Iterable[str] = (), place: str = "") -> tuple[str, str]:
-    """Return the record and the component of a file, each empty if neither its header nor its name contains it.
+    """Return the record and the component of a file, each "" if neither its header nor its name contains it.
+
+    For example, `record_and_component("RSN6_IMPVALL.I_I-ELC180")` is `("RSN6", "180")`, because PEER's numbers are
+    unique.
 
     Args:
-        name: The file's name, with or without folder and suffix, such as "RSN6_IMPVALL.I_I-ELC180.AT2".
-        header: The label of the component in the file's header, which comes first; empty if there is none.
-        among: Names of other files of the same set, which show where the names differ.
-        place: The file, for warnings if header and name contradict each other; no warning if it is empty.
-
-    Example:
-        `record_and_component("RSN6_IMPVALL.I_I-ELC180")` is `("RSN6", "180")`: PEER's numbers are unique.
+        name: Name of the file, with or without folder and suffix, such as "RSN6_IMPVALL.I_I-ELC180.AT2".
+        header: Label of the component in the file's header, which has priority; "" if the header contains no component.
+        among: Names of other files of the same set, to find where the names differ.
+        place: The file, for a warning if header and name contradict each other; "" for no warning.
     """
     return records_and_components([name, *among], [header], [place])[0]
 
@@ -91,8 +91,8 @@ def records_and_components(
 
     Args:
         names: Names of the files.
-        headers: Labels in the files' headers, in the same order; those of the last files may be missing.
-        places: The files, for warnings; those of the last files may be missing.
+        headers: Labels in the headers of the files; may be shorter than `names`.
+        places: The files, for warnings; may be shorter than `names`.
     """
     stems = [_stem(name) for name in names]
     found = [list(_candidates(stem)) for stem in stems]
@@ -100,14 +100,14 @@ def records_and_components(
     for candidates in found:
         for candidate in candidates:
             directions[candidate.key].add(candidate.orientation)
-    # What ends all names, such as ".T1", does not distinguish them.
+    # An ending of all names, such as ".T1", does not distinguish them.
     endings = [{each.ending for each in candidates} for candidates in found]
     common = set.intersection(*endings) if len(endings) > 1 else set()
     answers = []
     for i, (stem, header, place) in enumerate(zip_longest(stems, headers, places, fillvalue="")):
-        told = orientation(header)
-        best, is_sure = _best(stem, found[i], directions, told, common)
-        label = _settled(told, best.orientation if best else orientation(""), is_sure, place)
+        in_header = orientation(header)
+        best, is_sure = _best(stem, found[i], directions, in_header, common)
+        label = _settled(in_header, best.orientation if best else orientation(""), is_sure, place)
         number = _PEER_NUMBER.match(stem)
         record = number[0].upper() if number else best.record if best and label else ""
         answers.append((record, label))
@@ -115,7 +115,7 @@ def records_and_components(
 
 
 def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) -> str:
-    """Return the label that counts: the header's, unless the name says for sure that the record is vertical."""
+    """Return the label of the header, or that of the name if the name is sure to be that of a vertical record."""
     if header.kind == "unknown":
         return name.label or (header.label if header.family else "")
     if name.kind == "unknown" or not is_sure:
@@ -132,13 +132,13 @@ def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) 
 
 
 def numbered_record(name: str) -> str:
-    """Return a file's name without suffix and without what counts its components: "0111" of "0111b.smc"."""
+    """Return a file's name without suffix and the number or letter of a component: "0111" for "0111b.smc"."""
     stem = _stem(name)
     return "" if orientation(stem).family else re.sub(r"[-_. ]?(?:0?[1-9]|[a-c])$", "", stem, flags=re.IGNORECASE)
 
 
 def _stem(name: str) -> str:
-    """Return a file's name without folder and suffix, unless the suffix is a component, as ".EW" of K-NET is."""
+    """Return a file's name without folder and suffix, unless the suffix is a component, such as ".EW" of K-NET."""
     stem = _PACKED.sub("", PurePath(name).name)
     suffix = _SUFFIX.search(stem)
     if suffix is None or len(suffix[0]) == len(stem):
@@ -172,7 +172,7 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
 
 
 def _letters_within(stem: str) -> Iterator[_Candidate]:
-    """Yield single letters beside a digit, such as those of "000055xa", "000055ya" and "000055za"."""
+    """Yield single letters next to a digit, such as those of "000055xa", "000055ya" and "000055za"."""
     for found in re.finditer(r"(?<=\d)[NSEWVZULTXY](?=[A-Z])|(?<=[A-Z])[NSEWVZULTXY](?=\d)", stem, re.IGNORECASE):
         before, after = stem[: found.start()], stem[found.end() :]
         yield _Candidate(orientation(found[0]), before, after, _ONLY_IN_SETS, False)
@@ -184,7 +184,7 @@ def _is_added(after: str) -> bool:
 
 
 def _of_whole(label: str, before: str, separators: int) -> int | None:
-    """Return how distinctive a label is that separators enclose; None if it is not a label."""
+    """Return the distinctiveness of a label between separators; None if it is not a label."""
     found = orientation(label)
     if found.kind == "unknown" and found.family != "seed":
         return None
@@ -205,7 +205,7 @@ def _of_whole(label: str, before: str, separators: int) -> int | None:
 
 
 def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
-    """Yield the labels that may end a token behind a station's code, and how distinctive they are."""
+    """Yield the labels that may follow a station's code at the end of a token, and their distinctiveness."""
     if (found := _GLUED_AZIMUTH.match(token)) and int(found["label"]) <= 360:
         # "H-E06140" is a station and an azimuth; longer numbers are dates.
         digits = len(token) - len(token.rstrip("0123456789"))
@@ -218,7 +218,7 @@ def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
             yield token[-3:], _ONLY_IN_SETS
     if found := _GLUED_WORD.match(token):
         behind_digit = found["code"][-1].isdigit()
-        # "DWN" ends no name of a place, as "VER" and "UP" do.
+        # Names of places end with "VER" and "UP", but not with "DWN".
         is_known = found["label"] == "DWN" or found["label"][1].isdigit() or bool(_PEER_NUMBER.match(stem))
         yield found["label"], _USUAL if behind_digit else _POSSIBLE if is_known else _ONLY_IN_SETS
     if found := _GLUED_LETTER.match(token):
@@ -233,7 +233,7 @@ def _best(
     header: Orientation,
     common: set[tuple[str, str]],
 ) -> tuple[_Candidate | None, bool]:
-    """Return the most likely candidate, or None, and whether it is sure even if the header says something else."""
+    """Return the most likely candidate, or None, and whether it is sure even if the header contradicts it."""
     ranked: list[tuple[tuple[float, ...], _Candidate, bool]] = []
     for i, candidate in enumerate(candidates):
         present = directions[candidate.key]

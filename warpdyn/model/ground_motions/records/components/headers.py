@@ -1,4 +1,4 @@
-"""Component of a record from the lines of a file's header."""
+"""Component and record in the lines of a file's header."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _NAMED = re.compile(
 )
 _REMARK = re.compile(r"\([^()]*\)|\[[^\[\]]*\]")
 _NUMBER_OF = re.compile(r"(?:STATION|STA|STN|SITE|NO|NUMBER|NR|EVENT|RECORD|ARRAY|CHAN|CHANNEL)\W*$|#$", re.IGNORECASE)
-_MOST_WORDS = 3  # of a label, such as "N 26 W"
+_MOST_WORDS = 3  # words of a label, such as "N 26 W"
 
 
 def component_of_header(line: str) -> str:
-    """Return the label of the component in a header line, such as "Kobe, 1/16/1995, KJMA, 000"; empty if there is none.
+    """Return the label of the component in a header line, such as "Kobe, 1/16/1995, KJMA, 000", or "".
 
     The label is the last field between commas, or follows "COMP", "CHAN 1:" or "Dir.", or is the last word.
     """
@@ -27,20 +27,20 @@ def component_of_header(line: str) -> str:
     if len(fields) > 1:
         for i, field in enumerate(reversed(fields[1:])):
             found = _whole(field)
-            # Before the last field, a short number or a letter may be anything.
+            # Before the last field, a short number or a letter may be something else.
             if found and (i == 0 or (found.family != "azimuth" and len(found.label) > 1)):
                 return found.label
     return _at_end(fields[-1])
 
 
 def named_component(line: str) -> str:
-    """Return the label that follows "COMP", "CHAN 1:" or "Dir." in a header line; empty if there is none."""
+    """Return the label that follows "COMP", "CHAN 1:" or "Dir." in a header line, or ""."""
     named = _NAMED.search(line)
     return _at_start(named["label"]) if named else ""
 
 
 def record_of_header(line: str) -> str:
-    """Return what a header line says besides the component: "Kobe, 1/16/1995, KJMA"; empty without a component."""
+    """Return a header line without the component, such as "Kobe, 1/16/1995, KJMA"; "" if it has no component."""
     if not component_of_header(line):
         return ""
     named = _NAMED.search(line)
@@ -49,7 +49,7 @@ def record_of_header(line: str) -> str:
 
 
 def _whole(field: str) -> Orientation | None:
-    """Return the orientation that a whole field names, with or without what is in brackets."""
+    """Return the orientation of a whole field, with or without a remark in brackets, or None."""
     for text in (field, _REMARK.sub(" ", field)):
         found = orientation(text)
         if found.kind != "unknown" or found.family == "seed":
@@ -66,7 +66,7 @@ def _at_start(text: str) -> str:
 
 
 def _at_end(text: str) -> str:
-    """Return the label that the last words of a text are; single letters and short numbers are not enough."""
+    """Return the label at the end of a text, or ""; single letters and short numbers are not labels."""
     words = _REMARK.sub(" ", text).split()
     for count in range(min(_MOST_WORDS, len(words) - 1), 0, -1):
         label = " ".join(words[-count:])

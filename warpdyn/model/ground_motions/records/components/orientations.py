@@ -10,11 +10,11 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Orientation:
-    """What a label says about the direction that a sensor measures.
+    """The direction that a sensor measures, from a label.
 
     Args:
         label: The label in the form in which `GroundMotion.component` stores it, such as "090", "EW2" or "UP".
-        kind: "vertical", "horizontal", or "unknown" if the label says neither.
+        kind: "vertical", "horizontal", or "unknown" if the label does not contain a direction.
         azimuth: Azimuth of a horizontal sensor [degrees clockwise from north], None if the label does not contain it.
             The sign of a direction is not kept: "EW" and "WE" are both 90.
         sensor: Part of the label that numbers the sensor and not the direction: "2" of "EW2", "HN" of "HNE".
@@ -27,13 +27,18 @@ class Orientation:
     sensor: str = ""
     family: str = ""
 
+    @property
+    def known_label(self) -> str:
+        """The label, or "" if its direction is unknown."""
+        return self.label if self.kind != "unknown" else ""
+
 
 # Words of the orientation, in the languages of agencies that publish records. Accents are removed before the look-up.
 _VERTICAL = frozenset(
     """
     U UP UPDN UPDO UPDOWN UPWARD UPWARDS UD DU DN DOW DWN DOWN DOWNWARD V VT VR VRT VER VERT
     Z DUSEY DIKEY SUSJOS 上下 上下動 上下方向 垂直 竖向 竖直 垂向 鉛直
-    """.split()  # noqa: SIM905  a list of quoted words is three times as long
+    """.split()  # noqa: SIM905
 )
 _COMPASS = {
     0.0: "N NORTH NORTE NORD NORDUR KUZEY 北",
@@ -42,7 +47,7 @@ _COMPASS = {
     270.0: "W WEST OESTE OVEST OUEST VEST BATI 西",
 }
 _AZIMUTHS = {word: azimuth for azimuth, words in _COMPASS.items() for word in words.split()}
-# Two opposite directions name an axis. "O" is west in Romance languages and east in German: as half of a pair only.
+# Two opposite directions name an axis. "O" is west in Romance languages and east in German: only in a pair it is clear.
 _AXES_OF_COMPASS = {"NS": 0.0, "SN": 0.0, "EW": 90.0, "WE": 90.0, "EO": 90.0, "OE": 90.0, "OW": 90.0, "WO": 90.0}
 _AXES_OF_COMPASS |= {"南北": 0.0, "北南": 0.0, "东西": 90.0, "東西": 90.0}
 _AXES = frozenset(
@@ -50,7 +55,7 @@ _AXES = frozenset(
     L LN LG LNG LON LONG LONGI LONGIT LONGITUDINAL LONGITUDINALE T TR TN TRN TRA TRAN TRANS TRANSV TRANSVERSE
     TRANSVERSAL TRANSVERSALE TRASVERSALE R RD RAD RADIAL TAN TANG TANGENTIAL X Y H HZ HOR HORIZ HORIZONTAL FN FP SP
     STRIKENORMAL STRIKEPARALLEL FAULTNORMAL FAULTPARALLEL MAJOR MINOR 水平
-    """.split()  # noqa: SIM905  as above
+    """.split()  # noqa: SIM905
 )
 # Numbered directions, as opposed to numbered sensors: H1 and H2 are the two horizontal directions.
 _NUMBERED = re.compile(r"(?:H|HOR|HORIZ|HORIZONTAL|水平)(?P<axis>[123])$")
@@ -65,7 +70,7 @@ _WORDS_AROUND = re.compile(
 
 
 def orientation(label: str) -> Orientation:
-    """Return what a label of a component says about its direction.
+    """Return the direction in the label of a component.
 
     Args:
         label: Text from a header or a file name: an azimuth ("180", "90 DEG"), a bearing ("N26W", "S 00 E"), compass
@@ -85,12 +90,12 @@ def orientation(label: str) -> Orientation:
     if seed := _SEED.match(compact):
         return _of_channel(seed, compact)
     numbered = re.match(r"(?P<word>\D+)(?P<sensor>\d{1,2})$", compact)
-    if numbered and not re.search(r"\s\d+$", stripped):  # "UP 9" has a number of something else
+    if numbered and not re.search(r"\s\d+$", stripped):  # in "UP 9", the number does not belong to the sensor
         found = _of_word(numbered["word"] if not _NUMBERED.match(compact) else "")
         if found.kind != "unknown":
             return Orientation(compact, found.kind, found.azimuth, numbered["sensor"], found.family)
     words = stripped.split()
-    # "Z (UP)", "EW (EAST)": each word says the same; "CHAN 1 UP" and "STATION N" do not.
+    # In "Z (UP)" and "EW (EAST)", both words have one direction; not in "CHAN 1 UP" and "STATION N".
     if len(words) == 2 and (both := [orientation(word.strip("()[]")) for word in words])[0].kind == both[1].kind:
         return both[0]
     return Orientation(text.strip(), "unknown")
@@ -104,7 +109,7 @@ def azimuth_label(azimuth: float) -> str:
 
 
 def is_vertical(component: str) -> bool:
-    """Return whether the label of a component says that it is vertical."""
+    """Return whether the label of a component is that of a vertical one."""
     return orientation(component).kind == "vertical"
 
 
@@ -133,7 +138,7 @@ def _of_word(word: str) -> Orientation:
     if word in _VERTICAL or re.match(r"VERTI(?:C(?:AL(?:E|ES)?)?|K(?:AL)?)?$", word):
         return Orientation(word, "vertical", family="vertical")
     if word in _AXES_OF_COMPASS:
-        # "SN" is also strike-normal, so that it has no azimuth.
+        # "SN" may also be strike-normal, so its azimuth is unknown.
         azimuth = None if word == "SN" else _AXES_OF_COMPASS[word]
         return Orientation(word, "horizontal", azimuth, family="compass axes")
     if word in _AZIMUTHS:
@@ -154,12 +159,12 @@ def _of_channel(channel: re.Match[str], label: str) -> Orientation:
     axis, sensor = channel["axis"], channel["sensor"] + (channel["location"] or "")
     if axis == "Z":
         return Orientation(label, "vertical", None, sensor, "seed")
-    if axis in "3UVW":  # a third direction that is not named, and the oblique axes of Galperin's sensors
+    if axis in "3UVW":  # an unnamed third direction, and the oblique axes of Galperin's sensors
         return Orientation(label, "unknown", None, sensor, "seed")
     return Orientation(label, "horizontal", {"N": 0.0, "E": 90.0}.get(axis), sensor, "seed")
 
 
 def angle_between(one: float, other: float) -> float:
-    """Return the angle between two horizontal axes [degrees], from 0 to 90, whatever their signs."""
+    """Return the angle between two horizontal axes [degrees], from 0 to 90."""
     apart = abs(one - other) % 180.0
     return min(apart, 180.0 - apart)

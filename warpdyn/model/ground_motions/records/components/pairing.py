@@ -10,31 +10,31 @@ from warpdyn.model.ground_motions.records.components.orientations import Orienta
 
 # Agencies print azimuths in whole degrees, and sensors are installed within a few degrees of their nominal direction.
 SKEW_WITHOUT_WARNING = 15.0  # degrees
-LARGEST_SKEW = 45.0  # degrees; beyond, a third direction would be as far from both
+LARGEST_SKEW = 45.0  # degrees
 
 
 def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:
     """Return the two horizontal components of each record, for runs in both directions.
 
-    Sensors of one record are kept apart if their labels number them: EW1 and NS1 of a borehole, EW2 and NS2 of the
+    Sensors of one record have separate pairs if their labels number them: EW1 and NS1 of a borehole, EW2 and NS2 at the
     surface, HNE and HNN of an accelerometer, BHE and BHN of a seismometer at one station. Azimuths need not be exactly
     90 degrees apart.
 
     Args:
-        motions: The motions, which name their `record` and `component`; vertical ones are left out.
+        motions: The motions, with `record` and `component`; vertical components are left out.
 
     Returns:
         A pair for each sensor of each record, in the order in which they first appear.
 
     Raises:
-        ValueError: If a motion names no record, a sensor has one horizontal component or more than two, both have the
-            same direction, their azimuths are less than 45 degrees apart, or a component is not known although the
-            record has a vertical one.
-        TypeError: If a motion is no GroundMotion.
+        ValueError: If a motion has no `record`, a sensor has one horizontal component or more than two, both have the
+            same direction, their azimuths are less than 45 degrees apart, or a component is unknown although the record
+            has a vertical component.
+        TypeError: If a motion is not a GroundMotion.
 
     Example:
-        >>> told = dict(step=0.02, record="quake")
-        >>> components = [wd.GroundMotion(noise[i], **told, component="NE"[i]) for i in (0, 1)]
+        >>> both = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **both, component="NE"[i]) for i in (0, 1)]
         >>> [[motion.component for motion in pair] for pair in wd.records.pairs(components)]
         [['N', 'E']]
     """
@@ -51,45 +51,45 @@ def _by_record(motions: Sequence[GroundMotion]) -> list[tuple[str, list[GroundMo
     by_record: dict[str, list[GroundMotion]] = {}
     for motion in checked_motions(motions):
         if not motion.record:
-            raise ValueError(f"motion {motion.name!r} names no record: give GroundMotion(record=..., component=...)")
+            raise ValueError(f"motion {motion.name!r} has no record: give GroundMotion(record=..., component=...)")
         by_record.setdefault(motion.record, []).append(motion)
     return list(by_record.items())
 
 
 def _checked_pair(record: str, members: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:
-    """Return the pairs of one record's sensors; raise an error if they are not pairs."""
-    told = {id(motion): orientation(motion.component) for motion in members}
-    remaining = [motion for motion in members if told[id(motion)].kind != "vertical"]
-    unknown = [motion for motion in remaining if told[id(motion)].kind == "unknown"]
+    """Return the pairs of the sensors of one record; raise a ValueError if they are not pairs."""
+    labels = {id(motion): orientation(motion.component) for motion in members}
+    remaining = [motion for motion in members if labels[id(motion)].kind != "vertical"]
+    unknown = [motion for motion in remaining if labels[id(motion)].kind == "unknown"]
     if unknown and len(remaining) < len(members):
         raise ValueError(
             f"record {record!r} has a vertical component, and the component {unknown[0].component!r} of motion "
-            f"{unknown[0].name!r} is not known to be horizontal: give it a direction, such as "
-            "dataclasses.replace(motion, component='N')"
+            f"{unknown[0].name!r} may not be horizontal: give it a direction, such as dataclasses.replace(motion, "
+            "component='N')"
         )
     sensors: dict[str, list[GroundMotion]] = {}
     for motion in remaining:
-        sensors.setdefault(told[id(motion)].sensor, []).append(motion)
+        sensors.setdefault(labels[id(motion)].sensor, []).append(motion)
     is_numbered_by_direction = all(len(each) == 1 for each in sensors.values()) and not any(
-        told[id(motion)].family == "seed" for motion in remaining
+        labels[id(motion)].family == "seed" for motion in remaining
     )
     groups = [remaining] if is_numbered_by_direction and remaining else list(sensors.values())
-    return [_pair_of(record, group, [told[id(motion)] for motion in group]) for group in groups]
+    return [_pair_of(record, group, [labels[id(motion)] for motion in group]) for group in groups]
 
 
 def _pair_of(
-    record: str, members: Sequence[GroundMotion], told: Sequence[Orientation]
+    record: str, members: Sequence[GroundMotion], labels: Sequence[Orientation]
 ) -> tuple[GroundMotion, GroundMotion]:
     names = ", ".join(repr(motion.name) for motion in members)
     if len(members) != 2:
         hint = (
-            "; if several instruments recorded them, give each instrument a `record` of its own, such as "
+            "; if several instruments recorded them, give each instrument its own `record`, such as "
             "dataclasses.replace(motion, record='station, 2nd instrument')"
             if len(members) > 2
             else ""
         )
         raise ValueError(f"record {record!r} must have 2 horizontal components, has {len(members)}: {names}{hint}")
-    first, second = told
+    first, second = labels
     if first.azimuth is not None and second.azimuth is not None:
         skew = 90.0 - angle_between(first.azimuth, second.azimuth)
         if skew > LARGEST_SKEW:

@@ -1,11 +1,13 @@
-"""Which records of a set are horizontal, and what is done with those whose component is not known."""
+"""Selection of the horizontal or vertical records of a set, also if the component of some records is not known."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
+from os import PathLike
 
 from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import is_vertical, orientation
 
 # Which components are read, by their labels.
@@ -17,19 +19,30 @@ COMPONENTS: dict[str, Callable[[str], bool]] = {
 _MOST_NAMED = 3
 
 
+def select_components(motions: Sequence[GroundMotion], components: str, path: str | PathLike) -> list[GroundMotion]:
+    """Return the motions of a file that have the components that a user asked for; raise a ValueError if none has."""
+    labels, records = [motion.component for motion in motions], [motion.record for motion in motions]
+    is_chosen = chosen_components(labels, components, [motion.name for motion in motions], records, str(path))
+    chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
+    if not chosen:
+        found = ", ".join(map(repr, labels))
+        raise ValueError(f"{path}: no component of this file ({found}) is {components}: give components='all'")
+    return chosen
+
+
 def chosen_components(
     labels: Sequence[str], components: str, names: Sequence[str], records: Sequence[str], place: str
 ) -> list[bool]:
-    """Return which records of a set have the components that a user asked for, and warn of those that are not known.
+    """Return for each record of a set whether it has the components that a user asked for; warn of unknown components.
 
-    A record whose component is not known counts as horizontal only if no vertical record is in the same set, and if its
-    own set does not have two other horizontal components.
+    A record whose component is not known counts as horizontal only if the set has no vertical record, and the record
+    does not have two other horizontal components.
 
     Args:
         labels: Component of each record; empty if it is not known.
         components: "horizontal", "vertical" or "all".
-        names: What to call each record in a warning.
-        records: Which records belong together, "" if it is not known.
+        names: Name of each record in a warning.
+        records: Name of the record that each component belongs to; "" if it is not known.
         place: Folder or file of the set, for the warning.
     """
     kinds = [orientation(label).kind for label in labels]

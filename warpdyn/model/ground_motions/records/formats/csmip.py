@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import azimuth_label, orientation
+from warpdyn.model.ground_motions.records.components.orientations import azimuth_label, orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
 from warpdyn.model.ground_motions.records.parsing.header_checks import (
     check_duration,
@@ -24,7 +24,7 @@ from warpdyn.model.ground_motions.records.units import unit_factor
 
 _CORRECTED = re.compile(r"\s*corrected\s+accelerogram\b", re.IGNORECASE)
 _UNCORRECTED = re.compile(r"\s*(file\s+\d+\s+of\s+)?uncorrected\s+accelerogram\b", re.IGNORECASE)
-_BHRC = re.compile(r"\*\s*VOL1DS\s+FILE\s*:\s*(?P<record>\S+)", re.IGNORECASE)  # of Iran: values in g/10, without pairs
+_BHRC = re.compile(r"\*\s*VOL1DS\s+FILE\s*:\s*(?P<record>\S+)", re.IGNORECASE)  # of Iran: in g/10, without times
 _TEXT_LINES, _REAL_LINES = {"V1": 13, "V2": 25}, {"V1": 7, "V2": 13}
 _INTEGER_LINES = 7  # 100 whole numbers, 16 per line
 _END = re.compile(r"\s*/&", re.IGNORECASE)
@@ -48,14 +48,14 @@ _PEAK = {
 }
 _CHANNELS = re.compile(r"\((?P<count>\d+)\s*chns?\s+of\s", re.IGNORECASE)
 _CHANNEL = re.compile(r"\s*(?:chan(?:nel)?\s*(?P<number>\d+)\s*:|comp)\s*(?P<label>.*)", re.IGNORECASE)
-# "360 DegR" is reckoned from a reference north of the building.
+# "360 DegR" is measured from the reference north of a building.
 _LABEL = re.compile(r"\s*(?P<label>\d{1,3}(?=\s*degr?\b)|[NS]\s*\d{1,2}\s*[EW]\b|[A-Z]+\d?\b)", re.IGNORECASE)
 _LOCATION = re.compile(r"location:\s*(?P<location>.*?)\s*$", re.IGNORECASE)
 _STATION = re.compile(r"station\s*(?:no\.|id\.?|usc#)\s*(?P<code>\w[\w-]*)(?![.\w])", re.IGNORECASE)
 
 
 def is_csmip(first_lines: list[str]) -> bool:
-    """Return whether a file begins as a V1 or V2 file does."""
+    """Return whether a file begins like a V1 or V2 file."""
     return any(pattern.match(first_lines[0]) for pattern in (_CORRECTED, _UNCORRECTED, _BHRC))
 
 
@@ -63,14 +63,6 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
     """Read the accelerations of a V1 (uncorrected) or V2 (corrected) file, which has one channel or several.
 
     Source: California Strong Motion Instrumentation Program, report OSMS 85-03, and its revisions.
-
-    Args:
-        path: The file; its name and the channel's component name the motions.
-        step: Step [s] for records that were digitised at uneven times; these are interpolated.
-
-    Raises:
-        ValueError: If the header is not as specified, the number, duration or peak of the values is not that of the
-            header, they are digitised at uneven times, or the file is cut.
     """
     record = RecordText.of(path)
     motions: list[GroundMotion] = []
@@ -109,9 +101,9 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
                 f"{record.place(data)}: the channel begins with {found['quantity'].lower()}..., not with its "
                 "acceleration: take the file that contains the accelerations"
             )
-        # Some files of USC name the unit only beside the peak.
-        peak = next((match for line in head if (match := _PEAK["V2"].search(line))), None)
-        values, step, after = _equal_steps(record, data, found, peak["unit"] if peak else None)
+        # Some files of USC name the unit only after the peak.
+        peak = _found(_PEAK["V2"], head, record, first)
+        values, step, after = _equal_steps(record, data, found, peak[0]["unit"] if peak else None)
         while (other := _DATA.match(record.lines[after]) if after < len(record.lines) else None) is not None:
             if other["quantity"].lower() == "acc":
                 raise ValueError(f"{record.place(after)}: a second acceleration of the same channel: lines are missing")
@@ -132,12 +124,12 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
             f"{record.place(after)}: expected the end of the channel, '/&', got {record.lines[after].strip()[:60]!r}: "
             "there are more values than the header states"
         )
-    name, component = _names(record, head, first)
-    return GroundMotion(values, step, f"{record.stem} {component}".strip(), str(record.path), name, component), after
+    name, component = _names(head)
+    return record.motion(values, step, component, name), after
 
 
 def _check_numeric_header(record: RecordText, first: int, data: int) -> None:
-    """Raise a ValueError unless the lines between text and values are numbers: else a line was lost or added."""
+    """Raise a ValueError unless the lines between text and values are numbers; otherwise a line was lost or added."""
     for i in range(first, data):
         if re.search(r"[^-+\d.\sEe*]", record.lines[i]) or not record.lines[i].strip():
             raise ValueError(f"{record.place(i)}: expected numbers of the header, got {record.lines[i].strip()[:60]!r}")
@@ -178,25 +170,31 @@ def _values_of_bhrc(record: RecordText, head: list[str], first: int, data: int) 
 
 def _pairs_of_values(record: RecordText, head: list[str], first: int, data: int) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the times [s] and accelerations [m/s2] that are written as pairs, and the line after them."""
-    found = next(((i, match) for i, line in enumerate(head) if (match := _UNIT_OF_PAIRS.search(line))), None)
-    if found is None:
+    unit = _found(_UNIT_OF_PAIRS, head, record, first)
+    if unit is None:
         raise ValueError(
             f"{record.place(data)}: expected '9999 points of accel data equally spaced at .020 sec', got "
             f"{record.lines[data].strip()[:60]!r}"
         )
-    counted = next(((i, match) for i, line in enumerate(head) if (match := _COUNT.search(line))), None)
+    counted = _found(_COUNT, head, record, first)
     if counted is None:
-        raise ValueError(f"{record.path}: the header states no number of points")
-    count = stated_count(counted[1][1], record.place(first + counted[0]))
+        raise ValueError(f"{record.path}: the header states no number of points, such as 'No. of Points = 1000'")
+    count = stated_count(counted[0][1], counted[1])
     numbers, after = block(record, data, 2 * count, layout_of_lines(record, data))
-    times, values = numbers[::2], numbers[1::2]
-    return times, _factor(found[1]["unit"], record.place(first + found[0])) * values, after
+    return numbers[::2], _factor(unit[0]["unit"], unit[1]) * numbers[1::2], after
+
+
+def _found(
+    pattern: re.Pattern[str], head: list[str], record: RecordText, first: int
+) -> tuple[re.Match[str], str] | None:
+    """Return the first match of a pattern in the text header, and its place; None if there is no match."""
+    places = ((pattern.search(line), record.place(first + i)) for i, line in enumerate(head))
+    return next(((match, place) for match, place in places if match), None)
 
 
 def _factor(unit: str, place: str) -> float:
-    """Return the factor from a unit of these files, which may be a tenth of g, to m/s2."""
-    unit = unit.lower().replace("cms", "cm")
-    return 0.1 * unit_factor("g", place) if unit == "g/10" else unit_factor(unit, place)
+    """Return the factor from a unit of these files to m/s2."""
+    return unit_factor(unit.lower().replace("cms", "cm"), place)
 
 
 def _check_header(
@@ -212,7 +210,7 @@ def _check_header(
 ) -> None:
     """Raise a ValueError unless number, duration and peak of the values are those of the text header.
 
-    The time of the peak is compared where the header alone states the step: some agencies count it from another time.
+    The time of the peak is compared only for values at equal steps: some agencies count other times from another zero.
     """
     for i, line in enumerate(head):
         place = record.place(first + i)
@@ -228,8 +226,8 @@ def _check_header(
                 check_time_of_peak(in_unit, step, found["time"], place, digits)
 
 
-def _names(record: RecordText, head: list[str], first: int) -> tuple[str, str]:
-    """Return what the channels of one sensor have in common, and the component of a channel."""
+def _names(head: list[str]) -> tuple[str, str]:
+    """Return the name of the record, which the channels of one sensor share, and the component of a channel."""
     if file := _BHRC.match(head[0]):
         azimuths = re.search(r"azimuth\s+L\s*(?P<L>\d+)\s+T\s*(?P<T>\d+)", head[7], re.IGNORECASE)
         axis = head[6].strip().upper().removeprefix("COMP").strip()[:1]
@@ -240,10 +238,9 @@ def _names(record: RecordText, head: list[str], first: int) -> tuple[str, str]:
     station = next((match["code"] for line in head if (match := _STATION.search(line))), re.split(r"\s{3,}", named)[0])
     channel = _CHANNEL.match(head[first_of_volume_1 + 6])
     found = _LABEL.match(channel["label"]) if channel else None
-    label = orientation(found["label"] if found else "")
     location = _LOCATION.search(channel["label"]) if channel else None
     event = re.split(r"\s{3,}", head[first_of_volume_1 + 1].strip())[0]
     accession = head[first_of_volume_1 + 3].split()
     record_id = accession[0] if accession and re.match(r"\w+[-.]\S+$", accession[0]) else event
     name = " ".join(filter(None, [station, record_id, location["location"] if location else ""]))
-    return name, label.label if label.kind != "unknown" else ""
+    return name, orientation(found["label"] if found else "").known_label

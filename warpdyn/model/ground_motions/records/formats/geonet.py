@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import orientation
+from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
 from warpdyn.model.ground_motions.records.parsing.header_checks import (
     check_duration,
@@ -38,7 +38,7 @@ _PEAK = re.compile(
 
 
 def is_geonet(first_lines: list[str]) -> bool:
-    """Return whether a file begins as GeoNet's files do: a title, then the site with its coordinates."""
+    """Return whether a file begins like GeoNet's files: a title, then the site with its coordinates."""
     return len(first_lines) > 1 and bool(_TITLE.match(first_lines[0]) and _SITE.match(first_lines[1]))
 
 
@@ -47,13 +47,6 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
 
     Source: GeoNet, "Strong motion file formats": 16 lines of text, 40 whole numbers, 60 decimal ones, then the values
     of acceleration and, in V2A files, of velocity and displacement.
-
-    Args:
-        path: The file; its name and the components name the motions.
-
-    Raises:
-        ValueError: If a header is not as specified, the number, duration or peak of the values is not that of the
-            header, or the file is cut.
     """
     record = RecordText.of(path)
     motions: list[GroundMotion] = []
@@ -69,22 +62,21 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
 def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
     """Return the acceleration of the component that starts at a line, and the line after it."""
     record.line(first + _TEXT_LINES, "its values")
-    head = record.lines[first : first + _TEXT_LINES]
-    title = _expected(record, head, first, 0, _TITLE, "'Uncorrected accelerogram' or 'Corrected accelerogram'")
-    site = _expected(record, head, first, 1, _SITE, "'Site', its code and its coordinates")
-    counted = _expected(record, head, first, 9, _COUNT, "'Number of points 5800 Duration 115.98 s'")
-    stepped = _expected(record, head, first, 10, _STEP, "'at intervals of 0.005 s'")
-    oriented = _expected(record, head, first, 12, _COMPONENT, "'Component' and its direction")
-    peak = _expected(record, head, first, 13, _PEAK, "'Acceleration: Peak 2394.8 mm/s/s'")
-    place = record.place(first + 9)
+    title = record.expected(first, _TITLE, "'Uncorrected accelerogram' or 'Corrected accelerogram'")
+    site = record.expected(first + 1, _SITE, "'Site', its code and its coordinates")
+    counted = record.expected(first + 9, _COUNT, "'Number of points 5800 Duration 115.98 s'")
+    stepped = record.expected(first + 10, _STEP, "'at intervals of 0.005 s'")
+    oriented = record.expected(first + 12, _COMPONENT, "'Component' and its direction")
+    peak = record.expected(first + 13, _PEAK, "'Acceleration: Peak 2394.8 mm/s/s'")
+    place, place_of_step = record.place(first + 9), record.place(first + 10)
     count = stated_count(counted["count"], place)
-    step = stated_step(stepped["step"], record.place(first + 10))
-    raw = _RAW_UNIT.search(head[10])
+    step = stated_step(stepped["step"], place_of_step)
+    raw = _RAW_UNIT.search(record.lines[first + 10])
     if title["volume"] and not raw:
-        raise ValueError(f"{record.place(first + 10)}: expected 'in units of 1.00 mm/s/s', got {head[10].strip()!r}")
+        record.expected(first + 10, _RAW_UNIT, "'in units of 1.00 mm/s/s'")
     scale = float(raw["scale"] or 1) if raw else 1.0
     if not 0 < scale < np.inf:
-        raise ValueError(f"{record.place(first + 10)}: the unit of the values must be above 0 mm/s/s, got {scale:g}")
+        raise ValueError(f"{place_of_step}: the unit of the values must be above 0 mm/s/s, got {scale:g}")
 
     integers, after = block(record, first + _TEXT_LINES, 40, _INTEGERS, is_data=False)
     _, after = block(record, after, 60, _REALS, is_data=False)
@@ -110,19 +102,5 @@ def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
     # The times of corrected records are those of the uncorrected one, before which samples were added.
     first_time = 0.0 if title["volume"] else float(integers[_ADDED_BEFORE]) * step
     check_time_of_peak(values, step, peak["time"], place, precision=0.1, first=first_time)
-    component = orientation(oriented["component"])
-    label = component.label if component.kind != "unknown" else ""
-    name = f"{record.stem} {label}".strip()
-    return GroundMotion(
-        factor * values, step, name, str(record.path), f"{site['site']} {title['record']}", label
-    ), after
-
-
-def _expected(
-    record: RecordText, head: list[str], first: int, i: int, pattern: re.Pattern[str], what: str
-) -> re.Match[str]:
-    """Return the match of a line of the text header, or raise a ValueError that says what was expected."""
-    found = pattern.search(head[i])
-    if found is None:
-        raise ValueError(f"{record.place(first + i)}: expected {what}, got {head[i].strip()[:60]!r}")
-    return found
+    component = orientation(oriented["component"]).known_label
+    return record.motion(factor * values, step, component, f"{site['site']} {title['record']}"), after

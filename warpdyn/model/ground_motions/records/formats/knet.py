@@ -6,58 +6,40 @@ import re
 from dataclasses import replace
 from os import PathLike
 
-import numpy as np
-
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import orientation, record_and_component
-from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText, block, check_end, layout_of_lines
-from warpdyn.model.ground_motions.records.parsing.header_checks import (
-    check_duration,
-    check_printed_peak,
-    stated_step,
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.orientations import orientation
+from warpdyn.model.ground_motions.records.parsing.fixed_width import (
+    Header,
+    RecordText,
+    block,
+    check_end,
+    layout_of_lines,
 )
+from warpdyn.model.ground_motions.records.parsing.header_checks import check_duration, check_printed_peak, stated_step
 from warpdyn.model.ground_motions.records.text import number
 
 _HEADER_LINES = 17
 _WIDTH_OF_NAMES, _WIDTH_OF_VALUES = 18, 9  # characters
-_NEEDED = (
-    "Station Code",
-    "Record Time",
-    "Sampling Freq(Hz)",
-    "Duration Time(s)",
-    "Dir.",
-    "Scale Factor",
-    "Max. Acc. (gal)",
-)
 # KiK-net numbers its directions: 1 to 3 in the borehole, 4 to 6 at the surface.
 _DIRECTIONS = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}
 
 
 def read_knet(path: str | PathLike) -> list[GroundMotion]:
-    """Read a record of K-NET or KiK-net: 17 header lines, then whole numbers, which a factor scales to gal.
+    """Read a record of K-NET or KiK-net: 17 header lines, then whole numbers, which a factor converts to gal.
 
-    The mean, which is the offset of the instrument, is removed: the header states the peak without it.
+    The mean, which is the offset of the instrument, is removed, because the peak in the header excludes it.
 
     Source: NIED, "Format of the strong-motion data (ASCII)".
-
-    Args:
-        path: The file; its name names the motion.
-
-    Raises:
-        ValueError: If the header lacks a line, a value is not a whole number, or their number or peak is not that of
-            the header.
     """
     record = RecordText.of(path)
-    header: dict[str, tuple[str, str]] = {}
+    header = Header(path, "K-NET")
     for i, line in enumerate(record.lines[:_HEADER_LINES]):
         header[line[:_WIDTH_OF_NAMES].strip()] = line[_WIDTH_OF_NAMES:].strip(), record.place(i)
-    missing = [name for name in _NEEDED if name not in header]
-    if missing:
-        raise ValueError(f"{path}: the header of this K-NET file lacks the line {missing[0]!r}")
-    told, place = header["Scale Factor"]
-    scale = re.fullmatch(r"(\d+\.?\d*)\s*\(gal\)\s*/\s*(\d+\.?\d*)", told)
+    stated, place = header["Scale Factor"]
+    scale = re.fullmatch(r"(\d+\.?\d*)\s*\(gal\)\s*/\s*(\d+\.?\d*)", stated)
     if scale is None or float(scale[2]) == 0 or float(scale[1]) == 0:
-        raise ValueError(f"{place}: expected a scale factor such as 3920(gal)/6182761, got {told!r}")
+        raise ValueError(f"{place}: expected a scale factor such as 3920(gal)/6182761, got {stated!r}")
     factor = float(scale[1]) / float(scale[2])
     rate, place = header["Sampling Freq(Hz)"]
     step = stated_step(re.sub(r"\s*Hz$", "", rate, flags=re.IGNORECASE), place, is_rate=True)
@@ -79,13 +61,12 @@ def read_knet(path: str | PathLike) -> list[GroundMotion]:
     check_duration(count, step, duration, place)
     check_end(record, after)
     gal = factor * (counts - counts.mean())
-    told, place = header["Max. Acc. (gal)"]
-    check_printed_peak(gal, told, place, precision=factor)
+    check_printed_peak(gal, *header["Max. Acc. (gal)"], precision=factor)
 
-    told, place = header["Dir."]
-    component = _DIRECTIONS.get(told) or orientation(told.replace("-", "")).label
-    if orientation(component).kind == "unknown":
-        raise ValueError(f"{place}: the direction must be N-S, E-W, U-D or a number from 1 to 6, got {told!r}")
+    stated, place = header["Dir."]
+    component = _DIRECTIONS.get(stated) or orientation(stated.replace("-", "")).label
+    if not orientation(component).known_label:
+        raise ValueError(f"{place}: the direction must be N-S, E-W, U-D or a number from 1 to 6, got {stated!r}")
     _, component = record_and_component(str(path), component, place=str(path))
     name = f"{header['Station Code'][0]} {header['Record Time'][0]}"
-    return [GroundMotion(0.01 * np.asarray(gal), step, record.stem + " " + component, str(path), name, component)]
+    return [record.motion(0.01 * gal, step, component, name)]

@@ -1,4 +1,4 @@
-"""Reading of a record file of any known format."""
+"""Reader of record files of any known format."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.at2 import read_at2_and_header
 from warpdyn.model.ground_motions.records.columns import ColumnChoice, read_columns
-from warpdyn.model.ground_motions.records.components import COMPONENTS, chosen_components, record_and_component
+from warpdyn.model.ground_motions.records.components.file_names import record_and_component
+from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, select_components
 from warpdyn.model.ground_motions.records.cosmos import read_cosmos
 from warpdyn.model.ground_motions.records.esm import read_esm
 from warpdyn.model.ground_motions.records.formats.afad import is_afad, read_afad
@@ -34,7 +35,7 @@ from warpdyn.model.ground_motions.records.formats.smc import is_smc, read_smc
 from warpdyn.model.ground_motions.records.parsing.archives import is_archive, members
 from warpdyn.model.ground_motions.records.parsing.content import bytes_of, is_miniseed, is_sac
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
-from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecordError
+from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError, NotARecordError
 
 _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[GroundMotion]]], ...] = (
     ("K-NET", lambda lines: lines[0].startswith("Origin Time"), read_knet),
@@ -52,21 +53,18 @@ _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[Groun
     ("SMC", is_smc, read_smc),
     ("CSMIP", is_csmip, read_csmip),
 )
-FEWEST_RUNNING = 5  # values per line that can be no columns: tables have a time and up to three components
-FEWEST_IN_ONE_LINE = 20  # values that are a record, if a file has one line of numbers
-# Formats whose records may have been digitised at uneven times, and are then interpolated to a step.
+FEWEST_RUNNING = 5  # values per line that are not columns: tables have a time and up to three components
+FEWEST_IN_ONE_LINE = 20  # values of a record that has only one line of numbers
+# Formats whose records may have uneven times; these are interpolated to a step.
 _WITH_STEP = ("CSMIP", "SMC")
-# Text that is recognised and contains no record, or one that is read in another way: a pattern of its first line.
-_OTHERS = tuple(
-    (re.compile(pattern, re.IGNORECASE), what, remedy)
-    for pattern, what, remedy in (
-        (
-            r"\s*(response|fourier)\b.*\bspectr",
-            "a file of response or Fourier spectra (V3)",
-            "take the V2 or V1 file of the same record, which contains its accelerations",
-        ),
-        (r"Date/Time|EVENT\s*ID\s*,", "a table of events or stations", "give the file with the values of the record"),
-    )
+# Text that contains no record: a pattern of its first line, what it is, and what to do.
+_OTHERS = (
+    (
+        r"(?i)\s*(response|fourier)\b.*\bspectr",
+        "a file of response or Fourier spectra (V3)",
+        "take the V2 or V1 file of the same record, which contains its accelerations",
+    ),
+    (r"(?i)Date/Time|EVENT\s*ID\s*,", "a table of events or stations", "give the file with the values of the record"),
 )
 
 
@@ -74,13 +72,13 @@ _OTHERS = tuple(
 class FileOfMotions:
     """The motions of one file, with the records and components that its header states.
 
-    People type line 2 of AT2 files and the headers of text. Their components are compared with the one of the file's
-    name, and the record is that of the name. Programs write the headers of other formats.
+    People type line 2 of AT2 files and the headers of text. Their components are compared with the component in the
+    file's name, and the record is the one in the name. Programs write the headers of other formats.
 
     Args:
         path: The file, or the member of an archive.
-        motions: Its motions.
-        format: Name of its format; "text" if it has no known header.
+        motions: The motions.
+        format: Name of the format; "text" without a known header.
     """
 
     path: str | PathLike
@@ -94,7 +92,7 @@ class FileOfMotions:
 
     @property
     def is_typed(self) -> bool:
-        """Whether a person typed what the file says of its component; the name of a column is not compared."""
+        """Whether a person typed the component in the header; the name of a column is not compared."""
         return self.format == "AT2" or (self.format == "text" and not self.motions[0].record)
 
     @property
@@ -103,12 +101,7 @@ class FileOfMotions:
         return len(self.motions) == 1 and (self.is_typed or not self.motions[0].component)
 
     def named(self, record: str, component: str) -> GroundMotion:
-        """Return the only motion with a component, and with the record of the file's name or of its header.
-
-        Args:
-            record: Record according to the name; empty if it is not known.
-            component: Component according to header and name.
-        """
+        """Return the only motion with this component, and with the record of the file's name or of its header."""
         (motion,) = self.motions
         order = (record, motion.record) if self.is_typed else (motion.record, record)
         return replace(motion, record=order[0] or order[1], component=component)
@@ -117,7 +110,7 @@ class FileOfMotions:
 def read(
     path: str | PathLike, *, unit: str | None = None, step: float | None = None, components: str = "all"
 ) -> list[GroundMotion]:
-    """Read the ground motions of a record file, or of the files in a gzip, zip or tar archive, whatever its format.
+    """Read the ground motions of a record file, or of the files in a gzip, zip or tar archive, in any known format.
 
     The format is recognised from the first lines: AT2 (PEER, NGA-West2, NGA-East), COSMOS V1 and V2, V1 and V2 of
     CSMIP, CESMD, RENADIC, USC and BHRC, SMC (USGS), K-NET and KiK-net, ESM and ITACA, AFAD, CWA, V1A and V2A of
@@ -128,7 +121,7 @@ def read(
         unit: Unit of the accelerations, one of `UNITS`, of files that do not state it: text, SAC and MiniSEED.
         step: Step [s] of text without times, and of records that were digitised at uneven times (some V1 and SMC
             files), which are interpolated linearly. In other files it is compared with the step that the file states.
-        components: "horizontal", "vertical" or "all", by the components that the files state.
+        components: "horizontal", "vertical" or "all".
 
     Returns:
         The motions [m/s2] in the order of the file, with `record` and `component` if the file states them.
@@ -148,15 +141,7 @@ def read(
     data = bytes_of(path)
     files = read_archive(path, data, unit, step) if is_archive(data) else [read_file(path, data, unit, step)]
     motions = [motion for file in files for motion in _with_names(file)]
-    labels, names = [motion.component for motion in motions], [motion.name for motion in motions]
-    is_chosen = chosen_components(labels, components, names, [motion.record for motion in motions], str(path))
-    chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
-    if not chosen:
-        found = ", ".join(repr(motion.component) for motion in motions)
-        raise ValueError(
-            f"{path}: none of its components ({found}) is {components}: components='all' returns all of them"
-        )
-    return chosen
+    return select_components(motions, components, path)
 
 
 def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[FileOfMotions]:
@@ -195,7 +180,7 @@ def read_file(path: str | PathLike, data: bytes, unit: str | None, step: float |
     first = next((i for i, line in enumerate(record.lines) if line.strip()), 0)
     lines = record.lines[first : first + 20]
     for pattern, what, remedy in _OTHERS:
-        if pattern.match(lines[0]):
+        if re.match(pattern, lines[0]):
             raise NotARecordError(f"{path}: this is {what}, not a record of accelerations: {remedy}")
     for name, is_such, reader in _READERS:
         if is_such(lines):
@@ -209,12 +194,12 @@ def read_file(path: str | PathLike, data: bytes, unit: str | None, step: float |
                 )
             return FileOfMotions(path, tuple(motions), name)
     if unit is None and Path(path).suffix.lower() == ".at2":
-        return FileOfMotions(path, (read_at2_and_header(path),), "AT2")  # which reports what is wrong in the header
+        return FileOfMotions(path, (read_at2_and_header(path),), "AT2")  # reports the error in the header
     return FileOfMotions(path, tuple(_from_text(record, unit, step)), "text")
 
 
 def _from_text(record: RecordText, unit: str | None, step: float | None) -> list[GroundMotion]:
-    """Return the motion of text without a known header: columns, or values that run on from line to line."""
+    """Return the motion of text without a known header: in columns, or with several successive values per line."""
     path = record.path
     header = header_of(record)
     rows = [line for line in record.lines[header.lines :] if line.strip()]
@@ -225,7 +210,7 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
             "wd.records.read_text reads text in columns"
         )
     if unit is None:
-        # Archives of PEER hold a table of spectra beside the records.
+        # Archives of PEER also contain a table of spectra.
         raise NotARecordError(
             f"{path}: text without a known header does not state the unit of its values: give unit=, such as unit='g'"
         )
@@ -240,9 +225,7 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
     step = header.step if step is None and widths[0] == 1 else step
     try:
         motion = read_columns(path, unit, step, ColumnChoice(header_lines=header.lines or None))
-    except ValueError as error:
-        if re.search(r"(_column|_comma|_unit|delimiter|header_lines)\b", str(error)):
-            raise ValueError(f"{error}. This is an argument of wd.records.read_text") from error
-        raise
+    except AmbiguousTextError as error:
+        raise ValueError(f"{error}. This is an argument of wd.records.read_text") from error
     check_against_header(motion, header)
     return [motion]

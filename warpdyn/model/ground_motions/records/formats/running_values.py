@@ -1,4 +1,4 @@
-"""Reader of values that run on from line to line, several per line, without a format of their own."""
+"""Reader of text with several successive values per line, without a known format."""
 
 from __future__ import annotations
 
@@ -8,36 +8,24 @@ from dataclasses import dataclass
 from os import PathLike
 
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import named_component
+from warpdyn.model.ground_motions.records.components.headers import named_component
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
-from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, checked_values
 from warpdyn.model.ground_motions.records.quantities import check_statements, stated_count, stated_step
-from warpdyn.model.ground_motions.records.text import (
-    NumberLines,
-    check_forms,
-    check_last_value,
-    warn_of_layout,
-)
+from warpdyn.model.ground_motions.records.text import NumberLines, warn_of_layout
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
-FEWEST_LINES = 3  # with one layout show where numbers end in lines of this file
+FEWEST_LINES = 3  # that define the layout of a file's lines
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?")
-# A word does not follow a digit, as the letter of a damaged number does.
-_WORD = re.compile(r"(?<![\w.])[^\W\d_]{2,}")
-_NO_WORDS = ("nan", "inf", "infinity", "na", "null", "none")  # which stand for numbers
+_WORD = re.compile(r"(?<![\w.])[^\W\d_]{2,}")  # not after a digit, where a damaged number may have letters
+_NO_WORDS = ("nan", "inf", "infinity", "na", "null", "none")  # written for missing numbers
 _ERRORS = re.compile(r"#(N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!)", re.IGNORECASE)
-_TOUCHING = re.compile(r"(?<=[\d.])(?=[-+]\d*\.)")  # 0.123-0.456: a sign behind a digit, and not behind an E
+_TOUCHING = re.compile(r"(?<=[\d.])(?=[-+]\d*\.)")  # 0.123-0.456: a sign after a digit, not after an E
 
 
 @dataclass(frozen=True)
 class Header:
-    """What the lines before the values say.
-
-    Args:
-        lines: How many lines of the file these are.
-        count: Number of values that they state.
-        step: Step [s] that they state.
-    """
+    """Number of lines before the values, with the number of values and the step [s] that these lines state."""
 
     lines: int
     count: int | None
@@ -45,13 +33,9 @@ class Header:
 
 
 def header_of(record: RecordText) -> Header:
-    """Return the header of text without a format: lines of words, and a line with the number of values or the step.
+    """Return the header of text without a known format: lines of words, and a line with the number of values or step.
 
-    Args:
-        record: The text.
-
-    Raises:
-        ValueError: If a line of one or two numbers before longer lines is neither their number nor the step.
+    A line of one or two numbers before longer lines that states neither raises a ValueError.
     """
     first = next((i for i, line in enumerate(record.lines) if not _is_words(line)), len(record.lines))
     words = record.lines[:first]
@@ -78,12 +62,8 @@ def header_of(record: RecordText) -> Header:
 
 def check_against_header(motion: GroundMotion, header: Header) -> None:
     """Raise a ValueError if a header states another number of values or another step than a motion has."""
-    count = motion.acceleration.size
-    if header.count is not None and header.count != count:
-        kind = "truncated" if count < header.count else "too long"
-        raise ValueError(
-            f"{motion.source}: {kind}: {count} values follow, not the {header.count} that the header states"
-        )
+    if header.count is not None:
+        check_count(motion.acceleration.size, str(header.count), motion.source)
     if header.step is not None and abs(motion.step - header.step) > 1e-3 * header.step:
         raise ValueError(f"{motion.source}: the step is {motion.step:g} s, but the header states {header.step:g} s")
 
@@ -99,21 +79,17 @@ def _is_words(line: str) -> bool:
 
 
 def read_running_values(path: str | PathLike, *, unit: str, step: float | None = None) -> list[GroundMotion]:
-    """Read accelerations that run on from line to line, as many per line throughout, except in the last line.
+    """Read accelerations with the same number of successive values in each line, except the last line.
 
-    Lines of words may stand before them, and a line with their number or the step.
+    Lines of words may come first, then a line with the number of values or the step.
 
     Args:
         path: The file; its name without the suffix names the motion.
         unit: Unit of the values.
-        step: Step [s]; the one that the header states by default.
+        step: Step [s]; None for the step that the header states.
 
     Returns:
         The motion, with the component that the header states; the file's name is not used.
-
-    Raises:
-        ValueError: If the header states another number of values or another step, the step is missing, lines have
-            different numbers of values, a value is not a finite number, or the last one is cut.
     """
     factor = unit_factor(unit, "unit")
     record = RecordText.of(path)
@@ -126,11 +102,11 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     for i, row in zip(places, rows, strict=True):
         if len(row) > len(rows[0]) or (len(row) < len(rows[0]) and i != places[-1]):
             raise ValueError(
-                f"{record.place(i)}: {len(row)} values, where the first line has {len(rows[0])}: a value is missing or "
+                f"{record.place(i)}: {len(row)} values, but the first line has {len(rows[0])}: a value is missing or "
                 "was added"
             )
     numbers = NumberLines(path, [" ".join(row) for row in rows], [i + 1 for i in places])
-    values = numbers.values()
+    values = checked_values(numbers, record.text)
     words = record.lines[: header.lines]
     check_statements(path, "", words, unit, factor)
     step = step if step is not None else header.step
@@ -139,10 +115,7 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
             f"{path}: the step of these {values.size} values must be given: wd.records.read(path, unit={unit!r}, "
             "step=0.01)"
         )
-    check_last_value(record.text, [token for row in rows for token in row], path)
-    check_forms(numbers)
     warn_of_layout(numbers, _lines_of_other_layout([record.lines[i] for i in places]))
-    check_missing_values(values, lambda i: numbers.place(i // len(rows[0])))
     component = next(filter(None, map(named_component, words)), "")
     motion = GroundMotion(factor * values, checked_step(step, "step"), record.stem, str(path), "", component)
     check_against_header(motion, header)
@@ -154,14 +127,14 @@ def _check_separators(record: RecordText, places: list[int]) -> None:
     for i in places:
         if "**" in record.lines[i]:
             raise ValueError(
-                f"{record.place(i)}: asterisks stand for a value that did not fit its field, and is lost: get the "
-                "record in another format or unit"
+                f"{record.place(i)}: asterisks replace a value that did not fit its field, so the value is lost: get "
+                "the record in another format or unit"
             )
     decimal = next((i for i in places if re.search(r"\d,\d", record.lines[i]) and "." not in record.lines[i]), None)
     if decimal is not None:
         raise ValueError(
             f"{record.place(decimal)}: {record.lines[decimal].strip()[:40]!r} seems to have decimal commas: replace "
-            "them by points"
+            "the commas by points"
         )
     marks = [len(re.findall(r"[,;\t]", record.lines[i])) for i in places[:-1]]
     usual = Counter(marks).most_common(1)[0][0] if marks else 0
@@ -176,7 +149,7 @@ def _check_separators(record: RecordText, places: list[int]) -> None:
 
 
 def _lines_of_other_layout(lines: list[str]) -> list[int]:
-    """Return the few lines whose numbers do not end where those of most lines do: one may have lost its sign."""
+    """Return lines whose numbers end at other positions than in most lines, if there are few: a sign may be lost."""
     ends = [tuple(match.end() for match in re.finditer(r"[\d.](?=[-+\s,;]|$)", line)) for line in lines]
     common, alike = Counter(ends).most_common(1)[0]
     others = [
@@ -186,7 +159,7 @@ def _lines_of_other_layout(lines: list[str]) -> list[int]:
 
 
 def tokens_of(line: str) -> list[str]:
-    """Return the numbers of a line as text, those that touch each other apart at their signs."""
+    """Return the numbers of a line as text; numbers that touch each other are separated at their signs."""
     return re.sub(r"[,;]", " ", _TOUCHING.sub(" ", line)).split()
 
 

@@ -1,4 +1,4 @@
-"""Reader of SAC and MiniSEED files, by obspy."""
+"""Reader of SAC and MiniSEED files, with obspy."""
 
 from __future__ import annotations
 
@@ -13,23 +13,20 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.obspy_streams import motions_of_stream
 from warpdyn.model.ground_motions.records.parsing.content import is_sac
 
-# SAC's codes of the dependent variable.
-_OTHER_QUANTITIES = {6: "displacement", 7: "velocity", 50: "voltage"}
-
 
 def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
     """Return the motions of a SAC or MiniSEED file.
 
     Args:
         path: The file.
-        data: Its bytes.
+        data: The bytes of the file.
         unit: Unit of the accelerations, which these files do not state.
-        step: Step [s], which is compared with that of the file.
+        step: Step [s], which must be that of the file; None to use the step of the file.
 
     Raises:
         ModuleNotFoundError: If obspy is not installed.
-        ValueError: If the unit is missing, obspy refuses the file, it has gaps, contains velocities or displacements,
-            or its values contradict the largest and smallest of its header.
+        ValueError: If the unit is missing, obspy refuses the file, or it has gaps, other quantities or extrema that
+            differ from its header.
     """
     name = "SAC" if is_sac(data) else "MiniSEED"
     try:
@@ -48,7 +45,10 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
     names = [trace.id for trace in stream]
     for trace in stream:
         if names.count(trace.id) > 1:
-            raise ValueError(f"{path}: the channel {trace.id} has gaps: it comes in {names.count(trace.id)} parts")
+            raise ValueError(
+                f"{path}: the channel {trace.id} has gaps: it has {names.count(trace.id)} parts. Fill them with "
+                "obspy's merge, and use wd.records.from_obspy"
+            )
         if name == "SAC":
             _check_sac(path, trace)
     motions = motions_of_stream(stream, unit, str(path))
@@ -63,15 +63,12 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
 
 
 def _check_sac(path: str | PathLike, trace) -> None:
-    """Raise a ValueError if a SAC file contains no accelerations or its extrema are not those of its header."""
+    """Raise a ValueError if a SAC file has uneven times or extrema that differ from its header."""
     header = trace.stats.sac
-    quantity = _OTHER_QUANTITIES.get(int(header.get("idep", 5)))
-    if quantity:
-        raise ValueError(f"{path}: this SAC file contains a {quantity} (IDEP in its header), not an acceleration")
     if not int(header.get("leven", 1)):
         raise ValueError(f"{path}: this SAC file has uneven times (LEVEN in its header): interpolate it first")
     for stated, found in ((header.get("depmin"), trace.data.min()), (header.get("depmax"), trace.data.max())):
-        # Extrema and values are in float32; -12345 is SAC's mark for what is unknown.
+        # Extrema and values are in float32; -12345 is SAC's mark for an unknown number.
         if stated is not None and stated != -12345 and np.isfinite(stated) and abs(stated - found) > 1e-5 * abs(stated):
             raise ValueError(
                 f"{path}: the header of this SAC file states an extremum of {stated:g}, but the values have {found:g}: "

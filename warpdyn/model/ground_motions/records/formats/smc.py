@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import azimuth_label, orientation
+from warpdyn.model.ground_motions.records.components.orientations import azimuth_label, orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, check_end
 from warpdyn.model.ground_motions.records.parsing.header_checks import stated_step
 from warpdyn.model.ground_motions.records.parsing.uneven import at_equal_steps
@@ -20,7 +20,7 @@ _TITLE = re.compile(
 _TEXT_LINES = 11
 _INTEGERS, _REALS = Layout(8, 10, 0), Layout(5, 15)
 _VALUES = Layout(8, 10, 4, is_scientific=True)
-# Places in the headers, from 0, and what stands for a value that is unknown.
+# Positions in the headers, from 0, and the number that is written for an unknown value.
 _UP_ANGLE, _AZIMUTH, _COMMENTS, _COUNT, _RATE = 12, 13, 15, 16, 1
 _MAXIMUM, _MINIMUM = 29, 31
 _UNKNOWN_REAL, _LARGEST_KNOWN = 1.7e38, 1e30
@@ -29,7 +29,7 @@ _KINDS = {"1": "acceleration", "2": "acceleration", "3": "velocity", "4": "displ
 
 
 def is_smc(first_lines: list[str]) -> bool:
-    """Return whether a file begins as an SMC file does: its kind, and a line that starts with an asterisk."""
+    """Return whether a file begins like an SMC file: its kind, and a line that starts with an asterisk."""
     return bool(_TITLE.match(first_lines[0])) and len(first_lines) > 1 and first_lines[1].strip() == "*"
 
 
@@ -37,19 +37,9 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
     """Read the acceleration of an SMC file: 11 lines of text, 98 numbers of the header, comments, values in cm/s2.
 
     Source: U.S. Geological Survey, "SMC-format data files".
-
-    Args:
-        path: The file; its name and the component name the motion.
-        step: Step [s] for records that were digitised at uneven times; these are interpolated.
-
-    Raises:
-        ValueError: If the file contains velocities, displacements or spectra, its header is not as specified, the
-            number or the peaks of the values are not those of the header, or the file is cut.
     """
     record = RecordText.of(path)
-    title = _TITLE.match(record.lines[0])
-    if title is None:
-        raise ValueError(f"{record.place(0)}: expected '2 CORRECTED ACCELEROGRAM', got {record.lines[0].strip()!r}")
+    title = record.expected(0, _TITLE, "'2 CORRECTED ACCELEROGRAM'")
     quantity = _KINDS.get(title["kind"], title["title"].lower())
     if quantity != "acceleration" or "accelerogram" not in title["title"].lower():
         raise ValueError(
@@ -70,7 +60,7 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
         raise ValueError(
             f"{path}: value 17 of the whole numbers, the number of values, must be at least 2, got {count}"
         )
-    is_uneven = reals[_RATE] == _UNKNOWN_REAL  # then values are pairs of a time and an acceleration
+    is_uneven = reals[_RATE] == _UNKNOWN_REAL  # then the file contains pairs of a time and an acceleration
     values, end = block(record, after, count, _VALUES)
     if is_uneven and len(record.lines) == end + 1:
         warn_caller(
@@ -80,7 +70,7 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
         check_end(record, end)
     if is_uneven:
         if count % 2:
-            raise ValueError(f"{path}: {count} numbers are no pairs of times and values: the header is damaged")
+            raise ValueError(f"{path}: {count} numbers cannot be pairs of times and values: the header is damaged")
         times, values = values[::2], values[1::2]
         _check_extrema(record, values, times, reals)
         values, found = at_equal_steps(times, values, step, path)
@@ -88,8 +78,7 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
         found = stated_step(f"{reals[_RATE]:.10g}", f"{path}: value 2 of the decimal numbers", is_rate=True)
         _check_extrema(record, values, found * np.arange(values.size), reals)
     station, component = _names(record, integers)
-    name = f"{record.stem} {component}".strip()
-    return [GroundMotion(0.01 * values, found, name, str(path), station, component)]
+    return [record.motion(0.01 * values, found, component, station)]
 
 
 def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, reals: np.ndarray) -> None:
@@ -116,11 +105,11 @@ def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, re
 
 
 def _names(record: RecordText, integers: np.ndarray) -> tuple[str, str]:
-    """Return what the components of one sensor have in common, and the component."""
+    """Return the name of the record, which the components of one sensor share, and the component."""
     up, azimuth = int(integers[_UP_ANGLE]), int(integers[_AZIMUTH])
     found = next((match for line in record.lines[:_TEXT_LINES] if (match := _STATION.search(line))), None)
-    label = orientation(found["component"].strip()) if found else orientation("")
-    component = label.label if label.kind != "unknown" else ""
+    label = orientation(found["component"].strip() if found else "")
+    component = label.known_label
     if up in (0, 180):
         component = "UP" if up == 0 else "DOWN"
     elif up == 90 and label.kind != "horizontal":

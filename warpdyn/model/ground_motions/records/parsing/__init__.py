@@ -1,1 +1,1 @@
-"""What readers of record files share: archives, encodings, values of fixed width, and checks against headers."""
+"""Shared parts of readers: archives, encodings, values of fixed width, and comparisons with headers."""

@@ -12,18 +12,15 @@ from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path, PurePath, PurePosixPath
 
-# Records have at most some tens of MB. A damaged or malicious archive can announce any size, and must not fill the
-# memory.
-LARGEST_FILE = 500_000_000  # bytes
+LARGEST_FILE = 500_000_000  # bytes; records have less than 100 MB, and a damaged archive must not fill the memory
 DEEPEST = 3  # archives inside archives: CESMD packs one zip per station into a zip
-_TOO_LARGE = f"it unpacks to more than {LARGEST_FILE // 1_000_000} MB, which no record does"
 
 _LITTER = ("._*", ".*", "~$*", "*~", "#*#", "*.bak", "*.swp", "*.swo", "*.tmp", "*.orig", "*.part", "*.crdownload")
 _LITTER_OF_SYSTEMS = ("thumbs.db", "ehthumbs.db", "desktop.ini", "icon\r", "__macosx", "$recycle.bin")
 
 
 class Member(PathLike):
-    """A file inside an archive: its path is that of the archive, a slash, and its name in there."""
+    """A file inside an archive; its path is that of the archive, a slash, and its name in the archive."""
 
     def __init__(self, archive: str | PathLike, name: str, data: bytes) -> None:
         self.path, self.data = f"{archive}/{name}", data
@@ -36,12 +33,9 @@ class Member(PathLike):
 
 
 def is_litter(name: str | PurePath) -> bool:
-    """Return whether a file was left by a file manager, an editor or a download, and is not a record.
+    """Return whether a file, by its path in a folder or archive, is an auxiliary file of a file manager or an editor.
 
-    macOS writes "._X.AT2" beside each file X.AT2 on other systems' disks and in archives (folder "__MACOSX").
-
-    Args:
-        name: Path of the file, within its folder or archive.
+    macOS adds "._X.AT2" to each file X.AT2 on disks of other systems and in archives (folder "__MACOSX").
     """
     parts = [part.lower() for part in PurePath(name).parts]
     if not parts:
@@ -71,7 +65,7 @@ def zip_names(data: bytes) -> list[str] | None:
 
 
 def is_archive(data: bytes) -> bool:
-    """Return whether a file is one that `members` opens; an Excel or NumPy file, which is a zip archive, is another."""
+    """Return whether `members` opens a file; Excel and NumPy files, which are zip archives too, are not opened."""
     names = zip_names(data)
     if names is not None:
         return not ("[Content_Types].xml" in names or (names and all(name.endswith(".npy") for name in names)))
@@ -79,15 +73,12 @@ def is_archive(data: bytes) -> bool:
 
 
 def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Member]:
-    """Return the files in an archive, those of archives inside it among them.
-
-    Folders, empty files and what file managers and editors leave, such as ".DS_Store", are left out
-    of zip and tar archives.
+    """Return the files in an archive and in archives inside it, without folders, empty and auxiliary files.
 
     Args:
         path: The archive.
         data: Its bytes.
-        depth: How many archives this one is in, with itself.
+        depth: Level of the archive, 1 for an archive that is not inside another.
 
     Raises:
         ValueError: If the archive is damaged, encrypted, too large or nested too deeply.
@@ -96,8 +87,8 @@ def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Membe
         raise ValueError(f"{path}: archives inside archives, more than {DEEPEST} deep: unpack the outer ones first")
     try:
         for name, content in _unpacked(path, data):
-            is_left = not is_gzip(data) and is_litter(PurePosixPath(name.replace("\\", "/")))
-            if not content or is_left:  # the user named the only file in a gzip file
+            # The file in a gzip file has the name that the user gave.
+            if not content or (not is_gzip(data) and is_litter(PurePosixPath(name.replace("\\", "/")))):
                 continue
             member = Member(path, name, content)
             if is_archive(content):
@@ -109,7 +100,7 @@ def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Membe
 
 
 def _unpacked(path: str | PathLike, data: bytes) -> Iterator[tuple[str, bytes]]:
-    """Return names and bytes of the files of one archive, as they are unpacked."""
+    """Return names and bytes of the files of one archive."""
     if is_gzip(data):
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
             content = file.read(LARGEST_FILE + 1)
@@ -135,4 +126,4 @@ def _unpacked(path: str | PathLike, data: bytes) -> Iterator[tuple[str, bytes]]:
 
 def _check_size(path: str | PathLike, size: int) -> None:
     if size > LARGEST_FILE:
-        raise ValueError(f"{path}: {_TOO_LARGE}")
+        raise ValueError(f"{path}: it unpacks to more than {LARGEST_FILE // 1_000_000} MB, too much for a record")

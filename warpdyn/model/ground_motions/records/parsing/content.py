@@ -1,4 +1,4 @@
-"""What a file contains: its text in any usual encoding, or the name of what it is instead of a record."""
+"""Content of a file: its text in any usual encoding, or the kind of file if it is not a record."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _OBSPY = "read it with wd.records.from_obspy(obspy.read(path), unit=...)"
 _AGAIN = "download the file again; the web site may need a login first"
 _SHEET = "save its sheet as CSV and read it with wd.records.read_text(path, unit=...)"
 
-# First bytes of files that are not text, what such a file is, and what to do.
+# First bytes of files that are not text, the kind of file, and what to do.
 _FIRST_BYTES: tuple[tuple[bytes, str, str], ...] = (
     (b"BZh", "a file compressed with bzip2", "unpack it first: bunzip2 FILE"),
     (b"\xfd7zXZ\x00", "a file compressed with xz", "unpack it first: unxz FILE"),
@@ -41,24 +41,21 @@ _FIRST_BYTES: tuple[tuple[bytes, str, str], ...] = (
     (b"\xc3\x40\xf1", "a SEG-Y file", _OBSPY),
     (b"SQLite format 3", "an SQLite database", _ARRAY),
 )
-# The same of text, by a pattern at its start.
-_FIRST_TEXT: tuple[tuple[re.Pattern[str], str, str], ...] = tuple(
-    (re.compile(pattern, re.IGNORECASE), what, remedy)
-    for pattern, what, remedy in (
-        (r"\s*(<!--.*?-->\s*)*<(!doctype\s+html|html|head|body)\b", "an HTML page, such as an error page", _AGAIN),
-        (r"\s*<(\?xml|!doctype|\w+[\s>])", "an XML file", "download the file with the values of the record instead"),
-        (r"version https://git-lfs\.github\.com", "a Git LFS pointer, not the file itself", "run: git lfs pull"),
-        (r"\S*/annex/objects/", "a git-annex pointer, not the file itself", "run: git annex get FILE"),
-        (r"\s*[{\[]\s*[\"{\[]", "a JSON file", f"{_ARRAY}; json.load loads it"),
-        (r"WID2 ", "a GSE2 file", _OBSPY),
-        (r"TIMESERIES \w+_", "an SLIST or TSPAIR file of seismic data", _OBSPY),
-    )
+# Patterns at the start of text files that are not records, the kind of file, and what to do.
+_FIRST_TEXT = (
+    (r"\s*(<!--.*?-->\s*)*<(!doctype\s+html|html|head|body)\b", "an HTML page, such as an error page", _AGAIN),
+    (r"\s*<(\?xml|!doctype|\w+[\s>])", "an XML file", "download the file with the values of the record instead"),
+    (r"version https://git-lfs\.github\.com", "a Git LFS pointer, not the file itself", "run: git lfs pull"),
+    (r"\S*/annex/objects/", "a git-annex pointer, not the file itself", "run: git annex get FILE"),
+    (r"\s*[{\[]\s*[\"{\[]", "a JSON file", f"{_ARRAY}; json.load loads it"),
+    (r"WID2 ", "a GSE2 file", _OBSPY),
+    (r"TIMESERIES \w+_", "an SLIST or TSPAIR file of seismic data", _OBSPY),
 )
-_LARGEST_HEAD = 4096  # characters: what a file is shows in its first lines
+_LARGEST_HEAD = 4096  # characters that are compared with these patterns
 
 
 def bytes_of(path: str | PathLike) -> bytes:
-    """Return the bytes of a file or of a member of an archive, or raise an error with the reason why there are none."""
+    """Return the bytes of a file or of a member of an archive, or raise an error with the reason if it has none."""
     if isinstance(path, Member):
         return path.data
     if not isinstance(path, str | PathLike):
@@ -67,8 +64,8 @@ def bytes_of(path: str | PathLike) -> bytes:
         raise ValueError("path is empty: give the name of a file")
     if Path(path).is_dir():
         raise IsADirectoryError(
-            f"{path}: is a directory, not a file; wd.records.read_directory(path, pattern='*.AT2') reads "
-            "the files in it"
+            f"{path}: is a directory, not a file; wd.records.read_directory(path, pattern='*.AT2') reads the files in "
+            "it"
         )
     if not Path(path).is_file():
         raise FileNotFoundError(f"{path}: no such file")
@@ -80,7 +77,7 @@ def bytes_of(path: str | PathLike) -> bytes:
 
 
 def refuse_other_content(path: str | PathLike, data: bytes) -> None:
-    """Raise a ValueError that names what a file is if it is not text, and what to do."""
+    """Raise a ValueError with the kind of a file that is not text, and what to do."""
     names = zip_names(data)
     found: tuple[str, str] | None = None
     if names is not None:
@@ -109,10 +106,9 @@ def refuse_other_content(path: str | PathLike, data: bytes) -> None:
 
 
 def refuse_other_text(path: str | PathLike, text: str) -> None:
-    """Raise a ValueError that names what a text is if it contains no record, and what to do."""
-    head = text[:_LARGEST_HEAD]
+    """Raise a ValueError with the kind of a text that contains no record, and what to do."""
     for pattern, what, remedy in _FIRST_TEXT:
-        if pattern.match(head):
+        if re.match(pattern, text[:_LARGEST_HEAD], re.IGNORECASE):
             raise _refusal(path, what, remedy)
 
 
@@ -137,7 +133,7 @@ def is_sac(data: bytes) -> bool:
 
 
 def _is_utf_16(data: bytes) -> bool:
-    """Return whether a text is in UTF-16: its mark, or a zero in every second byte."""
+    """Return whether a text is in UTF-16: it starts with the mark, or every second byte is 0."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return True
     head = data[: _LARGEST_HEAD - _LARGEST_HEAD % 2]
@@ -149,14 +145,10 @@ def _is_utf_16(data: bytes) -> bool:
 
 
 def decoded(data: bytes) -> str:
-    """Return the text of a file, with lines that end in LF alone.
+    """Return the text in the bytes of a file, with LF as the end of every line.
 
-    Encodings are UTF-8, UTF-16 and otherwise Latin-1, in which each byte is a letter. Line ends are LF, CR LF, CR, LF
-    CR and CR CR LF, which a program writes that translates CR LF a second time. What DOS programs fill the end of a
-    file with, control-Z or zero bytes behind the last line, is left out.
-
-    Args:
-        data: The bytes of the file.
+    Encodings are UTF-8, UTF-16 and otherwise Latin-1. Line ends are LF, CR LF, CR, LF CR and CR CR LF (from a program
+    that converts CR LF twice). Control-Z and zero bytes after the last line, which DOS programs add, are removed.
     """
     if _is_utf_16(data):
         is_big = data.startswith(codecs.BOM_UTF16_BE) or (data[0] == 0 and not data.startswith(codecs.BOM_UTF16_LE))

@@ -1,8 +1,9 @@
-"""Text of a record file with values in fields of a fixed width, as Fortran writes them."""
+"""Text of a record file, its header, and values in fields of a fixed width, as Fortran writes them."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from os import PathLike
@@ -10,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
-from warpdyn.model.ground_motions.records.text import lines_of, number, text_of
+from warpdyn.model.ground_motions.records.text import NumberLines, lines_of, number, text_of, warn_of_blank_end
 
 _TO_FORM = str.maketrans("123456789d", "000000000D")
 _FORMAT = re.compile(
@@ -22,7 +23,7 @@ _FORMAT = re.compile(
 
 @dataclass(frozen=True)
 class Layout:
-    """How values stand in a line: `8F9.6` is 8 values of 9 characters with 6 decimals.
+    """Layout of the values in a line: `8F9.6` is 8 values of 9 characters with 6 decimals.
 
     Args:
         per_line: Values per line; the last line may have fewer.
@@ -48,13 +49,32 @@ class Layout:
         decimals = int(found["decimals"] or 0) if is_fixed else None
         return cls(int(found["per_line"]), int(found["width"]), decimals)
 
-    def __str__(self) -> str:
-        return f"{self.per_line} values of {self.width} characters"
+
+class Header(dict[str, tuple[str, str]]):
+    """The value and the place of each line "NAME: value" of a header; a missing name raises a ValueError.
+
+    Args:
+        path: The file.
+        format: Name of its format, for errors.
+    """
+
+    def __init__(self, path: str | PathLike, format: str) -> None:
+        self.path, self.format = path, format
+
+    def __missing__(self, name: str) -> tuple[str, str]:
+        raise ValueError(
+            f"{self.path}: the header of this {self.format} file lacks the line {name!r}: get a complete copy of the "
+            "file"
+        )
+
+    def starting(self, name: str) -> tuple[str, str]:
+        """Return the value and the place of the first line whose name starts with `name`."""
+        return self[next((key for key in self if key.startswith(name)), name)]
 
 
 @dataclass(frozen=True)
 class RecordText:
-    """The text of a record file, line by line."""
+    """The text of a record file, line by line; lines are counted from 0."""
 
     path: str | PathLike
     text: str
@@ -72,14 +92,40 @@ class RecordText:
         return Path(self.path).stem
 
     def place(self, i: int) -> str:
-        """Return file and line, such as "quake.V1:7", of line `i`, counted from 0."""
+        """Return file and line, such as "quake.V1:7", of line `i`."""
         return f"{self.path}:{i + 1}"
 
     def line(self, i: int, what: str) -> str:
-        """Return line `i`, counted from 0, or raise a ValueError if the file ends before it."""
+        """Return line `i`, or raise a ValueError if the file ends before it."""
         if i >= len(self.lines):
             raise ValueError(f"{self.path}: truncated: the file ends at line {len(self.lines)}, before {what}")
         return self.lines[i]
+
+    def expected(self, i: int, pattern: re.Pattern[str], what: str) -> re.Match[str]:
+        """Return the match of a pattern in line `i`, or raise a ValueError with the expected text."""
+        found = pattern.search(self.line(i, what))
+        if found is None:
+            raise ValueError(f"{self.place(i)}: expected {what}, got {self.lines[i].strip()[:60]!r}")
+        return found
+
+    def header(self, format: str, end: int, clean: Callable[[str], str] = str.upper) -> Header:
+        """Return the lines "NAME: value" before line `end`; `clean` returns the form in which a name is looked up."""
+        header = Header(self.path, format)
+        for i, line in enumerate(self.lines[:end]):
+            name, colon, value = line.partition(":")
+            if colon:
+                header.setdefault(clean(name.strip()), (value.strip(), self.place(i)))
+        return header
+
+    def numbers(self, first: int) -> NumberLines:
+        """Return the lines from `first` on that are not blank, as lines of numbers."""
+        kept = [i for i in range(first, len(self.lines)) if self.lines[i].strip()]
+        return NumberLines(self.path, [self.lines[i] for i in kept], [i + 1 for i in kept])
+
+    def motion(self, values: np.ndarray, step: float, component: str, record: str = "") -> GroundMotion:
+        """Return a motion that is named by the file and the component."""
+        name = f"{self.stem} {component}".strip()
+        return GroundMotion(np.array(values), step, name, str(self.path), record.strip(), component)
 
 
 def block(
@@ -90,13 +136,13 @@ def block(
     Args:
         record: The text.
         first: Number of the first line, from 0.
-        count: How many values there are.
-        layout: How they stand in a line.
-        is_data: Whether these are samples, which cannot be missing, and not values of a header.
+        count: Number of values.
+        layout: Layout of the values in a line.
+        is_data: Whether the values are samples, which cannot be missing, and not numbers of a header.
 
     Raises:
-        ValueError: If there are fewer values, a line is longer or shorter than the layout says, or a field is blank,
-            full of asterisks (a number that did not fit) or not a number with as many decimals as the layout says.
+        ValueError: If there are fewer values, a line is longer or shorter than in the layout, or a field is blank, full
+            of asterisks (a number that did not fit) or not a number with the decimals of the layout.
     """
     rows = -(-count // layout.per_line)
     lines = [line.rstrip() for line in record.lines[first : first + rows]]
@@ -114,7 +160,7 @@ def block(
         fields = layout.per_line if i < rows - 1 else count - (rows - 1) * layout.per_line
         form = lines[i].translate(_TO_FORM), fields
         if form not in seen:
-            _check_line(lines[i], fields, layout, record.place(first + i))
+            _check_line(lines[i], fields, layout, record.place(first + i), is_end=first + i == len(record.lines) - 1)
             seen.add(form)
     width = layout.width
     tokens = [line[i : i + width] for line in lines for i in range(0, len(line), width)]
@@ -129,26 +175,26 @@ def block(
     return values, first + rows
 
 
-def _check_line(line: str, fields: int, layout: Layout, place: str) -> None:
-    """Raise a ValueError unless a line has as many fields of the layout's width, each with a number at its right."""
+def _check_line(line: str, fields: int, layout: Layout, place: str, *, is_end: bool) -> None:
+    """Raise a ValueError unless a line has this number of fields, each with a number at its right end."""
     width = layout.width
     row = [line[i : i + width] for i in range(0, len(line), width)]
     for field in row:
         if "*" in field:
             raise ValueError(
-                f"{place}: {field.strip()!r} stands for a value that did not fit its field of {width} characters, and "
-                "is lost: get the record in another format or unit"
+                f"{place}: {field.strip()!r} replaces a value that did not fit its field of {width} characters, so the "
+                "value is lost: get the record in another format or unit"
             )
         if re.fullmatch(r"\s*[-+]?(nan|inf\w*)\s*", field, re.IGNORECASE):
             raise ValueError(f"{place}: {field.strip()!r} is not a finite number")
     if len(row) != fields or (row and len(row[-1]) != width):
+        why = "it is the last line, so the file may be truncated" if is_end else "characters are missing or were added"
         raise ValueError(
-            f"{place}: this line must have {fields} values of {width} characters, got {line.strip()[:60]!r}: "
-            "characters are missing or were added"
+            f"{place}: this line must have {fields} values of {width} characters, got {line.strip()[:60]!r}: {why}"
         )
     for field in row:
         if not _field_pattern(layout.decimals, layout.is_scientific).fullmatch(field):
-            number(field.strip(), place)  # an error that names what is no number at all
+            number(field.strip(), place)  # raises a clearer error if this is not a number
             digits = "" if layout.decimals is None else f" with {layout.decimals} digits after the point"
             raise ValueError(
                 f"{place}: expected a number{digits} at the right of its field of {width} characters, got {field!r}"
@@ -166,9 +212,9 @@ def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]
 
 
 def layout_of_lines(record: RecordText, first: int, decimals: int | None = None) -> Layout:
-    """Return the layout of the values that start at a line, from the places where its numbers end.
+    """Return the layout of the values that start at a line, from the positions at which its numbers end.
 
-    Numbers that touch each other are told apart by their sign or their number of decimals.
+    Numbers that touch each other are separated by their signs or their number of decimals.
 
     Args:
         record: The text.
@@ -191,17 +237,11 @@ def layout_of_lines(record: RecordText, first: int, decimals: int | None = None)
 
 
 def check_end(record: RecordText, next_line: int) -> None:
-    """Raise a ValueError unless the values are complete at the end of a file, and nothing follows them.
-
-    Args:
-        record: The text.
-        next_line: Number of the line after the last value, from 0.
-    """
+    """Raise a ValueError if lines follow the values, which end before the line of this number; warn of a cut end."""
     rest = [i for i in range(next_line, len(record.lines)) if record.lines[i].strip()]
     if rest:
         raise ValueError(
             f"{record.place(rest[0])}: more follows than the values that the header states: "
-            f"{record.lines[rest[0]].strip()[:60]!r}"
+            f"{record.lines[rest[0]].strip()[:60]!r}. Delete the line if it does not belong to the record"
         )
-    if record.text[-1] != "\n" and not record.text.rpartition("\n")[2].strip():
-        warn_caller(f"{record.path}: ends within a line of blanks, so it may be truncated")
+    warn_of_blank_end(record.text, record.path)

@@ -1,22 +1,22 @@
-"""Checks of values against what a header states about them: peak, duration, number, and markers of missing values."""
+"""Comparisons of values with number, peak and duration in the header, and a search for markers of missing values."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from warpdyn.model.ground_motions.records.text import number
+from warpdyn.model.ground_motions.records.text import NumberLines, check_forms, check_last_value, number
 from warpdyn.model.ground_motions.records.units import checked_step
 
 # Written instead of a value that is missing: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
 _MARKER = re.compile(r"9{3,}(\.[09]+)?|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
 # s; recorders take 20 to 1000 samples per second, and broadband channels at least 1.
 SHORTEST_STEP, LONGEST_STEP = 2e-4, 1.0
-# A marker is far from all other values. Peaks of records, such as 999 gal, are close to their neighbours.
+# A marker exceeds all other values by this factor. The peak of a record, such as 999 gal, does not.
 FARTHEST_PEAK = 3.0
-FEWEST_OTHERS = 10  # values that show how large those of this record are
+FEWEST_OTHERS = 10  # values that a marker is compared with
 
 
 def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> None:
@@ -42,6 +42,35 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
         )
 
 
+def checked_values(numbers: NumberLines, text: str, columns: Sequence[int] | None = None) -> np.ndarray:
+    """Return the numbers of lines, checked for damage that the text shows; shape [column, line] if columns are given.
+
+    Args:
+        numbers: The lines.
+        text: The text of the file.
+        columns: The columns to read; None for all numbers, one after the other.
+
+    Raises:
+        ValueError: If a value is not a finite number, is written in another form than the others, or marks a missing
+            value, or if the last value is cut.
+    """
+    values = numbers.values(columns) if len(numbers) else np.zeros(0)
+    check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], numbers.path)
+    check_forms(numbers)
+    per_line = len(numbers.tokens(0)) if columns is None and len(numbers) else 1
+    for row in np.atleast_2d(values):
+        check_missing_values(row, lambda i: numbers.place(min(i // per_line, len(numbers) - 1)))
+    return values
+
+
+def check_count(found: int, stated: str, place: str) -> None:
+    """Raise a ValueError unless the number of values is the one that a header states."""
+    expected = stated_count(stated, place)
+    if found != expected:
+        kind = "truncated" if found < expected else "too long"
+        raise ValueError(f"{place}: {kind}: {found} values follow, not the {expected} that the header states")
+
+
 def printed_precision(text: str) -> float:
     """Return the unit in the last place of a printed number: 0.001 for "-0.083", 0.01 for "1.234E+01"."""
     mantissa, _, exponent = text.strip().lower().replace("d", "e").partition("e")
@@ -53,17 +82,17 @@ def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: f
 
     Args:
         values: The values in the unit of the stated peak.
-        stated: The peak as it is printed; 0 states nothing.
+        stated: The printed peak; 0 states nothing.
         place: File and line of the header.
         precision: Unit in the last place of the values, if the header prints more digits than they have.
 
     The tolerance is one unit in the last place of both numbers, since programs round or cut off.
     """
-    told, peak = abs(number(stated.strip(), place)), float(np.abs(values).max())
+    expected, peak = abs(number(stated.strip(), place)), float(np.abs(values).max())
     tolerance = printed_precision(stated) + precision
-    if told != 0 and abs(peak - told) > tolerance * (1 + 1e-6):
+    if expected != 0 and abs(peak - expected) > tolerance * (1 + 1e-6):
         raise ValueError(
-            f"{place}: the header states a peak of {told:g}, but the largest value is {peak:g}: the header or the "
+            f"{place}: the header states a peak of {expected:g}, but the largest value is {peak:g}: the header or the "
             "values are damaged. Get another copy of the file"
         )
 
@@ -76,10 +105,10 @@ def check_time_of_peak(
     Args:
         values: The values.
         step: Step [s].
-        stated: Time of the peak [s] as it is printed; the first value may be at 0 or at one step.
+        stated: Printed time of the peak [s]; the first value may be at 0 or at one step.
         place: File and line of the header.
-        precision: Unit in the last place of the values, by which the one at this time may be smaller than the largest.
-        first: How long before the stated zero of time the values begin [s].
+        precision: Unit in the last place of the values: the value at this time may be smaller than the peak by it.
+        first: Time between the first value and the zero of the stated time [s].
     """
     time = number(stated, place) + first
     sizes = np.abs(values)
@@ -100,15 +129,15 @@ def check_duration(count: int, step: float, stated: str, place: str, precision: 
     Args:
         count: Number of values.
         step: Step [s].
-        stated: The duration [s] as it is printed.
+        stated: The printed duration [s].
         place: File and line of the header.
         precision: Unit in the last place of the step [s].
     """
-    told = number(stated, place)
+    expected = number(stated, place)
     allowed = 0.51 * step + printed_precision(stated) + 0.5 * precision * count
-    if told > 0 and abs((count - 0.5) * step - told) > allowed:
+    if expected > 0 and abs((count - 0.5) * step - expected) > allowed:
         raise ValueError(
-            f"{place}: the header states a duration of {told:g} s, but {count} values at steps of {step:g} s last "
+            f"{place}: the header states a duration of {expected:g} s, but {count} values at steps of {step:g} s last "
             f"{(count - 1) * step:g} s: one of these numbers is damaged"
         )
 

@@ -8,10 +8,8 @@ import numpy as np
 
 from warpdyn.model.ground_motions.records.units import checked_step
 
-# s; digitised records have up to 0.04 s between points of straight parts, and a lost line of 4 to 5 points less than
-# this.
-LONGEST_GAP = 0.1
-LARGEST_INTERPOLATED = 10_000_000  # samples: a step that is given by mistake in other units must not fill the memory
+LONGEST_GAP = 0.1  # s; digitised records have up to 0.04 s between points of straight parts
+LARGEST_INTERPOLATED = 10_000_000  # samples; a step in a wrong unit must not fill the memory
 
 
 def at_equal_steps(
@@ -19,18 +17,17 @@ def at_equal_steps(
 ) -> tuple[np.ndarray, float]:
     """Return values at equal steps, and the step [s].
 
-    Times that are even within their printed digits are taken as they are. Others are interpolated linearly, if a step
-    is given.
+    Values at times that are even within their printed digits are unchanged. Others are interpolated linearly.
 
     Args:
         times: Times [s].
         values: Values at these times.
-        step: Step [s] of the interpolated values.
+        step: Step [s] of the interpolated values; None if the user gave none.
         path: The file.
         digits: Unit in the last place of the times [s].
 
     Raises:
-        ValueError: If times are not in ascending order, or they are uneven and no step is given.
+        ValueError: If times do not increase, or they are uneven and `step` is missing.
     """
     gaps = np.diff(times)
     mean = float((times[-1] - times[0]) / (times.size - 1))
@@ -56,7 +53,7 @@ def at_equal_steps(
     step = checked_step(step, "step")
     if (times[-1] - times[0]) / step > LARGEST_INTERPOLATED:
         raise ValueError(
-            f"step is {step:g} s, which makes more than {LARGEST_INTERPOLATED:,} values: is it in seconds?"
+            f"{path}: step={step:g} s makes more than {LARGEST_INTERPOLATED:,} values: give step= in seconds"
         )
     grid = np.arange(times[0], times[-1] + 1e-9 * step, step)
     return np.interp(grid, times, values), step

@@ -1,4 +1,4 @@
-"""Intensity measures of two horizontal components together: each component of a pair has the value of the pair."""
+"""Intensity measures of two horizontal components; both components of a pair get the value of the pair."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import numpy as np
 from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import MEASURE
-from warpdyn.model.ground_motions.intensity_measures import IntensityMeasure, SpectralAcceleration
+from warpdyn.model.ground_motions.measures.measure import ACCELERATION, IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import SpectralAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion
-from warpdyn.model.ground_motions.records.components import instrument_of, orientation, pairs
+from warpdyn.model.ground_motions.records.components.orientations import orientation
+from warpdyn.model.ground_motions.records.components.pairing import instrument_of, pairs
 
-ANGLES = np.arange(180)  # degrees; a turn by 180 changes signs alone
+ANGLES = np.arange(180)  # degrees; a turn by 180 degrees changes only the sign
 
 
 class PairMeasure(IntensityMeasure):
-    """A measure of pairs of motions, which their `record` names."""
+    """A measure of pairs of motions; motions with the same `record` are a pair."""
 
     def value(self, motion: GroundMotion) -> float:
-        """Raise a ValueError: one component does not tell the measure of the pair."""
-        raise ValueError(
-            f"{self.name} needs both components of motion {motion.name!r}: ask for values([...]) of a pair"
-        )
+        """Raise a ValueError, because the measure needs both components."""
+        raise ValueError(f"{self.name} needs both components of motion {motion.name!r}: call values([first, second])")
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
         """Return the measure of each motion's pair, shape [motion]."""
@@ -34,7 +34,8 @@ class PairMeasure(IntensityMeasure):
         for motion in motions:
             if instrument_of(motion) not in of_instrument:
                 raise ValueError(
-                    f"{self.name}: record {motion.record!r} of {motion.name!r} has no horizontal components"
+                    f"{self.name} needs horizontal components, but motion {motion.name!r} of record {motion.record!r} "
+                    "is vertical: remove the motion, or use records.read(path, components='horizontal')"
                 )
         return np.array([of_instrument[instrument_of(motion)] for motion in motions])
 
@@ -52,12 +53,12 @@ class GeometricMean(PairMeasure):
         measure: The measure of one component.
 
     Raises:
-        ValueError: From `values`, as `records.pairs` says.
-        TypeError: If the measure is none of one component.
+        ValueError: From `values`, if motions are not pairs (see `records.pairs`).
+        TypeError: If `measure` is not an intensity measure of one component.
 
     Example:
-        >>> told = dict(step=0.02, record="quake")
-        >>> components = [wd.GroundMotion(noise[i], **told, component="NE"[i]) for i in (0, 1)]
+        >>> both = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **both, component="NE"[i]) for i in (0, 1)]
         >>> measure = wd.GeometricMean(wd.PeakGroundAcceleration())
         >>> measure.values(components).round(2)
         array([7.86, 7.86])
@@ -67,17 +68,35 @@ class GeometricMean(PairMeasure):
 
     def __post_init__(self) -> None:
         if not isinstance(self.measure, IntensityMeasure) or isinstance(self.measure, PairMeasure):
-            raise TypeError(f"GeometricMean takes a measure of one component, got {self.measure!r}")
+            raise TypeError(
+                f"measure must be an intensity measure of one component, such as wd.PeakGroundVelocity(), got "
+                f"{self.measure!r}"
+            )
         object.__setattr__(self, "units", self.measure.units)
         object.__setattr__(self, "power", self.measure.power)
 
     @property
     def name(self) -> str:
         """Name of this measure in results and figures."""
-        return f"geometric mean of {self.measure.name}"
+        return f"{self.components} of {self.measure.name}"
+
+    @property
+    def components(self) -> str:
+        """Combination of the two components."""
+        return "geometric mean"
+
+    @property
+    def kind(self) -> str:
+        """OpenQuake's name of the measure of one component."""
+        return self.measure.kind
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Damping ratio [%] and periods [s] of the measure of one component."""
+        return self.measure.parameters
 
     def attributes(self) -> dict[str, object]:
-        """Return the attributes that name this measure in a dataset, with period and damping of one component's."""
+        """Return the attributes that name this measure in a dataset, with period and damping of `measure`."""
         return self.measure.attributes() | {MEASURE: self.name}
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
@@ -91,8 +110,8 @@ class GeometricMean(PairMeasure):
 class RotatedSpectralAcceleration(PairMeasure):
     """A percentile, over all horizontal directions, of the pseudo-spectral acceleration (RotD50, RotD100) [m/s2].
 
-    The two components, zero after their ends, are turned by each degree from 0 to 179. If their azimuths are known and
-    not 90 degrees apart, the component perpendicular to the first one is calculated before.
+    The two components are rotated by 0, 1, ..., 179 degrees; a shorter component is continued with zeros. If their
+    azimuths are known and not 90 degrees apart, the component perpendicular to the first one is computed first.
 
     Source: Boore (2010), "Orientation-independent, nongeometric-mean measures of seismic intensity from two horizontal
     components of motion".
@@ -103,12 +122,13 @@ class RotatedSpectralAcceleration(PairMeasure):
         percentile: Percentile over the directions [%]: 50 for RotD50, 100 for RotD100, 0 for RotD00.
 
     Raises:
-        ValueError: If the period or damping ratio is none, or the percentile is outside 0 to 100; from `values`, as
-            `records.pairs` says, or if the components of a pair have different steps.
+        ValueError: If the period is not positive, the damping ratio is outside [0, 1), or the percentile is outside 0
+            to 100; from `values`, if motions are not pairs (see `records.pairs`), or the components of a pair have
+            different steps.
 
     Example:
-        >>> told = dict(step=0.02, record="quake")
-        >>> components = [wd.GroundMotion(noise[i], **told, component="NE"[i]) for i in (0, 1)]
+        >>> both = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **both, component="NE"[i]) for i in (0, 1)]
         >>> measure = wd.RotatedSpectralAcceleration(0.5, percentile=100)
         >>> measure.values(components).round(1)
         array([5.6, 5.6])
@@ -117,40 +137,53 @@ class RotatedSpectralAcceleration(PairMeasure):
     period: float
     damping_ratio: float = 0.05
     percentile: float = 50.0
-    units = "m s-2"
+    units = ACCELERATION
+    kind = "SA"
 
     def __post_init__(self) -> None:
-        SpectralAcceleration(self.period, self.damping_ratio)
+        _ = self._of_one  # checks the period and the damping ratio
         if real_number("percentile", self.percentile, least=0) > 100:
             raise ValueError(f"percentile must be at most 100, got {self.percentile!r}")
 
     @property
     def name(self) -> str:
         """Name of this measure in results and figures."""
-        return f"RotD{self.percentile:02.4g} Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
+        return f"{self.components} {self._of_one.name}"
+
+    @property
+    def components(self) -> str:
+        """Combination of the two components, such as "RotD50"."""
+        return f"RotD{self.percentile:02.4g}"
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Damping ratio [%] and period [s]."""
+        return self._of_one.parameters
+
+    @property
+    def _of_one(self) -> SpectralAcceleration:
+        return SpectralAcceleration(self.period, self.damping_ratio)
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
         """Return the measure of each pair, shape [pair]."""
-        measure = SpectralAcceleration(self.period, self.damping_ratio)
-        turned = [motion for first, second in both for motion in _turned(first, second)]
-        return np.percentile(measure.values(turned).reshape(len(both), ANGLES.size), self.percentile, axis=1)
+        rotated = [motion for first, second in both for motion in _rotated(first, second)]
+        return np.percentile(self._of_one.values(rotated).reshape(len(both), ANGLES.size), self.percentile, axis=1)
 
 
-def _turned(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
-    """Return the motion in each direction."""
+def _rotated(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
+    """Return the motion in each of the ANGLES."""
     if first.step != second.step:
         raise ValueError(
-            f"record {first.record!r}: {first.name!r} has steps of {first.step:g} s and {second.name!r} of "
-            f"{second.step:g} s: resample one"
+            f"record {first.record!r}: {first.name!r} has a step of {first.step:g} s and {second.name!r} one of "
+            f"{second.step:g} s; both need the same step: call motion.resampled({min(first.step, second.step):g})"
         )
     rows = np.zeros((2, max(first.acceleration.size, second.acceleration.size)))
     rows[0, : first.acceleration.size] = first.acceleration
     rows[1, : second.acceleration.size] = second.acceleration
     first_azimuth, second_azimuth = (orientation(motion.component).azimuth for motion in (first, second))
     if first_azimuth is not None and second_azimuth is not None:
-        # The component perpendicular to the first one, if the sensors were not perpendicular.
         apart = np.radians(second_azimuth - first_azimuth)
-        if abs(np.cos(apart)) > 1e-9:
+        if abs(np.cos(apart)) > 1e-9:  # not perpendicular
             rows[1] = (rows[1] - np.cos(apart) * rows[0]) / np.sin(apart)
     angles = np.radians(ANGLES)
     return [GroundMotion(row, first.step, first.name) for row in np.c_[np.cos(angles), np.sin(angles)] @ rows]

@@ -1,6 +1,6 @@
 """Integrals of a ground motion from its first to its last value, exact for accelerations linear between values.
 
-Velocity and displacement start from zero and the baseline is not corrected: correct a record before it is read.
+Velocity and displacement start from zero without baseline correction.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 
 
 def peak_ground_velocity(motion: GroundMotion) -> float:
-    """Return the largest absolute velocity [m/s], at a sample or where the acceleration is zero between two."""
+    """Return the largest absolute velocity [m/s], at a sample or at a zero of the acceleration between two samples."""
     a, slope, velocity = _pieces(motion)
     peak = np.abs(velocity).max()
     turning = a[:-1] * a[1:] < 0
@@ -21,14 +21,14 @@ def peak_ground_velocity(motion: GroundMotion) -> float:
 
 
 def peak_ground_displacement(motion: GroundMotion) -> float:
-    """Return the largest absolute displacement [m], at a sample or where the velocity is zero between two."""
+    """Return the largest absolute displacement [m], at a sample or at a zero of the velocity between two samples."""
     a, slope, velocity = _pieces(motion)
     h, start, v = motion.step, a[:-1], velocity[:-1]
     gain = h * v + h**2 * (2 * start + a[1:]) / 6
     displacement = np.concatenate([[0.0], np.cumsum(gain)])
     peak = np.abs(displacement).max()
-    # The two zeros of the velocity, each by the formula without cancellation; a zero that is not real is NaN, and one
-    # outside the interval is left out.
+    # The two zeros of the velocity, each by the formula without cancellation. A complex zero is NaN; a zero outside the
+    # interval is ignored.
     with np.errstate(invalid="ignore", divide="ignore"):
         q = -(start + np.copysign(np.sqrt(start**2 - 2 * slope * v), start))
         for t in (q / slope, 2 * v / q):
@@ -48,7 +48,7 @@ def arias_intensity(motion: GroundMotion) -> float:
 
 
 def husid(motion: GroundMotion) -> np.ndarray:
-    """Return the share of the Arias intensity up to each sample, shape [time]; NaN for a motion that is all zero.
+    """Return the fraction of the Arias intensity up to each sample, shape [time]; NaN for a motion of zeros.
 
     Source: Husid (1969), "Características de terremotos, análisis general", Revista del IDIEM 8.
     """
@@ -67,20 +67,20 @@ def cumulative_absolute_velocity(motion: GroundMotion) -> float:
     start, end = np.abs(motion.acceleration[:-1]), np.abs(motion.acceleration[1:])
     both = start + end
     crosses = motion.acceleration[:-1] * motion.acceleration[1:] < 0
-    # Two triangles in an interval with a zero crossing, which divides it in proportion; else a trapezium.
+    # Two triangles in an interval with a zero crossing; otherwise a trapezium.
     area = np.where(crosses, (start**2 + end**2) / np.where(both > 0, both, 1.0), both)
     return float(motion.step / 2 * area.sum())
 
 
 def significant_duration(motion: GroundMotion, start: float, end: float) -> float:
-    """Return the time [s] between two shares of the Arias intensity; NaN for a motion that is zero throughout.
+    """Return the time [s] between two fractions of the Arias intensity; NaN for a motion of zeros.
 
     Source: Trifunac and Brady (1975), "A study on the duration of strong earthquake ground motion".
 
     Args:
         motion: The ground motion.
-        start: Share at which the duration starts, above 0.
-        end: Share at which it ends, above `start` and below 1.
+        start: Fraction at which the duration starts, above 0.
+        end: Fraction at which the duration ends, above `start` and below 1.
     """
     peak = motion.peak_ground_acceleration
     if peak == 0:

@@ -1,12 +1,12 @@
-"""Intensity measures of a ground motion: one number that says how strong it is."""
+"""Intensity measures of a single component of a ground motion."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import ClassVar
+from operator import attrgetter
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -14,9 +14,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import real_number, shortened
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.foundations.core.output_variables import DAMPING, MEASURE, PERIOD, PERIODS
 from warpdyn.foundations.files.netcdf import trace
-from warpdyn.model.ground_motions import motion_integrals
+from warpdyn.model.ground_motions.measures import integrals
+from warpdyn.model.ground_motions.measures.measure import ACCELERATION, OPENQUAKE_UNITS, IntensityMeasure
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
 from warpdyn.model.ground_motions.response_spectra import checked_periods, spectral_displacements
@@ -25,10 +25,10 @@ from warpdyn.model.ground_motions.response_spectra import checked_periods, spect
 def spectral_acceleration(
     motion: GroundMotion, period: float | np.ndarray, damping_ratio: float = 0.05
 ) -> float | np.ndarray:
-    """Return the pseudo-spectral acceleration: an oscillator's largest displacement times its squared frequency.
+    """Return the pseudo-spectral acceleration: the peak displacement of an oscillator times its squared frequency.
 
-    It is exact to rounding, like `response_spectra`. It is always computed on the CPU, so that the scale factors of
-    stripes do not depend on the device of a run.
+    It is exact except for rounding, like `response_spectra`. It is always computed on the CPU, so that the scale
+    factors of stripes do not depend on the device of a run.
 
     Args:
         motion: The ground motion.
@@ -53,39 +53,19 @@ def _accelerations(motions: Sequence[GroundMotion], periods: np.ndarray, damping
     return (2 * np.pi / periods) ** 2 * spectral_displacements(motions, periods, np.array([damping_ratio]))[:, 0]
 
 
-class IntensityMeasure(ABC):
-    """One number that says how strong a ground motion is.
+class _WithoutPeriod(IntensityMeasure):
+    """A measure that needs no oscillator."""
 
-    Attributes:
-        units: UDUNITS string of its values.
-        power: A motion times c has the measure times c to this power.
-    """
+    compute: ClassVar[Any]  # a function of the motion
 
-    units: ClassVar[str]
-    power: ClassVar[int] = 1
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """Name of this measure in results and figures."""
-
-    @abstractmethod
     def value(self, motion: GroundMotion) -> float:
         """Return the measure of a motion [units]."""
-
-    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion [units], shape [motion]."""
-        return np.array([self.value(motion) for motion in motions])
-
-    def attributes(self) -> dict[str, object]:
-        """Return the attributes that name this measure in a dataset: its name, and period and damping if it has any."""
-        known = {PERIOD: "period", PERIODS: "periods", DAMPING: "damping_ratio"}
-        found = {key: getattr(self, name) for key, name in known.items() if hasattr(self, name)}
-        return {MEASURE: self.name} | {key: np.asarray(value, dtype=float)[()] for key, value in found.items()}
+        _check_motion(motion)
+        return float(type(self).compute(motion))
 
 
 @dataclass(frozen=True)
-class PeakGroundAcceleration(IntensityMeasure):
+class PeakGroundAcceleration(_WithoutPeriod):
     """The largest absolute ground acceleration [m/s2].
 
     Example:
@@ -93,17 +73,13 @@ class PeakGroundAcceleration(IntensityMeasure):
         6.97
     """
 
-    units = "m s-2"
-    name = "PGA"
-
-    def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
-        _check_motion(motion)
-        return motion.peak_ground_acceleration
+    units = ACCELERATION
+    name = kind = "PGA"
+    compute = attrgetter("peak_ground_acceleration")
 
 
 @dataclass(frozen=True)
-class PeakGroundVelocity(IntensityMeasure):
+class PeakGroundVelocity(_WithoutPeriod):
     """The largest absolute ground velocity [m/s], without baseline correction of the record.
 
     Example:
@@ -112,35 +88,27 @@ class PeakGroundVelocity(IntensityMeasure):
     """
 
     units = "m s-1"
-    name = "PGV"
-
-    def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
-        _check_motion(motion)
-        return motion_integrals.peak_ground_velocity(motion)
+    name = kind = "PGV"
+    compute = staticmethod(integrals.peak_ground_velocity)
 
 
 @dataclass(frozen=True)
-class PeakGroundDisplacement(IntensityMeasure):
+class PeakGroundDisplacement(_WithoutPeriod):
     """The largest absolute ground displacement [m], without baseline correction of the record.
 
     Example:
-        >>> filtered = wd.records.band_pass(motions[0], 0.2, 20.0)  # without what noise adds up to at long periods
+        >>> filtered = wd.records.band_pass(motions[0], 0.2, 20.0)  # removes long-period noise
         >>> round(wd.PeakGroundDisplacement().value(filtered), 2)
         0.09
     """
 
     units = "m"
-    name = "PGD"
-
-    def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
-        _check_motion(motion)
-        return motion_integrals.peak_ground_displacement(motion)
+    name = kind = "PGD"
+    compute = staticmethod(integrals.peak_ground_displacement)
 
 
 @dataclass(frozen=True)
-class AriasIntensity(IntensityMeasure):
+class AriasIntensity(_WithoutPeriod):
     """The integral of the squared ground acceleration times pi / (2 g) [m/s].
 
     Example:
@@ -150,16 +118,12 @@ class AriasIntensity(IntensityMeasure):
 
     units = "m s-1"
     power = 2
-    name = "Arias intensity"
-
-    def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
-        _check_motion(motion)
-        return motion_integrals.arias_intensity(motion)
+    name, kind = "Arias intensity", "IA"
+    compute = staticmethod(integrals.arias_intensity)
 
 
 @dataclass(frozen=True)
-class CumulativeAbsoluteVelocity(IntensityMeasure):
+class CumulativeAbsoluteVelocity(_WithoutPeriod):
     """The integral of the absolute ground acceleration [m/s].
 
     Example:
@@ -168,22 +132,18 @@ class CumulativeAbsoluteVelocity(IntensityMeasure):
     """
 
     units = "m s-1"
-    name = "CAV"
-
-    def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
-        _check_motion(motion)
-        return motion_integrals.cumulative_absolute_velocity(motion)
+    name = kind = "CAV"
+    compute = staticmethod(integrals.cumulative_absolute_velocity)
 
 
 @with_suggestions
 @dataclass(frozen=True)
 class SignificantDuration(IntensityMeasure):
-    """The time between two shares of the Arias intensity [s]; NaN for a motion that is zero throughout.
+    """The time between two fractions of the Arias intensity [s]; NaN for a motion that is zero throughout.
 
     Args:
-        start: Share of the Arias intensity at which the duration starts [1].
-        end: Share at which it ends [1].
+        start: Fraction of the Arias intensity at which the duration starts [1].
+        end: Fraction at which it ends [1].
 
     Raises:
         ValueError: Unless 0 < start < end < 1.
@@ -202,17 +162,23 @@ class SignificantDuration(IntensityMeasure):
     def __post_init__(self) -> None:
         start, end = real_number("start", self.start, above=0), real_number("end", self.end, above=0)
         if not start < end < 1:
-            raise ValueError(f"shares of the Arias intensity must be 0 < start < end < 1, got {start:g} and {end:g}")
+            raise ValueError(f"fractions of the Arias intensity must be 0 < start < end < 1, got {start:g} and {end:g}")
 
     @property
     def name(self) -> str:
         """Name of this measure in results and figures."""
         return f"D{100 * self.start:.4g}-{100 * self.end:.4g}"
 
+    @property
+    def kind(self) -> str:
+        """OpenQuake's name, such as "RSD595"; "" for fractions that OpenQuake lacks."""
+        kind = f"RS{self.name.replace('-', '')}"
+        return kind if kind in OPENQUAKE_UNITS else ""
+
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
+        """Return the measure of a motion [s]."""
         _check_motion(motion)
-        return motion_integrals.significant_duration(motion, self.start, self.end)
+        return integrals.significant_duration(motion, self.start, self.end)
 
 
 @with_suggestions
@@ -235,7 +201,8 @@ class SpectralAcceleration(IntensityMeasure):
 
     period: float
     damping_ratio: float = 0.05
-    units = "m s-2"
+    units = ACCELERATION
+    kind = "SA"
 
     def __post_init__(self) -> None:
         if not isinstance(self.period, Real) or isinstance(self.period, bool | np.bool_):
@@ -248,8 +215,13 @@ class SpectralAcceleration(IntensityMeasure):
         """Name of this measure in results and figures."""
         return f"Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Damping ratio [%] and period [s]."""
+        return 100 * self.damping_ratio, self.period
+
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion.
+        """Return the measure of a motion [m/s2].
 
         Args:
             motion: The motion.
@@ -261,7 +233,7 @@ class SpectralAcceleration(IntensityMeasure):
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion, shape [motion], by one launch of a kernel.
+        """Return the measure of each motion [m/s2], shape [motion], by one launch of a kernel.
 
         Args:
             motions: The motions.
@@ -275,18 +247,19 @@ class SpectralAcceleration(IntensityMeasure):
 @with_suggestions
 @dataclass(frozen=True)
 class AverageSpectralAcceleration(IntensityMeasure):
-    """The geometric mean of the pseudo-spectral accelerations at many periods [m/s2].
+    """The geometric mean of the pseudo-spectral accelerations at several periods [m/s2].
 
     Source: Eads, Miranda and Lignos (2015), "Average spectral acceleration as an intensity measure for collapse risk
-    assessment", who take evenly spaced periods from 0.2 to 3 times the structure's first one:
+    assessment", who use evenly spaced periods from 0.2 to 3 times the first period of the structure:
     `AverageSpectralAcceleration(np.arange(0.2 * first, 3 * first, 0.01))`.
 
     Args:
-        periods: Undamped natural periods [s], a row.
+        periods: Undamped natural periods [s], a 1-D array.
         damping_ratio: Viscous damping as a fraction of critical [1], from 0 up to but not including 1.
 
     Raises:
-        ValueError: If the periods are not a row of finite, positive numbers, or the damping ratio is outside [0, 1).
+        ValueError: If the periods are not a 1-D array of finite, positive numbers, or the damping ratio is outside
+            [0, 1).
 
     Example:
         >>> first = building.fundamental_period
@@ -297,7 +270,8 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     periods: ArrayLike
     damping_ratio: float = 0.05
-    units = "m s-2"
+    units = ACCELERATION
+    kind = "AvgSA"
 
     def __post_init__(self) -> None:
         periods = checked_periods(self.periods, "periods")
@@ -313,13 +287,18 @@ class AverageSpectralAcceleration(IntensityMeasure):
         span = f"{row.min():.4g} to {row.max():.4g} s, {row.size} periods"
         return f"Sa_avg({span}, {100 * self.damping_ratio:.4g} %)"
 
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Damping ratio [%], and the shortest and the longest period [s]."""
+        return 100 * self.damping_ratio, float(np.min(self.periods)), float(np.max(self.periods))
+
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion."""
+        """Return the measure of a motion [m/s2]."""
         _check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion, shape [motion], by one launch of a kernel."""
+        """Return the measure of each motion [m/s2], shape [motion], by one launch of a kernel."""
         values = _accelerations(motions, np.array(self.periods), self.damping_ratio)
         with np.errstate(divide="ignore"):  # the mean of a motion that is zero throughout is zero
             return np.exp(np.log(values).mean(axis=1))
@@ -338,20 +317,20 @@ _TABLE = {
 
 
 def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dataset:
-    """Return intensity measures of ground motions that need no oscillator, exact for records linear between samples.
+    """Return the intensity measures that need no oscillator, exact for records that are linear between samples.
 
-    Velocities and displacements start from zero, are not corrected for a baseline, and end with the record.
+    Velocities and displacements start from zero, have no baseline correction, and end with the record.
 
     Args:
-        motions: Ground motions, or one.
+        motions: One ground motion or several.
 
     Returns:
         Dataset over `motion`: peak ground acceleration, velocity and displacement, Arias intensity, cumulative absolute
         velocity, and significant durations.
 
     Raises:
-        ValueError: If there is no motion.
-        TypeError: If a motion is no GroundMotion.
+        ValueError: If `motions` is empty.
+        TypeError: If a motion is not a GroundMotion.
 
     Example:
         >>> measures = wd.intensity_measures(motions)

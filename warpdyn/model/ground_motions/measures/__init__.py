@@ -1,0 +1,1 @@
+"""Intensity measures of ground motions: their values, names, units and levels."""

@@ -1,0 +1,117 @@
+"""The class of all intensity measures: name, units, levels and OpenQuake's name and unit."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
+
+import numpy as np
+
+from warpdyn.foundations.core.output_variables import DAMPING, MEASURE, PERIOD, PERIODS
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.motions import GroundMotion
+
+ACCELERATION = "m s-2"
+SAME = 0.01  # relative difference of two periods or damping ratios that are equal except for printed digits
+# OpenQuake's unit of each kind of measure (openquake.hazardlib.imt), and its size in SI units.
+OPENQUAKE_UNITS = {
+    **dict.fromkeys(("PGA", "SA", "AvgSA"), ("g", STANDARD_GRAVITY)),
+    "PGV": ("cm s-1", 0.01),
+    "PGD": ("cm", 0.01),
+    "IA": ("m s-1", 1.0),
+    "CAV": ("g s", STANDARD_GRAVITY),
+    **dict.fromkeys(("RSD595", "RSD575", "RSD2080"), ("s", 1.0)),
+}
+
+
+class IntensityMeasure(ABC):
+    """One number that describes the strength of a ground motion.
+
+    A subclass needs `units`, `name` and `value`; `measure_named` returns the measure of a name.
+
+    Attributes:
+        units: UDUNITS string of the values, SI.
+        power: If a motion is multiplied by c, the measure is multiplied by c to this power; 0 for a duration.
+    """
+
+    units: ClassVar[str]
+    power: ClassVar[int] = 1
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of this measure in results and figures."""
+
+    @property
+    def kind(self) -> str:
+        """OpenQuake's name without the period, such as "PGA" or "SA"; "" if OpenQuake has no such measure."""
+        return ""
+
+    @property
+    def components(self) -> str:
+        """Combination of two components, such as "geometric mean" or "RotD50"; "" for a single component."""
+        return ""
+
+    @property
+    def parameters(self) -> tuple[float, ...]:
+        """Damping ratio [%] and periods [s], which distinguish two measures of one kind; () for other measures."""
+        return ()
+
+    @abstractmethod
+    def value(self, motion: GroundMotion) -> float:
+        """Return the measure of a motion [units]."""
+
+    def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+        """Return the measure of each motion [units], shape [motion]."""
+        return np.array([self.value(motion) for motion in motions])
+
+    @property
+    def level_units(self) -> str:
+        """Units of levels and of intensities in datasets: "g" for an acceleration, otherwise `units`."""
+        return "g" if self.units == ACCELERATION else self.units
+
+    def level_values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
+        """Return the measure of each motion [level_units], shape [motion]."""
+        return self.values(motions) / self.unit_size(self.level_units)
+
+    def scale_factors(self, levels: np.ndarray, intensities: np.ndarray) -> np.ndarray:
+        """Return the factors that scale motions of these intensities to levels in the same units."""
+        return (levels / intensities) ** (1 / self.power)
+
+    def scaled_levels(self, factors: np.ndarray, intensities: np.ndarray) -> np.ndarray:
+        """Return the intensities of motions that are multiplied by factors."""
+        return factors**self.power * intensities
+
+    def unit_size(self, units: object) -> float:
+        """Return the size in SI units of a unit that intensities may have, `units` or `level_units`.
+
+        Raises:
+            ValueError: If the measure is never in this unit.
+        """
+        if units == self.units:
+            return 1.0
+        if units == self.level_units:
+            return STANDARD_GRAVITY
+        allowed = " or ".join(map(repr, dict.fromkeys((self.level_units, self.units))))
+        raise ValueError(f"{self.name} must be in {allowed}, got {units!r}")
+
+    def from_openquake(self) -> tuple[str, float]:
+        """Return `level_units`, and the factor to it from OpenQuake's unit; the measure must have a `kind`."""
+        return self.level_units, OPENQUAKE_UNITS[self.kind][1] / self.unit_size(self.level_units)
+
+    def is_like(self, other: IntensityMeasure) -> bool:
+        """Return whether two measures are the same, whatever their combination of components.
+
+        The combination is not compared, because names in hazard files do not contain it. Periods are compared as far
+        as both names contain them.
+        """
+        pairs = zip(self.parameters, other.parameters, strict=False)
+        is_of_one_kind = (self.kind or self.name) == (other.kind or other.name)
+        return is_of_one_kind and all(abs(a - b) <= SAME * max(a, b) for a, b in pairs)
+
+    def attributes(self) -> dict[str, object]:
+        """Return the attributes that name this measure in a dataset: its name, and period and damping if it has any."""
+        known = {PERIOD: "period", PERIODS: "periods", DAMPING: "damping_ratio"}
+        found = {key: getattr(self, name) for key, name in known.items() if hasattr(self, name)}
+        return {MEASURE: self.name} | {key: np.asarray(value, dtype=float)[()] for key, value in found.items()}
