@@ -8,10 +8,14 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+import re
 from types import ModuleType
 
+from warpdyn.engine.kernels.composing.source_text import place_of
 from warpdyn.foundations.core.output_variables import Variable
 
+STRUCTS = ("Control", "Samples", "Structure", "Load", "Output", "History")  # arguments of a kernel
+TYPE = re.compile(r"(float|float64|int32|int8|uint64)(\[,*\])?")
 FOLDERS = ("dampings", "loads", "parts", "stepping", "recorders")
 
 
@@ -27,6 +31,11 @@ def parts_in(folder: str) -> tuple[ModuleType, ...]:
     modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in names_in(folder)]
     parts = [module for module in modules if hasattr(module, "wanted")]
     return tuple(sorted(parts, key=lambda part: (getattr(part, "order", 0), part.__name__)))
+
+
+def skeletons() -> tuple[ModuleType, ...]:
+    """Return the modules of all skeletons."""
+    return tuple(importlib.import_module(f"{__package__}.skeletons.{name}") for name in names_in("skeletons"))
 
 
 def all_parts() -> tuple[ModuleType, ...]:
@@ -48,17 +57,31 @@ def fields() -> dict[str, dict[str, str]]:
     """Return the fields of the structs that kernels take, as parts and skeletons declare them, with types in words.
 
     Raises:
-        ValueError: If two of them disagree on a field's type.
+        ValueError: If a struct or a type is unknown, or if two of them disagree on a field's type.
     """
-    skeletons = [importlib.import_module(f"{__package__}.skeletons.{name}") for name in names_in("skeletons")]
-    declared = [struct for part in (*all_parts(), *skeletons) for struct in getattr(part, "FIELDS", {}).items()]
-    declared += [("Output", outputs_of(variables)) for rows in recorders().values() for variables in rows.values()]
-    declared += [("Output", outputs_of(getattr(part, "ADAPTIVE", {}))) for part in parts_in("recorders")]
-    found: dict[str, dict[str, str]] = {}
-    for struct, types in declared:
-        for name, type_name in types.items():
-            if found.setdefault(struct, {}).setdefault(name, type_name) != type_name:
-                raise ValueError(f"{struct}.{name} is {found[struct][name]} to one part and {type_name} to another")
+    found: dict[str, dict[str, str]] = {struct: {} for struct in STRUCTS}
+    origin: dict[tuple[str, str], ModuleType] = {}
+    for part in (*all_parts(), *skeletons()):
+        declared = list(getattr(part, "FIELDS", {}).items())
+        variables = [*getattr(part, "VARIABLES", {}).values(), getattr(part, "ADAPTIVE", {})]
+        for struct, types in declared + [("Output", outputs_of(each)) for each in variables]:
+            if struct not in found:
+                raise ValueError(
+                    f"{place_of(part, 'FIELDS')}: unknown struct {struct!r}; choose one of {', '.join(found)}"
+                )
+            for name, type_name in types.items():
+                if not TYPE.fullmatch(type_name):
+                    raise ValueError(
+                        f"{place_of(part, 'FIELDS')}: {struct}.{name} has the unknown type {type_name!r}; "
+                        'write "float" (the kernel\'s number type), "float64", "int32", "int8" or "uint64", '
+                        'for an array followed by "[]", "[,]" or "[,,]"'
+                    )
+                if found[struct].setdefault(name, type_name) != type_name:
+                    raise ValueError(
+                        f"{place_of(part, 'FIELDS')}: {struct}.{name} has the type {type_name!r}, but "
+                        f"{found[struct][name]!r} in {place_of(origin[struct, name], 'FIELDS')}; choose another name"
+                    )
+                origin.setdefault((struct, name), part)
     return found
 
 

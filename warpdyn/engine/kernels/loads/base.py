@@ -2,6 +2,7 @@
 
 from warpdyn.engine.kernels.loads import LOADS
 
+BORROWS = {"adaptivity": ("done", "part"), "energy": ("rise",)}
 FIELDS = {
     "Load": {"intervals": "int32[]"},  # of each motion, between its samples
     "Structure": {"influence": "float[]"},  # of full matrices, [dof]

@@ -2,6 +2,7 @@
 
 from warpdyn.engine.kernels.loads import LOADS, harmonic
 
+BORROWS = {"adaptivity": ("done", "part"), "energy": ("rise", "last_load", "last_rise")}
 FIELDS = {"Load": {"amplitude": "float[]", "circular_frequency": "float64[]", "phase": "float64[]"}}
 
 

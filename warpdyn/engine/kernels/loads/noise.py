@@ -4,6 +4,7 @@ from warpdyn.engine.kernels.loads import LOADS
 
 order = -1
 
+BORROWS = {"base": ("a0", "da")}
 FIELDS = {
     "Control": {"key": "uint64"},  # of the seed
     "Samples": {"number": "uint64[]"},  # the sample's index in the run

@@ -18,6 +18,8 @@ from typing import Any
 import warp as wp
 
 order = 10
+
+BORROWS = {"drift": ("peak_drift",), "adaptivity": ("done", "part", "whole_step")}
 FIELDS = {
     "Control": {"collapse_drift_ratio": "float"},
     "Structure": {"inverse_drift_capacity": "float[,]"},

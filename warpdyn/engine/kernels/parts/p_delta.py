@@ -5,6 +5,8 @@ from typing import Any
 import warp as wp
 
 order = -5
+
+BORROWS = {"drift": ("peak_drift",), "collapse": ("collapse_storey", "collapse_time")}
 FIELDS = {"Structure": {"storey_weight_over_height": "float[,]"}}
 
 

@@ -2,6 +2,7 @@
 
 order = -100
 
+BORROWS = {"adaptivity": ("done", "part")}
 FIELDS = {
     "Control": {"samples": "int32", "substeps": "int32"},  # steps in one interval of the motion
     "Samples": {

@@ -10,6 +10,8 @@ VARIABLES = {
     },
 }
 
+BORROWS = {"adaptivity": ("done",)}
+
 
 def wanted(plan):
     return "displacement" in plan.recorders

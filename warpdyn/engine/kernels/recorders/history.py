@@ -9,6 +9,8 @@ HISTORY = {  # named as the kernels' History has them
     "acceleration": Variable(("dof",), "m s-2", "absolute acceleration"),
     "storey_force": Variable(("storey",), "N", "storey restoring force"),
 }
+
+BORROWS = {"adaptivity": ("attempt",)}
 FIELDS = {
     "Control": {"every": "int32"},  # steps between the states that a history keeps
     "History": {name: "float[,,]" for name in HISTORY},  # [history, time, dof]

@@ -9,6 +9,8 @@ ADAPTIVE = {
     "rejected_steps": Variable((), "1", "integration steps tried and found too long", is_whole=True),
 }
 
+BORROWS = {"adaptivity": ("accepted", "rejected")}
+
 
 def wanted(plan):
     return METHODS[plan.method].is_adaptive and "history" not in plan.recorders

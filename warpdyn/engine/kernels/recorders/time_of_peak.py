@@ -9,6 +9,8 @@ VARIABLES = {
     },
 }
 
+BORROWS = {"adaptivity": ("done",), "collapse": ("collapse_time",)}
+
 
 def wanted(plan):
     return "time_of_peak" in plan.recorders

@@ -4,6 +4,7 @@ from warpdyn.engine.kernels.functions.adaptive import SHORTEST_PART, done_after,
 from warpdyn.engine.kernels.plan import tableau
 from warpdyn.engine.methods.table import METHODS
 
+BORROWS = {"kept_slopes": ("acceleration", "memory_rate")}
 FIELDS = {"Control": {"tolerance": "float"}}
 
 

@@ -12,6 +12,8 @@ from warpdyn.engine.methods.table import METHODS
 TOLERANCE = {"float32": 1e-6, "float64": 1e-12}
 ROUNDINGS = {"float32": 4e-6, "float64": 1e-14}
 
+BORROWS = {"elimination": ("eliminated", "inverse_pivot")}
+
 
 def is_newton(plan):
     has_tangent = METHODS[plan.method].beta > 0 and spring_row(plan.law).memory_after is not None

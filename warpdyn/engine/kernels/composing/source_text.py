@@ -9,6 +9,7 @@ import ast
 import functools
 import inspect
 import re
+import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import FunctionType, ModuleType
@@ -20,9 +21,17 @@ Pairs = tuple[tuple[str, str], ...]  # a name, and what stands for it; the first
 SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 
 
+@functools.cache
 def source_of(function: Callable) -> str:
     """Return a function's text, from the left margin."""
     return textwrap.dedent(inspect.getsource(function))
+
+
+@functools.cache
+def parsed(text: str) -> ast.FunctionDef:
+    """Return the syntax tree of a function's text."""
+    [definition] = ast.parse(text).body
+    return definition
 
 
 def slots_of(function: Callable) -> set[str]:
@@ -30,7 +39,26 @@ def slots_of(function: Callable) -> set[str]:
     return {slot[2] for slot in map(SLOT.match, source_of(function).splitlines()) if slot}
 
 
-def bodies_of(part: Any) -> dict[str, FunctionType]:
+def name_of(part: Any) -> str:
+    """Return the name of a part or skeleton: the last one of its module's, or that of its class."""
+    return part.__name__.rpartition(".")[2]
+
+
+def place_of(part: Any, name: str) -> str:
+    """Return the name of a part with the file and the line in which it sets a variable of its module or class."""
+    lines, first = inspect.getsourcelines(part)
+    pattern = re.compile(rf"\s*{name}\b.*=")
+    line = next((at for at, text in enumerate(lines, max(first, 1)) if pattern.match(text)), max(first, 1))
+    return f"part {name_of(part)!r} ({inspect.getsourcefile(part)}, line {line})"
+
+
+def namespace_of(part: Any) -> Mapping[str, Any]:
+    """Return the global names of the module that a part is, or that its class is defined in."""
+    return vars(part if isinstance(part, ModuleType) else sys.modules[part.__module__])
+
+
+@functools.cache
+def bodies_of(part: Any) -> Mapping[str, FunctionType]:
     """Return the functions of a part that are bodies for slots, by the slots' names."""
     functions = {name: each for name, each in vars(part).items() if isinstance(each, FunctionType)}
     own = part.__name__ if isinstance(part, ModuleType) else part.__module__
@@ -99,7 +127,7 @@ def with_names(text: str, written: Pairs) -> str:
 def _body(function: FunctionType, written: Pairs) -> list[str]:
     """Return the lines of a function's body without its docstring, with others for some names."""
     text = with_names(source_of(function), written)
-    [definition] = ast.parse(text).body
+    definition = parsed(text)
     lines = text.splitlines()
     first = definition.body[0].end_lineno if ast.get_docstring(definition) else _header_end(lines, definition.lineno)
     return textwrap.dedent("\n".join(lines[first : definition.end_lineno])).splitlines()
