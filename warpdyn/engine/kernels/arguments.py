@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpdyn.engine.kernels.plan import structs
+from warpdyn.engine.kernels.plan import output_struct, structs
 from warpdyn.foundations.core.output_variables import DIVERGED
 
 
@@ -39,7 +39,7 @@ def control(dtype: str, **values: float) -> Any:
 
 def output_dtype(name: str, dtype: str) -> np.dtype:
     """Return the NumPy type of an output."""
-    return np.dtype(wp.dtype_to_numpy(structs(dtype).Output.vars[name].type.dtype))
+    return np.dtype(wp.dtype_to_numpy(output_struct(dtype, (name,)).vars[name].type.dtype))
 
 
 def blank_value(struct: Any, name: str) -> float:

@@ -10,6 +10,7 @@ from dataclasses import replace
 import warp as wp
 
 from warpdyn.engine.device.processor import has_wide_registers
+from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.parts import straight_branches
@@ -39,7 +40,7 @@ def composed(plan: Plan) -> Composed:
 
 
 @functools.cache
-def _composed_kernel(plan: Plan) -> wp.Kernel:
+def _composed_kernel(plan: Plan, users: tuple[type[Recorder], ...]) -> wp.Kernel:
     return kernel_of(composed(plan), options(plan), _threads_told(plan), is_lean=_is_lean(plan))
 
 
@@ -158,7 +159,7 @@ def _sections(plan: Plan) -> int:
 def build_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel of a plan; the same plan gives the same kernel, in every thread."""
     with BUILDING, _without_collection():
-        return _composed_kernel(plan)
+        return _composed_kernel(plan, users_of(plan.recorders))
 
 
 @contextmanager

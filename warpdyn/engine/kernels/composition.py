@@ -2,8 +2,9 @@
 
 A skeleton is a function that is never called. Its text is the course of an integration, with statements `slot("name")`.
 Each is replaced by the bodies of the functions `name` of all wanted parts, one after another, at its indentation. The
-bodies become statements of the kernel and share its variables; nothing is called or copied. `slot("name", i=0)` writes 0
-for the variable `i` in these bodies and in the slots inside them. Parts, and the module of a skeleton, may contain slots.
+bodies become statements of the kernel and share its variables; nothing is called or copied. `slot("name", i=0)` writes
+0 for the variable `i` in these bodies and in the slots inside them. Parts, and the module of a skeleton, may contain
+slots.
 
 A part is a module in one of FOLDERS, or a class. It contains
 
@@ -11,15 +12,15 @@ A part is a module in one of FOLDERS, or a class. It contains
 - a function without arguments for each slot that it fills, with the name of the slot (slots.py lists all slots);
 - `names(plan)`, optional: constants, types and device functions that depend on the plan. A string replaces the name.
   Names that do not depend on the plan are imported or defined in the part's module;
-- `order`, optional: a number that sorts the parts of a folder in a slot (default 0; equal numbers by name). Folders have
-  the order of FOLDERS;
+- `order`, optional: a number that sorts the parts of a folder in a slot (default 0; equal numbers by name). Folders
+  have the order of FOLDERS;
 - `BORROWS`, optional: variables of other parts that it reads or changes, by the name of the part;
 - `FIELDS`, optional: fields of the kernel's arguments, by struct.
 
-Names in capitals are conditions with a known value: those of `names`; the name of each part (P_DELTA: true if the part is
-wanted); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD: true if a wanted part
-fills it). An `if` on them, alone or with other conditions, is decided in the text. Loops over empty ranges are removed,
-and a `while` whose condition is known to be true runs once.
+Names in capitals are conditions with a known value: those of `names`; the name of each part (P_DELTA: true if the part
+is wanted); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD: true if a wanted
+part fills it). An `if` on them, alone or with other conditions, is decided in the text. Loops over empty ranges are
+removed, and a `while` whose condition is known to be true runs once.
 
 Finally, assignments to variables that are never read are removed, including their declarations; so are empty loops and
 branches. Therefore a function that is called in an assignment must have no effect except its value, unless `output` or
@@ -48,6 +49,7 @@ from warpdyn.engine.kernels.composing.source_text import (
     spliced,
     without_unread,
 )
+from warpdyn.engine.kernels.composing.user_recorders import users_of
 from warpdyn.engine.kernels.registry import all_parts, fields, names_in
 from warpdyn.engine.kernels.slots import SLOTS, Slot
 
@@ -81,7 +83,8 @@ def compose(
     for each in (home, *wanted):
         if hasattr(each, "names"):
             _add(values, each.names(plan))
-    check_parts(home, wanted, parts, slots, values.keys(), fields(), getattr(plan, "family", ""))
+    known_fields = fields(users_of(getattr(plan, "recorders", ())))
+    check_parts(home, wanted, parts, slots, values.keys(), known_fields, getattr(plan, "family", ""))
     filled = {slot for part in wanted for slot in bodies_of(part)}
     values |= {f"HAS_{slot.upper()}": slot in filled for slot in slots}
     known = {name: value for name, value in values.items() if name.isupper() and isinstance(value, bool | int)}

@@ -3,13 +3,16 @@
 # No `from __future__ import annotations` in this folder: warp reads annotations as live types.
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
+from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
 from warpdyn.engine.laws.springs import spring_row
@@ -183,11 +186,26 @@ def values_held(plan: Plan) -> dict[str, int]:
 
 
 @functools.cache
-def structs(dtype_name: str) -> SimpleNamespace:
-    """Return the argument structs of all kernels for one dtype; each field is named as the dataset names it."""
+def structs(dtype_name: str, users: tuple[type[Recorder], ...] = ()) -> SimpleNamespace:
+    """Return the argument structs of kernels for one dtype; each field is named as the dataset names it.
+
+    Args:
+        dtype_name: Row of DTYPES.
+        users: Recorders of users whose variables the struct Output has. Other kernels have it without them, so that
+            a user's recorder does not make the compiled kernels of other scenes invalid.
+    """
+    if users:
+        name = "_".join(("Output", dtype_name, *(each.part_name for each in users)))
+        own = {"Output": _struct(name, fields(users)["Output"], dtype_name)}
+        return SimpleNamespace(**vars(structs(dtype_name)) | own)
     return SimpleNamespace(
         **{name: _struct(f"{name}_{dtype_name}", types, dtype_name) for name, types in fields().items()}
     )
+
+
+def output_struct(dtype_name: str, names: Iterable[str]) -> Any:
+    """Return the struct Output that has these variables."""
+    return structs(dtype_name, users_of_variables(names)).Output
 
 
 def _struct(name: str, types: dict[str, str], dtype_name: str) -> type:

@@ -14,7 +14,7 @@ import warp as wp
 from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, wrapped
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
-from warpdyn.engine.kernels.plan import Plan, structs
+from warpdyn.engine.kernels.plan import Plan, output_struct, structs
 from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
 from warpdyn.foundations.core import checks
 from warpdyn.foundations.core.interruption import stop_if_asked
@@ -98,7 +98,7 @@ class CpuQueue:
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
         """Return outputs that say nothing yet, to be written into these arrays, sample first."""
-        struct = structs(dtype).Output
+        struct = output_struct(dtype, into)
         instance = struct()
         for name, values in into.items():
             values.fill(blank_value(struct, name))
@@ -222,7 +222,7 @@ class CudaQueue:
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
         """Return outputs that say nothing yet, of the shapes of these arrays but sample last."""
-        struct = structs(dtype).Output
+        struct = output_struct(dtype, into)
         instance = struct()
         with wp.ScopedStream(self.stream):
             for name, values in into.items():

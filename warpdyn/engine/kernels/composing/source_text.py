@@ -9,7 +9,6 @@ import ast
 import functools
 import inspect
 import re
-import sys
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import FunctionType, ModuleType
@@ -24,7 +23,7 @@ SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 @functools.cache
 def source_of(function: Callable) -> str:
     """Return a function's text, from the left margin."""
-    return textwrap.dedent(inspect.getsource(function))
+    return getattr(function, "__source__", None) or textwrap.dedent(inspect.getsource(function))
 
 
 @functools.cache
@@ -40,8 +39,8 @@ def slots_of(function: Callable) -> set[str]:
 
 
 def name_of(part: Any) -> str:
-    """Return the name of a part or skeleton: the last one of its module's, or that of its class."""
-    return part.__name__.rpartition(".")[2]
+    """Return the name of a part or skeleton: that of its module without packages, or of its class."""
+    return getattr(part, "part_name", None) or part.__name__.rpartition(".")[2]
 
 
 def place_of(part: Any, name: str) -> str:
@@ -53,8 +52,10 @@ def place_of(part: Any, name: str) -> str:
 
 
 def namespace_of(part: Any) -> Mapping[str, Any]:
-    """Return the global names of the module that a part is, or that its class is defined in."""
-    return vars(part if isinstance(part, ModuleType) else sys.modules[part.__module__])
+    """Return the global names of the module that a part is, or that the functions of its class are defined in."""
+    if isinstance(part, ModuleType):
+        return vars(part)
+    return next((function.__globals__ for function in bodies_of(part).values()), {})
 
 
 @functools.cache
