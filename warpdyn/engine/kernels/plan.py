@@ -185,7 +185,6 @@ def values_held(plan: Plan) -> dict[str, int]:
     return held
 
 
-@functools.cache
 def structs(dtype_name: str, users: tuple[type[Recorder], ...] = ()) -> SimpleNamespace:
     """Return the argument structs of kernels for one dtype; each field is named as the dataset names it.
 
@@ -194,12 +193,19 @@ def structs(dtype_name: str, users: tuple[type[Recorder], ...] = ()) -> SimpleNa
         users: Recorders of users whose variables the struct Output has. Other kernels have it without them, so that
             a user's recorder does not make the compiled kernels of other scenes invalid.
     """
+    return _structs(dtype_name, users)
+
+
+@functools.cache
+def _structs(dtype_name: str, users: tuple[type[Recorder], ...]) -> SimpleNamespace:
+    found = fields(users)
     if users:
         name = "_".join(("Output", dtype_name, *(each.part_name for each in users)))
-        own = {"Output": _struct(name, fields(users)["Output"], dtype_name)}
-        return SimpleNamespace(**vars(structs(dtype_name)) | own)
+        return SimpleNamespace(
+            **vars(_structs(dtype_name, ())) | {"Output": _struct(name, found["Output"], dtype_name)}
+        )
     return SimpleNamespace(
-        **{name: _struct(f"{name}_{dtype_name}", types, dtype_name) for name, types in fields().items()}
+        **{name: _struct(f"{name}_{dtype_name}", types, dtype_name) for name, types in found.items()}
     )
 
 

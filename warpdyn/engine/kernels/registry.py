@@ -59,7 +59,7 @@ def recorders() -> dict[str, dict[str, dict[str, Variable]]]:
 
 
 @functools.cache
-def fields(users: tuple[type, ...] = ()) -> dict[str, dict[str, str]]:
+def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
     """Return the fields of the structs that kernels take, as parts and skeletons declare them, with types in words.
 
     Args:
