@@ -96,7 +96,7 @@ def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
 
 
 def outputs_of(variables: dict[str, Variable]) -> dict[str, str]:
-    """Return the fields of Output that hold some variables: the last index is the sample's."""
+    """Return the fields of Output for some variables; the last index is the sample."""
     return {
         name: ("int32" if variable.is_whole else "float") + ("[,]" if variable.dims else "[]")
         for name, variable in variables.items()

@@ -73,7 +73,7 @@ COMMON = {
     "vn": "[storey, lane] sum of the slopes, then the next velocity",
     "zn": "[storey x value, lane] sum of the slopes, then the next memory",
     "x": "[2 x mode, lane] modal displacements and velocities (skeleton propagated)",
-    "section": "number of the thread among those that share a sample",
+    "section": "number of the thread among the threads of a sample",
     "lowest": "number of the lowest storey of the section",
     "foot_u": "[lane] displacement of the floor below the section",
     "foot_v": "[lane] velocity of the floor below the section",

@@ -27,7 +27,7 @@ class Body(NamedTuple):
 
     reads: Lines
     assigned: Lines  # plain variables that are set
-    changed: Lines  # variables of which an element is set, or that something is added to
+    changed: Lines  # variables with an element that is set, or to which something is added
     loops: Lines  # loop variables
     slots: Lines  # slots in the function
     fields: dict[tuple[str, str], int]  # argument of the kernel and its field

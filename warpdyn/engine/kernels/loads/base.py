@@ -1,4 +1,4 @@
-"""The acceleration of the base, which every mass feels: what recorded and random motions have in common."""
+"""Base acceleration: the part that recorded and random motions share."""
 
 from warpdyn.engine.kernels.loads import LOADS
 

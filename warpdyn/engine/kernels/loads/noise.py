@@ -1,4 +1,4 @@
-"""Random motions of the base, generated interval by interval and never stored."""
+"""Random base motions, generated interval by interval and not stored."""
 
 from warpdyn.engine.kernels.loads import LOADS
 

@@ -1,4 +1,4 @@
-"""Recorded motions of the base, whose values all samples share."""
+"""Recorded base motions, whose values all samples share."""
 
 from warpdyn.engine.kernels.loads import LOADS, at_ends
 

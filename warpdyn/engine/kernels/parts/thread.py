@@ -1,4 +1,4 @@
-"""The samples that a thread carries side by side: one on a GPU, the width of a vector register on a processor."""
+"""The samples of a thread: one on a GPU, as many as fit in a vector register on a processor."""
 
 order = -100
 

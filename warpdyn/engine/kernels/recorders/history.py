@@ -1,4 +1,4 @@
-"""Whole histories: the state and the storeys' forces at every step, or at every so many."""
+"""Whole histories: the state and the storeys' forces at every step, or at every n-th step."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

@@ -1,4 +1,4 @@
-"""The steps that an adaptive method took, and those that it tried and found too long; kept beside all demands."""
+"""Numbers of accepted and rejected steps of an adaptive method, recorded in addition to all demands."""
 
 from warpdyn.engine.methods.table import METHODS
 from warpdyn.foundations.core.output_variables import Variable

@@ -1,4 +1,4 @@
-"""When the largest storey drift ratio was reached."""
+"""Time of the largest storey drift ratio."""
 
 from warpdyn.foundations.core.output_variables import Variable
 
