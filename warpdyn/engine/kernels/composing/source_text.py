@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import functools
 import inspect
+import linecache
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -23,7 +24,21 @@ SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 @functools.cache
 def source_of(function: Callable) -> str:
     """Return a function's text, from the left margin."""
-    return getattr(function, "__source__", None) or textwrap.dedent(inspect.getsource(function))
+    return (
+        getattr(function, "__source__", None) or _body_source(function) or textwrap.dedent(inspect.getsource(function))
+    )
+
+
+def _body_source(function: Callable) -> str | None:
+    """Return the text of a function without arguments by its indentation, 10 times as fast as `inspect.getsource`."""
+    code = getattr(function, "__code__", None)
+    lines = linecache.getlines(code.co_filename)[code.co_firstlineno - 1 :] if code is not None else []
+    if not lines or not re.match(r" *def \w+\(\):$", lines[0]):
+        return None
+    margin = len(lines[0]) - len(lines[0].lstrip())
+    inside = (line.isspace() or line.startswith(" " * (margin + 1)) for line in lines[1:])
+    end = next((number for number, is_inside in enumerate(inside, 1) if not is_inside), len(lines))
+    return textwrap.dedent("".join(lines[:end]).rstrip() + "\n")
 
 
 @functools.cache
