@@ -120,10 +120,16 @@ copybutton_selector = ":not(.output) > div.highlight > pre"  # not what a progra
 
 
 def write_generated_pages(app: Sphinx) -> None:
-    """Write what is taken from the code: the pages of storey laws, the tables of methods and of the validation."""
-    from generate import laws, methods, validation
+    """Write the files that are generated from the code: pages of laws, tables and diagrams."""
+    from generate import architecture, laws, methods, slots, validation
 
-    for part in (laws.write_pages, methods.write_tables, validation.write_tables):
+    for part in (
+        laws.write_pages,
+        methods.write_tables,
+        validation.write_tables,
+        slots.write_table,
+        architecture.write_pictures,
+    ):
         part(DOCS)
 
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warpdyn.engine.kernels.composing.source_text import folded, spliced, without_unread
 from warpdyn.engine.kernels.composition import compose, kernel_of
-from warpdyn.engine.kernels.source_text import folded, spliced, without_unread
+from warpdyn.engine.kernels.slots import Slot
 
 row = wp.types.vector(length=2, dtype=wp.float32)
 factor = wp.constant(wp.float32(3.0))
@@ -66,8 +67,16 @@ class second:
         total[i] += wp.float32(0.5)
 
 
+# Variables that parts may change in each slot.
+TABLE = {
+    "declare": Slot("kernel", "Declare."),
+    "add": Slot("lane", "Add to the lane.", (), ("total",)),
+    "at": Slot("storey", "Add to a lane.", (), ("total",)),
+}
+
+
 def text_of(**plan):
-    return compose(fill, SimpleNamespace(**plan), (first, second)).text
+    return compose(fill, SimpleNamespace(**plan), (first, second), TABLE).text
 
 
 QUIET = '''def fill(values: wp.array2d(dtype=wp.float32)):
@@ -111,7 +120,7 @@ def test_only_wanted_parts_are_there():
 
 
 def test_a_composed_kernel_runs_and_shows_its_source():
-    composed = compose(fill, SimpleNamespace(loud=False, second=False), (first, second))
+    composed = compose(fill, SimpleNamespace(loud=False, second=False), (first, second), TABLE)
     assert set(composed.names) == {"LANES", "row", "factor", "wp"}
     kernel = kernel_of(composed, {"max_unroll": 1})
     assert inspect.getsource(kernel.func) == QUIET
@@ -132,7 +141,7 @@ def test_parts_that_disagree_are_told():
             return {"LANES": 4}
 
     with pytest.raises(ValueError, match="disagree on LANES: 2 and 4"):
-        compose(fill, SimpleNamespace(loud=False), (first, other))
+        compose(fill, SimpleNamespace(loud=False), (first, other), TABLE)
 
 
 def lines(text):

@@ -1,4 +1,4 @@
-"""Warp's kernel cache: what is damaged in it, or cannot be written to it, is named and compiled again."""
+"""Warp's kernel cache: a damaged kernel, or a folder that cannot be written, gives a warning and a new compilation."""
 
 import re
 import shutil
@@ -137,7 +137,7 @@ def test_kernels_are_loaded_once_also_by_threads(cache, monkeypatch):
 def test_a_cache_that_cannot_be_written_is_named(cache, monkeypatch):
     (cache / "file").write_text("no folder")
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(cache / "file" / "kernels"))
-    with pytest.warns(UserWarning, match=r"the kernel cache .*kernels cannot be written .*set WARP_CACHE_PATH"):
+    with pytest.warns(UserWarning, match=r"the kernel cache .*kernels cannot be written .*export WARP_CACHE_PATH="):
         load_anew()
     with warnings.catch_warnings():
         warnings.simplefilter("error")

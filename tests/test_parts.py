@@ -1,7 +1,6 @@
 """The parts of kernels: what they declare, and that each kernel's text holds only what its scene names."""
 
 import functools
-import re
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -15,9 +14,7 @@ import warpdyn as wd
 from warpdyn.engine.kernels import build, composition, registry, source
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import Plan, structs
-from warpdyn.engine.kernels.source_text import bodies_of, slots_of
 
-SKELETONS = set(build.SKELETONS.values())
 EVERY = tuple(sorted(RECORDERS["chain"]))
 PLAIN = Plan("chain", 5, "bilinear", "rayleigh", "base_acceleration", ("drift",), "rk4", "float32")
 
@@ -26,25 +23,11 @@ def text_of(plan, is_gpu=False):
     return build.composed(build.fitted(plan, is_gpu)).text
 
 
-def slots():
-    """Return the names of all slots, of skeletons and of parts."""
-    skeletons = [sys.modules[skeleton.__module__] for skeleton in SKELETONS]  # whose functions stand in slots too
-    bodies = [body for module in [*registry.all_parts(), *skeletons] for body in bodies_of(module).values()]
-    return set().union(*map(slots_of, [*SKELETONS, *bodies]))
-
-
 @pytest.mark.parametrize(
     "part", registry.all_parts(), ids=lambda part: part.__name__.removeprefix("warpdyn.engine.kernels.")
 )
-def test_every_function_of_a_part_stands_in_a_slot(part):
+def test_every_part_is_described(part):
     assert part.__doc__
-    assert set(bodies_of(part)) <= slots()
-
-
-def test_every_slot_is_described():
-    described = composition.__doc__[composition.__doc__.index("The slots of all skeletons") :]
-    missing = slots() - set(re.findall(r"\w+", described))
-    assert not missing
 
 
 def test_a_plain_building_has_a_short_text():
@@ -113,14 +96,6 @@ def test_arguments_are_what_parts_declare():
     outputs = {name for rows in RECORDERS.values() for variables in rows.values() for name in variables}
     assert outputs < set(types.Output.vars)
     assert types.Output.vars["peak_storey_drift"].type.ndim == 2
-
-
-def test_parts_that_disagree_on_a_field_are_told(monkeypatch):
-    registry.fields.cache_clear()
-    monkeypatch.setattr(registry.parts_in("dampings")[0], "FIELDS", {"Output": {"status": "float[]"}})
-    with pytest.raises(ValueError, match="status is"):
-        registry.fields()
-    registry.fields.cache_clear()
 
 
 def small_scene(excitation=None):

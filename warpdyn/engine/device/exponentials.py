@@ -1,7 +1,6 @@
-"""Exponentials and logarithms that a processor takes 16 at a time in single precision; its own library's go one by one.
+"""Exponentials and logarithms that a processor vectorises in single precision; those of its library it does not.
 
-A logarithm, and the power that is made of it, is of normal numbers above 0, and of 0. On a GPU, and in double
-precision, they are the library's.
+Logarithms and powers take 0 and positive normal numbers. On a GPU and in double precision the library is used.
 """
 
 from typing import Any
@@ -44,7 +43,7 @@ def exponential(x: wp.float32) -> wp.float32: ...
 def exponential(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 
-# The same of what falls off: no bound but one.
+# The same for x >= 0, which needs only one bound.
 @wp.func_native(
     """
 #if defined(__CUDA_ARCH__)
@@ -60,7 +59,7 @@ float r = -bounded - 0.693359375f * k + 2.12194440e-4f * k;
 """
 )
 def decay(x: wp.float32) -> wp.float32:
-    """Return e^-x of x no less than 0; beyond 80 it stays 2e-35: products of less may be subnormal, which is slow."""
+    """Return e^-x for x >= 0, and 2e-35 for x > 80: products of smaller numbers may be subnormal, which is slow."""
 
 
 @wp.func_native("return exp(-x);")
@@ -116,7 +115,7 @@ return (sum * x + 1.0f) * x;
 #endif
 """)
 def logarithm_of_one_and(x: wp.float32) -> wp.float32:
-    """Return log(1 + x) of x from 0 to 1."""
+    """Return log(1 + x) for x from 0 to 1."""
 
 
 @wp.func_native("return log(1.0 + x);")
@@ -125,7 +124,7 @@ def logarithm_of_one_and(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 @wp.func
 def power_of(x: Any, exponent: Any):
-    """Return x, no less than 0, to an exponent of at least 0."""
+    """Return x to the power of an exponent, both at least 0."""
     zero = type(x)(0.0)
     of_zero = wp.where(exponent == zero, type(x)(1.0), zero)
     return wp.where(x == zero, of_zero, exponential(exponent * natural_logarithm(x)))

@@ -1,8 +1,8 @@
 """The smaller and the larger of two values, and a value within two bounds, for functions that run in kernels.
 
-Warp's own `wp.min`, `wp.max` and `wp.clamp` take a number where the other value is none (NaN), which is one instruction
-on a GPU and three or four on a processor. These take one there for each value that is compared. Where a value is none
-the result is either value: a sample with such a state has diverged, which its state tells.
+If one value is NaN, Warp's `wp.min`, `wp.max` and `wp.clamp` return the other value, which takes one instruction on a
+GPU and three or four on a processor. The functions here take one instruction per comparison on a processor, too. If one
+value is NaN, they return one of both; a sample with NaN has diverged, and its status shows it.
 """
 
 import warp as wp

@@ -1,8 +1,7 @@
 """Random numbers for kernels: functions of seed, sample, purpose and counter.
 
-They are those of `warpdyn.foundations.core.random_numbers`.
-
-All arithmetic is in whole numbers and float64, so that numbers are the same on every device and for every dtype.
+They equal those of `warpdyn.foundations.core.random_numbers`. All arithmetic is in whole numbers and float64, so that
+the numbers are the same on each device and for each dtype.
 """
 
 import numpy as np
@@ -16,7 +15,7 @@ Polynomial = wp.types.vector(length=8, dtype=wp.float64)
 FIRST_MULTIPLIER, SECOND_MULTIPLIER = (wp.constant(wp.uint64(value)) for value in MULTIPLIERS)
 FIRST_INCREMENT, SECOND_INCREMENT = (wp.constant(wp.uint32(value)) for value in KEY_INCREMENTS)
 
-# ln 2 in two parts, the first short enough that whole multiples of it are exact; and 2 / (2k + 1).
+# ln 2 in two parts; the first has few digits, so that integer multiples of it are exact; and 2 / (2k + 1).
 HIGH_LN2 = wp.constant(wp.float64(float.fromhex("0x1.62e42feep-1")))
 LOW_LN2 = wp.constant(wp.float64(float.fromhex("0x1.a39ef35793c76p-33")))
 ROOT_HALF = wp.constant(wp.int64(int(np.sqrt(0.5).view(np.int64))))
@@ -56,7 +55,7 @@ def random_words(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.ui
 
 @wp.func
 def uniform_of(high: wp.uint32, low: wp.uint32):
-    """Return a uniform number of two words: an odd multiple of 2^-53, so neither 0 nor 1."""
+    """Return a uniform number from two words: an odd multiple of 2^-53, so neither 0 nor 1."""
     bits = (wp.uint64(high) << wp.uint64(20)) | (wp.uint64(low) >> wp.uint64(12))
     return (wp.float64(bits) + wp.float64(0.5)) * SPACING
 
@@ -98,7 +97,7 @@ A, B, C, D, E, F = (wp.constant(Polynomial(*row)) for row in (
 ))  # fmt: skip
 
 
-# Written out: as loops within the loop over lanes they would keep the lanes apart.
+# Written out: a loop inside the loop over lanes would prevent its vectorisation.
 @wp.func
 def polynomial(c: Polynomial, x: wp.float64):
     return ((((((c[7] * x + c[6]) * x + c[5]) * x + c[4]) * x + c[3]) * x + c[2]) * x + c[1]) * x + c[0]
@@ -120,7 +119,7 @@ def chosen(is_first: bool, first: Polynomial, second: Polynomial):
 
 @wp.func
 def logarithm(x: wp.float64):
-    """Return the natural logarithm of a normal number: what a call is to a library, but in lanes side by side."""
+    """Return the natural logarithm of a normal number; the library's function is not vectorised over lanes."""
     bits = wp.cast(x, wp.int64)
     exponent = (bits - ROOT_HALF) >> wp.int64(52)
     # x = 2^exponent (1 + f) with 1 + f from sqrt(1/2) to sqrt(2), and log(1 + f) = 2 artanh(s) with s = f / (2 + f).
@@ -130,16 +129,16 @@ def logarithm(x: wp.float64):
     fourth = square * square * square * square
     rest = polynomial(ARTANH, square) + fourth * fourth * (TWO_19THS + square * TWO_21STS)
     half = wp.float64(0.5) * f * f
-    # 2 artanh(s) = f - f^2 / 2 + s (f^2 / 2 + the rest), of which the first is exact.
+    # 2 artanh(s) = f - f^2 / 2 + s (f^2 / 2 + the rest); the first term is exact.
     small = s * (half + rest * square) + wp.float64(exponent) * LOW_LN2
     return wp.float64(exponent) * HIGH_LN2 + (f - (half - small))
 
 
 @wp.func
 def normal_of(probability: wp.float64):
-    """Return the standard normal number below which others are with a probability in (0, 1).
+    """Return the quantile of the standard normal distribution for a probability in (0, 1).
 
-    It goes one way for all numbers, choosing coefficients: a processor's lanes then stay side by side.
+    All numbers take the same path with different coefficients, so that a processor vectorises over lanes.
     """
     one = wp.float64(1.0)
     from_median = probability - wp.float64(0.5)
@@ -157,6 +156,6 @@ def normal_of(probability: wp.float64):
 
 @wp.func
 def normal_pair(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.uint32):
-    """Return two standard normal numbers, by the inverse of their distribution."""
+    """Return two standard normal numbers, by the inverse of their distribution function."""
     uniforms = uniform_pair(key, sample, purpose, counter)
     return wp.vec2d(normal_of(uniforms[0]), normal_of(uniforms[1]))

@@ -1,29 +1,32 @@
-"""Kernels that integrate whole histories, and how they are composed, fed and launched."""
+"""Kernels that integrate whole histories: their parts, source text, compilation, arguments and launches."""
 
 import importlib
 
+from warpdyn.engine.kernels.composing.user_recorders import Recorder as Recorder
+from warpdyn.foundations.core.output_variables import Variable as Variable
+
 
 def source(scene, *, method: str | None = None, dtype: str | None = None, device: str | None = None) -> str:
-    """Return the source of the kernel that integrates a scene, as `simulate` with these keywords would run it.
+    """Return the source of the kernel that `simulate` runs for a scene.
 
     Args:
         scene: The scene.
-        method: Integration method, as of `simulate`.
-        dtype: "float32" or "float64", as of `simulate`.
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
+        method: Integration method; None: the default of `simulate`.
+        dtype: "float32" or "float64"; None: the default of `simulate`.
+        device: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is no GPU.
 
     Returns:
-        The text of the function that Warp compiles, with the device functions that it calls named in it.
+        The text of the function that Warp compiles. It names the device functions that it calls.
 
     Raises:
         ValueError: If the method, the dtype or the device is unknown, or does not fit the scene.
-        TypeError: If the scene is none.
+        TypeError: If the scene is not a Scene.
 
     Example:
         >>> text = wd.kernels.source(scene, method="rk4")
         >>> text.splitlines()[0]
         'def integrate_chain('
     """
-    # What a scene needs of a kernel is read in a later room, which this one must not import before somebody asks.
+    # A later package knows which kernel a scene needs; it may be imported only when this function is called.
     reader = importlib.import_module("warpdyn.campaigns.integration.model")
     return reader.kernel_text(scene, method, dtype, device)

@@ -1,4 +1,4 @@
-"""The structs that kernels take, filled from NumPy arrays."""
+"""The structs of kernels' arguments, filled from NumPy arrays."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpdyn.engine.kernels.plan import structs
+from warpdyn.engine.kernels.plan import output_struct, structs
 from warpdyn.foundations.core.output_variables import DIVERGED
 
 
 def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -> Any:
-    """Return a struct of `structs` with these arrays on a device, ready for whatever is queued there."""
+    """Return a struct of `structs` with these arrays on a device, after the copies have finished."""
     struct = getattr(structs(dtype), kind)
     instance = struct()
     for name, values in arrays.items():
@@ -21,7 +21,7 @@ def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -
 
 
 def with_part(instance: Any, kind: str, names: Iterable[str], dtype: str, **parts: slice) -> Any:
-    """Return a struct with the same arrays, but for parts of some of them."""
+    """Return a struct with the same arrays, or slices of them if `parts` has their names."""
     whole = getattr(structs(dtype), kind)()
     for name in names:
         array = getattr(instance, name)
@@ -30,7 +30,7 @@ def with_part(instance: Any, kind: str, names: Iterable[str], dtype: str, **part
 
 
 def control(dtype: str, **values: float) -> Any:
-    """Return the scalars of a launch as the kernels take them."""
+    """Return the struct of a launch's scalars."""
     instance = structs(dtype).Control()
     for name, value in values.items():
         setattr(instance, name, value)
@@ -39,31 +39,31 @@ def control(dtype: str, **values: float) -> Any:
 
 def output_dtype(name: str, dtype: str) -> np.dtype:
     """Return the NumPy type of an output."""
-    return np.dtype(wp.dtype_to_numpy(structs(dtype).Output.vars[name].type.dtype))
+    return np.dtype(wp.dtype_to_numpy(output_struct(dtype, (name,)).vars[name].type.dtype))
 
 
 def blank_value(struct: Any, name: str) -> float:
-    """Return what an output is before it is written: NaN, -1, and the status diverged: a sample never run shows."""
+    """Return the value of an output that is not written: NaN, -1, or the status diverged."""
     if name == "status":
         return DIVERGED
     return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")
 
 
 def as_fields(kind: str, arrays: dict[str, np.ndarray], dtype: str) -> dict[str, np.ndarray]:
-    """Return arrays as the fields of a struct of `structs` have them."""
+    """Return arrays with the types of the fields of a struct of `structs`."""
     struct = getattr(structs(dtype), kind)
     return {name: as_field(struct, name, values) for name, values in arrays.items()}
 
 
 def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
-    """Return values as a struct's array has them: of its type, and the last index next to next in memory."""
+    """Return values with the type of a struct's array, contiguous in C order."""
     dtype = wp.dtype_to_numpy(struct.vars[name].type.dtype)
     check_held(name, values, dtype)
     return np.ascontiguousarray(values, dtype=dtype)
 
 
 def check_held(name: str, values: np.ndarray, dtype: Any) -> None:
-    """Raise a ValueError if a value is beyond the largest number of a type; infinity stands for what has no limit."""
+    """Raise a ValueError if a finite value exceeds the largest number of float32; infinity means no limit."""
     if np.dtype(dtype) != np.float32 or values.dtype == dtype:
         return
     largest = np.finfo(np.float32).max
@@ -78,14 +78,14 @@ def check_held(name: str, values: np.ndarray, dtype: Any) -> None:
 
 
 def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
-    """Return values as an array of a struct, where they are."""
+    """Return values as an array of a struct, without copying them."""
     return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
 
 
 def lane_rows(rows: int, count: int, lanes: int, value: float) -> np.ndarray:
-    """Return rows for so many doubles, which hold a value beyond them up to a whole number of a thread's lanes.
+    """Return rows of `count` doubles, padded with `value` to a multiple of `lanes`.
 
-    The number is odd: rows a power of 2 long would get into each other's way in a processor's cache.
+    The multiple is odd: rows with a length of a power of 2 would displace each other in a processor's cache.
     """
     array = np.empty((rows, (-(-count // lanes) | 1) * lanes))
     array[:, count:] = value

@@ -1,9 +1,9 @@
-"""Compile the kernels of several plans side by side: before the first of them is launched or, on a GPU, while it runs.
+"""Compile the kernels of several plans in parallel: before the first launch or, on a GPU, during it.
 
-Warp generates a kernel's code in Python, which holds the interpreter's lock, so that threads wait for each other. Many
-kernels are shared with processes instead, which leave their results in the kernel cache. They come from loky, whose
-processes do not run the user's script again, as those of the standard library do where it has no `__main__` guard. A
-few kernels of a processor are compiled by threads before a process would have begun.
+Warp generates code in Python, which holds the interpreter's lock, so that threads wait for each other. Many kernels are
+therefore compiled by processes, which write their results to the kernel cache. The processes are started by loky,
+because those of the standard library run the user's script again if it has no `__main__` guard. A few kernels for a
+processor are compiled by threads, which is faster than starting a process.
 """
 
 import os
@@ -23,27 +23,27 @@ from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.thread_pool import as_finished, result_of
 
-# A process takes three to four seconds until it has compiled its first kernel, as long as two kernels take, and half a
-# gigabyte of a GPU's memory until it ends: more of them were no faster on 16 processor cores.
+# A process needs 3 to 4 s for its first kernel, as much as two further kernels, and 0.5 GB of a GPU's memory until it
+# ends. More than 8 processes were not faster on 16 processor cores.
 MOST_PROCESSES, FEWEST_KERNELS = 8, 3
-# A processor's compiler leaves the interpreter's lock, for three quarters of a large kernel's time.
+# The compiler for processors releases the interpreter's lock for 3/4 of the time of a large kernel.
 MOST_KERNELS_OF_THREADS = 4
-ONE_BY_ONE = "kernels are compiled one by one: a process that compiled them side by side failed"
-LOOKS_FOR_PARENT = 0.5  # seconds between looks
-CONFIGURATION = (bool, int, float, str, type(None))  # types of settings that a process is started with
+ONE_BY_ONE = "kernels are compiled one by one: a process that compiled them in parallel failed"
+LOOKS_FOR_PARENT = 0.5  # seconds between checks that the parent process still runs
+CONFIGURATION = (bool, int, float, str, type(None))  # types of the settings of Warp that are passed to a process
 
 
 def is_compiled(plan: Plan, device: str) -> bool:
-    """Return whether the kernel of a plan is in the kernel cache, compiled for a kind of device."""
+    """Return whether the kernel cache contains the kernel of a plan for a kind of device."""
     return is_compiled_in(folder_of(build_kernel(plan).module, block_size(device)), device)
 
 
 def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> None:
-    """Compile the kernels of plans that are not in the kernel cache, on several processor cores at once.
+    """Compile the kernels of plans that are not in the kernel cache, on several processor cores.
 
     Args:
-        plans: The plans; one that is there twice is compiled once.
-        device: Device that they will run on, such as "cpu" or "cuda:0".
+        plans: The plans; equal plans are compiled once.
+        device: Device that will run them, such as "cpu" or "cuda:0".
         threads: Processor cores to use.
     """
     missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)]
@@ -58,15 +58,15 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     try:
         processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(), os.getpid()))
         with ThreadPoolExecutor(helpers) as threads_that_wait:
-            # Helpers begin with what takes longest. This process is ready at once: it compiles from the other end. None
-            # is handed a kernel before it has done the last one, so that all end at about the same time.
+            # Processes begin with the kernels that take longest. This process is ready at once and begins with the
+            # others. Each takes its next kernel when it has finished one, so that all end at about the same time.
             helping = [threads_that_wait.submit(_hand_out, left, processes, device) for _ in range(helpers)]
             try:
                 while (plan := _taken(left.popleft)) is not None:
                     load_kernel(plan, device)
                 for waiting in helping:
                     result_of(waiting)
-            except BaseException:  # an interrupted user waits neither for the rest nor for what has begun
+            except BaseException:  # after Ctrl-C, wait neither for the remaining kernels nor for those that have begun
                 left.clear()
                 processes.shutdown(wait=False, kill_workers=True)
                 raise
@@ -78,14 +78,14 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
 
 @contextmanager
 def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Callable[[Iterable[Plan]], None]]:
-    """Compile the kernels of plans that are not in the kernel cache; yield what waits until some of them are compiled.
+    """Compile the kernels of plans that are not in the kernel cache; yield a function that waits for some of them.
 
-    On a processor they are compiled before the first is waited for, since a run takes all of its cores. On a GPU the
-    first of them run while processes compile the rest, in the order of the plans.
+    For a processor all are compiled first, because a run uses all cores. For a GPU the first kernels run while
+    processes compile the others, in the order of the plans.
 
     Args:
-        plans: The plans; one that is there twice is compiled once.
-        device: Device that they will run on, such as "cpu" or "cuda:0".
+        plans: The plans; equal plans are compiled once.
+        device: Device that will run them, such as "cpu" or "cuda:0".
         threads: Processor cores to use.
     """
     if device == "cpu" or threads < FEWEST_KERNELS:
@@ -102,7 +102,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
     def compile_missing(plan: Plan) -> Future[None] | None:
         return None if is_compiled(plan, device) else processes.submit(_compile, plan, device)
 
-    # A thread looks for what is missing, which takes Python a tenth of a second for each; the first is compiled here.
+    # A thread finds the missing kernels, which takes 0.1 s for each; the first kernel is compiled by the caller.
     with ThreadPoolExecutor(1) as looking:
         tasks = {plan: looking.submit(compile_missing, plan) for plan in others}
 
@@ -118,7 +118,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
 
         try:
             yield wait_for
-        except BaseException:  # an interrupted user waits neither for the rest nor for what has begun
+        except BaseException:  # after Ctrl-C, wait neither for the remaining kernels nor for those that have begun
             looking.shutdown(wait=False, cancel_futures=True)
             processes.shutdown(wait=False, kill_workers=True)
             raise
@@ -126,7 +126,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
 
 
 def _compile_in_threads(plans: list[Plan], threads: int) -> None:
-    """Compile the kernels of plans for a processor in threads of this process, those that take longest first."""
+    """Compile kernels for a processor in threads of this process, those that take longest first."""
     if min(threads, len(plans)) < 2:
         return  # each is compiled when it is first launched
     longest = sorted(plans, key=lambda plan: -plan.dofs * plan.max_unroll)
@@ -135,18 +135,18 @@ def _compile_in_threads(plans: list[Plan], threads: int) -> None:
         tasks = [pool.submit(load_kernel, plan, "cpu") for plan in longest]
         for task in as_finished(tasks):
             task.result()
-    finally:  # an interrupted user does not wait for what has not begun
+    finally:  # after Ctrl-C, do not begin further kernels
         pool.shutdown(cancel_futures=True)
 
 
 def _hand_out(left: deque[Plan], processes: Executor, device: str) -> None:
-    """Have processes compile plans that are left, from the last on, one at a time."""
+    """Let a process compile the remaining plans one after another, from the last on."""
     while (plan := _taken(left.pop)) is not None:
         processes.submit(_compile, plan, device).result()
 
 
 def _taken(take: Callable[[], Plan]) -> Plan | None:
-    """Return what is taken, or None if nothing is left."""
+    """Return the next plan, or None if there are no more."""
     try:
         return take()
     except IndexError:
@@ -154,7 +154,7 @@ def _taken(take: Callable[[], Plan]) -> Plan | None:
 
 
 def _settings() -> dict[str, object]:
-    """Return how Warp is configured here."""
+    """Return the configuration of Warp in this process."""
     return {
         name: value
         for name, value in vars(wp.config).items()
@@ -163,34 +163,34 @@ def _settings() -> dict[str, object]:
 
 
 def _configure(settings: dict[str, object], parent: int) -> None:
-    """Configure Warp in a process as in the one that started it, so that they share the cache's entries.
+    """Configure Warp as in the parent process, so that both use the same entries of the kernel cache.
 
     Args:
-        settings: What `_settings` returned there.
-        parent: Number of the process that started it, with which it ends.
+        settings: The result of `_settings` in the parent process.
+        parent: Number of the parent process; this process ends with it.
     """
     Thread(target=_end_with, args=(parent,), daemon=True, name="warpdyn parent").start()
-    wp.init()  # which would add the version to the cache's folder, once more
+    wp.init()  # before the settings: it appends the version to the cache's folder, which the settings contain already
     for name, value in settings.items():
         setattr(wp.config, name, value)
 
 
 def _end_with(parent: int) -> None:
-    """End this process when the one that started it has ended, also by a kill, which tells nobody.
+    """End this process when its parent has ended or was killed.
 
-    Linux could send a signal instead (PR_SET_PDEATHSIG), but does so as soon as the *thread* ends that started the
-    process, and loky starts processes in threads that end before the processes are done.
+    The signal of Linux for this (PR_SET_PDEATHSIG) is sent as soon as the *thread* ends that started the process, and
+    loky starts processes in threads that end before the processes have finished.
     """
     if os.name == "nt":
         _wait_on_windows(parent)
     else:
-        while os.getppid() == parent:  # a process whose parent has ended is given another one
+        while os.getppid() == parent:  # if the parent ends, the system assigns another parent
             time.sleep(LOOKS_FOR_PARENT)
-    os._exit(1)  # also while another thread compiles, which nothing else stops
+    os._exit(1)  # the only way that stops another thread that compiles
 
 
 def _wait_on_windows(parent: int) -> None:
-    """Wait for the end of a process on Windows, where the number of a parent stays when it has ended."""
+    """Wait for the end of a process on Windows, where getppid() does not change when the parent ends."""
     import ctypes
 
     kernel, synchronize, forever = ctypes.WinDLL("kernel32"), 0x00100000, 0xFFFFFFFF  # type: ignore[attr-defined]

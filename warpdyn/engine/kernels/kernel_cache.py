@@ -1,6 +1,6 @@
-"""Warp's kernel cache: what is read from it is what was written, and what is damaged in it is compiled again.
+"""Warp's kernel cache: files are verified by digests, and damaged kernels are compiled again.
 
-It holds precompiled headers, too, which Warp itself would make anew in every process.
+The cache also contains precompiled headers, which Warp would otherwise compile in each process.
 """
 
 import hashlib
@@ -22,25 +22,25 @@ from warpdyn.foundations.core.messages import say, warn_caller
 from warpdyn.foundations.core.thread_pool import in_background
 from warpdyn.foundations.files.part_files import whole_file
 
-SEAL = "warpdyn.json"  # digests of the files of a module, beside them
+SEAL = "warpdyn.json"  # digests of the files of a module, in the module's folder
 THREADS_OF_A_BLOCK = 128
-COMPILATION_IS_TOLD = 1.0  # seconds after which a compilation is told of
+SECONDS_UNTIL_MESSAGE = 1.0  # a compilation that takes longer prints a message
 
 COMPILED = {"cpu": (".o",), "cuda": (".ptx", ".cubin")}  # endings of binaries
 SEALED = (*COMPILED["cpu"], *COMPILED["cuda"], ".meta", ".pch")
 
-_headers_checked: set[Path] = set()  # folders of headers that this process has found undamaged
+_headers_checked: set[Path] = set()  # folders of headers that this process has verified
 _loaded: set[tuple[wp.Module, str]] = set()
 _loading: defaultdict[wp.Module, threading.Lock] = defaultdict(threading.Lock)
 
 
 def block_size(device: str) -> int:
-    """Return how many threads a block has on a device."""
+    """Return the number of threads per block on a device."""
     return 1 if device == "cpu" else THREADS_OF_A_BLOCK
 
 
 def initialise() -> None:
-    """Initialise Warp, with a folder for this process alone if the cache's cannot be made."""
+    """Initialise Warp; if the cache's folder cannot be created, use a temporary folder of this process."""
     try:
         wp.init()
     except OSError as error:
@@ -50,24 +50,24 @@ def initialise() -> None:
 
 def folder_of(module: wp.Module, block_size: int) -> Path:
     """Return the folder of a module in the kernel cache."""
-    initialise()  # which sets the cache's folder
+    initialise()  # sets the cache's folder
     return Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_size)
 
 
 def is_compiled_in(folder: Path, device: str) -> bool:
-    """Return whether a folder of the kernel cache holds a binary for a kind of device."""
+    """Return whether a folder of the kernel cache contains a binary for a kind of device."""
     return any(path.suffix in COMPILED["cpu" if device == "cpu" else "cuda"] for path in folder.glob("*"))
 
 
 def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.Kernel:
-    """Return a kernel that is compiled and loaded for a device; say so where compiling takes long, and let Ctrl-C act.
+    """Compile and load a kernel for a device, and return it; a long compilation prints a message, and Ctrl-C works.
 
-    Threads may load kernels side by side, also one that is still compiled for a call that was interrupted.
+    Several threads may load kernels at once, also a kernel whose compilation continues after an interrupted call.
 
     Args:
         kernel: The kernel.
         device: The device, such as "cpu" or "cuda:0".
-        description: What the kernel is called where it is told of; its own name by default.
+        description: Name of the kernel in the message; by default its key.
     """
     key = kernel.module, device
     if key not in _loaded:
@@ -78,15 +78,15 @@ def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.
                     load_module(kernel.module, device, block_size(device))
                     _loaded.add(key)
 
-        told = f"compiling kernel {description or f'{kernel.key} for {device}'} ..."
-        in_background(load, COMPILATION_IS_TOLD, lambda: say(told))
+        message = f"compiling kernel {description or f'{kernel.key} for {device}'} ..."
+        in_background(load, SECONDS_UNTIL_MESSAGE, lambda: say(message))
     return kernel
 
 
 def load_module(module: wp.Module, device: str, block_size: int) -> None:
-    """Load a module, compiled for a device; if its files in the cache are damaged, compile it again and say so.
+    """Load a module, compiled for a device; if its files in the cache are damaged, warn and compile it again.
 
-    Warp would load what a full disk or a broken transfer left of a file, or refuse it each time.
+    Warp would load the rest of a file that a full disk or a broken transfer left, or refuse it each time.
 
     Args:
         module: The module.
@@ -94,7 +94,7 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
         block_size: Threads of a block.
 
     Raises:
-        OSError: If it is to be compiled, and the disk of the cache has too little room.
+        OSError: If it must be compiled and the disk of the cache has too little room.
     """
     folder = folder_of(module, block_size)
     if folder.is_dir() and _is_damaged(folder):
@@ -130,15 +130,15 @@ def _load(module: wp.Module, device: str, block_size: int) -> None:
 
 @contextmanager
 def _kept_headers(device: str, folder: Path) -> Iterator[None]:
-    """Let the calling thread take precompiled headers from the kernel cache while it compiles, and leave them there.
+    """Let the calling thread read precompiled headers from the kernel cache while it compiles, and write them there.
 
-    Warp precompiles its headers anew in each thread of each process that compiles for a processor, for nearly two
-    seconds, as long as a large kernel takes. Each file is moved into its place when it is complete. The compiler
-    refuses one whose headers have changed, and a version of Warp that keeps them otherwise goes on as it does.
+    Otherwise Warp precompiles its headers in each thread of each process that compiles for a processor, which takes
+    nearly 2 s, as long as a large kernel. Each file is renamed when it is complete. The compiler refuses a file whose
+    headers have changed. Versions of Warp without this mechanism compile as usual.
 
     Args:
-        device: Device that is compiled for; only a processor's headers are kept.
-        folder: Folder of the module; nothing is to be compiled where it holds what was.
+        device: Device to compile for; only headers for a processor are kept.
+        folder: Folder of the module; if it contains the kernel, nothing is compiled.
     """
     of_threads = getattr(getattr(wp._src.context, "runtime", None), "_pch_dirs", None)
     if device != "cpu" or is_compiled_in(folder, device) or not isinstance(of_threads, dict):
@@ -149,7 +149,7 @@ def _kept_headers(device: str, folder: Path) -> Iterator[None]:
         _discard(headers, "files differ from what was compiled")
     try:
         headers.mkdir(parents=True, exist_ok=True)
-    except OSError:  # Warp's own attempt to write beside it tells of this
+    except OSError:  # Warp reports this when it writes to the same folder
         yield
         return
     thread, before = threading.get_ident(), {path.name for path in headers.iterdir()}
@@ -167,7 +167,7 @@ def _kept_headers(device: str, folder: Path) -> Iterator[None]:
 
 
 def _folder_of_headers() -> Path:
-    """Return the folder of precompiled headers of this installation of Warp; they fit no other one."""
+    """Return the folder of precompiled headers of this installation of Warp; other installations need other headers."""
     header = Path(wp.__file__).parent / "native" / "builtin.h"
     about = header.stat()
     installation = hashlib.sha256(f"{header} {about.st_size} {about.st_mtime_ns}".encode()).hexdigest()[:16]
@@ -175,12 +175,12 @@ def _folder_of_headers() -> Path:
 
 
 def _move_elsewhere(error: OSError) -> None:
-    """Have this process compile its kernels into a temporary folder, and say so."""
+    """Let this process compile its kernels into a temporary folder, and warn."""
     cache = wp.config.kernel_cache_dir or os.environ.get("WARP_CACHE_PATH", "of this user")
     wp.config.kernel_cache_dir = str(folder_of_this_process())
     warn_caller(
-        f"the kernel cache {cache} cannot be written ({error}): kernels are compiled anew in this process, into "
-        f"{wp.config.kernel_cache_dir}; set WARP_CACHE_PATH to a folder that can be written"
+        f"the kernel cache {cache} cannot be written ({error}): this process compiles all kernels again, into "
+        f"{wp.config.kernel_cache_dir}. Choose another folder before Python starts: export WARP_CACHE_PATH=/a/folder"
     )
 
 
@@ -200,7 +200,7 @@ def _discard(folder: Path, reason: str) -> None:
 
 
 def _is_damaged(folder: Path) -> bool:
-    """Return whether a file differs from what was sealed; files that another process adds are not sealed yet."""
+    """Return whether a file differs from its digest; files that another process is adding have no digest yet."""
     try:
         sealed = json.loads((folder / SEAL).read_text())
     except FileNotFoundError:
@@ -212,7 +212,7 @@ def _is_damaged(folder: Path) -> bool:
 
 
 def _seal(folder: Path) -> None:
-    """Write the digests of a module's files beside them; devices that are compiled for later add files."""
+    """Write the digests of a module's files to its folder; compiling for another device adds files later."""
     try:
         text = json.dumps(_digests(folder))
         if (folder / SEAL).is_file() and (folder / SEAL).read_text() == text:
@@ -220,7 +220,7 @@ def _seal(folder: Path) -> None:
         with whole_file(folder / SEAL) as part:
             part.write_text(text)
     except OSError:
-        pass  # a cache that cannot be written is read as it is
+        pass  # a cache that cannot be written is used without digests
 
 
 def _digests(folder: Path) -> dict[str, str]:

@@ -1,6 +1,6 @@
-"""The variables that a run can record: each recorder, and the variables that it fills.
+"""The recorders and the variables that they write.
 
-Demands are evaluated at every step, not between steps; forces and accelerations are those of the equation of motion.
+Demands are evaluated at every step, not between steps. Forces and accelerations are those of the equation of motion.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from warpdyn.foundations.core.output_variables import Variable
 
 # Family -> recorder -> the kernel's outputs, named as the dataset names them.
 RECORDERS = recorders()
-# What `parts/collapse.py` fills; that module imports Warp, which a scene that is only made does not need.
+# Variables that `parts/collapse.py` writes. They are here because that module imports Warp, which a Scene does not
+# need.
 COLLAPSE = {
     "time_of_collapse": Variable(
         (), "s", "time at which a storey drift passed its capacity, or end of a run in which it falls", is_demand=False
@@ -26,7 +27,7 @@ STATE = "state"
 
 
 def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool) -> dict[str, Variable]:
-    """Return the variables that some recorders fill, by name, with those of collapses and of an adaptive method."""
+    """Return the variables that some recorders write, with those of collapses and of an adaptive method, by name."""
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
     }

@@ -1,15 +1,18 @@
-"""What a kernel is built from, and the structs through which it is fed."""
+"""Plan: the properties that decide a kernel's source; and the structs of a kernel's arguments."""
 
 # No `from __future__ import annotations` in this folder: warp reads annotations as live types.
 
 import functools
+from collections.abc import Iterable
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import warp as wp
 
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
+from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
 from warpdyn.engine.laws.springs import spring_row
@@ -17,13 +20,13 @@ from warpdyn.engine.methods.kinds import ExplicitMethod, product
 from warpdyn.engine.methods.stability_limits import relaxation_limit
 from warpdyn.engine.methods.table import METHODS
 
-LARGEST_LIMIT = 1e30  # stands for none: a constant of a kernel must be finite
+LARGEST_LIMIT = 1e30  # means no limit: constants of kernels must be finite
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything that decides a kernel's source: one kernel is built and compiled for each distinct plan.
+    """Everything that decides a kernel's source; each distinct plan has one kernel.
 
     Args:
         family: "chain" (storeys in series) or "dense" (full matrices).
@@ -32,19 +35,19 @@ class Plan:
         damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
             (dense); "classical" or "general" where the method is exact.
         load: Row of LOADS.
-        recorders: Rows of RECORDERS, sorted, and "state" where the next event goes on from this one's.
+        recorders: Rows of RECORDERS, sorted; also "state" if the next event starts from the final state.
         method: Row of METHODS.
         dtype: Row of DTYPES.
-        lanes: Samples a thread carries.
+        lanes: Samples per thread.
         max_unroll: Loops up to this count are unrolled before the compiler sees them.
-        sections: Threads that share a sample's storeys (a GPU's chains of many storeys), a power of 2.
-        viscous_dampers: "none", "linear" (part of the storey damping) or "power" of the velocity, devices of a chain.
-        physics: Parts of the kernel beside storey laws and damping, such as "p_delta" (chain, integrated step by step).
-        collapses: Whether a sample ends where a storey drift passes its capacity (chain).
-        has_drift_capacity: Whether storeys have capacities of their own, beside the building's drift ratio.
-        resumes: Whether each structure starts from the state that an event before left it in, and not from the load's.
+        sections: Threads that share a sample's storeys (tall chains on a GPU), a power of 2.
+        viscous_dampers: Devices of a chain: "none", "linear" (part of the storey damping) or "power" of the velocity.
+        physics: Further parts of the kernel, such as "p_delta" (chain, not with the exact method).
+        collapses: Whether a sample ends when a storey drift passes its capacity (chain).
+        has_drift_capacity: Whether storeys have drift capacities in addition to the building's drift ratio.
+        resumes: Whether each structure starts from its final state in the event before.
         undivided: Whether every interval of the motion is one step.
-        starts_displaced: Whether storeys that yield start from a drift, to which they are pulled slowly from rest.
+        starts_displaced: Whether yielding storeys start from a drift, to which they are pushed slowly from rest.
         records_late: Whether recorders of peaks start at a time after the start of the run.
     """
 
@@ -75,23 +78,24 @@ class Plan:
 
     @property
     def storeys_of_thread(self) -> int:
-        """Storeys of the section that a thread has; the last section may be filled up."""
+        """Storeys per thread; the last section may contain storeys that only complete it."""
         return -(-self.dofs // self.sections)
 
 
 def options(plan: Plan) -> dict[str, object]:
-    """Return the options of the module that a plan's kernel is compiled in."""
+    """Return the options of the Warp module of a plan's kernel."""
     law, method = spring_row(plan.law), METHODS[plan.method]
     in_registers = plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
-    # Laws with many values have loops that must be unrolled, or those over lanes about them stay what they are.
+    # Loops over a law's many values must be unrolled; otherwise LLVM does not vectorise the lane loops around them.
     is_small = max(law.memory, law.coefficients) < FEWEST_LANES and plan.damping != "modal"
-    # Histories are of a few samples: what they gain by flags alike is the time of the compiler's second header.
+    # Kernels of histories run few samples. They are compiled with the same flags as the others, so that Warp does not
+    # precompile its headers a second time.
     gains = (plan.lanes > 1 and plan.max_unroll > 1) or plan.recorders == ("history",)
     return module_options(plan.max_unroll, in_registers and is_small and gains)
 
 
 def row_types(plan: Plan) -> tuple:
-    """Return types of one value a lane: of the plan's dtype, of float64, of whole numbers."""
+    """Return the types of one value per lane: in the plan's dtype, in float64, and for whole numbers."""
     return tuple(
         wp.types.vector(length=plan.lanes, dtype=dtype) for dtype in (DTYPES[plan.dtype], wp.float64, wp.int32)
     )
@@ -109,7 +113,7 @@ def keeps_slopes(method: ExplicitMethod) -> bool:
 
 
 def tableau(plan: Plan) -> SimpleNamespace:
-    """Return an explicit method's constants, and whether its stages need more than the last slope."""
+    """Return an explicit method's constants and properties."""
     method = METHODS[plan.method]
     a, stages = np.array(method.a), method.stages
     error = np.array(method.error or np.zeros(stages))
@@ -126,7 +130,7 @@ def tableau(plan: Plan) -> SimpleNamespace:
         reach=constants(plan, [*np.diag(a, -1), 0.0]),  # of the last slope, to the next stage
         node=constants(plan, method.c),
         first_stage=constants(plan, np.eye(stages)[0]),
-        # Row s + 1 of a holds what stage s + 1 starts from; the row after the last stage is the step's end.
+        # Row s + 1 of a gives the start of stage s + 1; the row after the last stage gives the end of the step.
         a=constants(plan, np.vstack([a, method.b])),
         a_displacement=constants(plan, np.vstack([method.displacement_a, method.displacement_b])),
         ends=constants(plan, [*method.c, 1.0]),
@@ -136,9 +140,9 @@ def tableau(plan: Plan) -> SimpleNamespace:
 
 
 def settling_polynomial(plan: Plan) -> tuple[float, ...]:
-    """Return the growth a step of what settles at a rate, as a polynomial in minus the rate times the step.
+    """Return the growth per step of a value that decays at a rate, as a polynomial in minus the rate times the step.
 
-    Implicit methods take a law's memory along the drift by classical RK4.
+    Implicit methods integrate a law's memory by classical RK4.
     """
     method = METHODS[plan.method]
     polynomial = (method if method.kind == "explicit" else METHODS["rk4"]).stability_polynomial
@@ -146,20 +150,20 @@ def settling_polynomial(plan: Plan) -> tuple[float, ...]:
 
 
 def settling_limit(plan: Plan) -> float:
-    """Return the rate times the step up to which no deviation of a memory grows."""
+    """Return the largest product of rate and step at which no deviation of a memory grows."""
     return min(relaxation_limit(METHODS[plan.method]), LARGEST_LIMIT)
 
 
-# What the values are of that a part holds, by its folder.
+# Category under which the values of each folder's parts are counted.
 HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "stepping": "method", "recorders": "recorders"}
 
 
 def values_held(plan: Plan) -> dict[str, int]:
-    """Return how many values a kernel holds for each sample while it runs: what a scene does not name is not there."""
+    """Return the number of values that a kernel keeps for each sample, by category."""
     n, kind, spring = plan.dofs, plan.kind, spring_row(plan.law)
     # Displacement and velocity of each degree of freedom, and the law's memory.
     held = {"state": (2 + spring.memory) * n, "structure": 0, "method": 0, "recorders": 0}
-    # Of a memory that stages move, each value has working copies; any other is looked at one storey after another.
+    # If stages change the memory, each of its values has working copies; otherwise one value at a time is read.
     moving = 2 + (spring.memory if spring.rate is not None else min(1, spring.memory))
     if kind == "exact":
         size = 2 * n
@@ -182,12 +186,33 @@ def values_held(plan: Plan) -> dict[str, int]:
     return held
 
 
+def structs(dtype_name: str, users: tuple[type[Recorder], ...] = ()) -> SimpleNamespace:
+    """Return the argument structs of kernels for one dtype; each field is named as the dataset names it.
+
+    Args:
+        dtype_name: Row of DTYPES.
+        users: Recorders of users whose variables the struct Output has. Other kernels have it without them, so that
+            a user's recorder does not make the compiled kernels of other scenes invalid.
+    """
+    return _structs(dtype_name, users)
+
+
 @functools.cache
-def structs(dtype_name: str) -> SimpleNamespace:
-    """Return the argument structs of all kernels for one dtype; each field is named as the dataset names it."""
+def _structs(dtype_name: str, users: tuple[type[Recorder], ...]) -> SimpleNamespace:
+    found = fields(users)
+    if users:
+        name = "_".join(("Output", dtype_name, *(each.part_name for each in users)))
+        return SimpleNamespace(
+            **vars(_structs(dtype_name, ())) | {"Output": _struct(name, found["Output"], dtype_name)}
+        )
     return SimpleNamespace(
-        **{name: _struct(f"{name}_{dtype_name}", types, dtype_name) for name, types in fields().items()}
+        **{name: _struct(f"{name}_{dtype_name}", types, dtype_name) for name, types in found.items()}
     )
+
+
+def output_struct(dtype_name: str, names: Iterable[str]) -> Any:
+    """Return the struct Output that has these variables."""
+    return structs(dtype_name, users_of_variables(names)).Output
 
 
 def _struct(name: str, types: dict[str, str], dtype_name: str) -> type:
@@ -196,7 +221,7 @@ def _struct(name: str, types: dict[str, str], dtype_name: str) -> type:
 
 
 def _field_type(type_name: str, dtype: type) -> object:
-    """Return the type that words stand for: "float" is of the kernel's dtype, "float[,]" an array of two dimensions."""
+    """Return the type for words: "float" is the kernel's dtype, "float[,]" an array of two dimensions."""
     scalar, bracket, commas = type_name.partition("[")
     element = dtype if scalar == "float" else getattr(wp, scalar)
     return wp.array(dtype=element, ndim=1 + commas.count(",")) if bracket else element

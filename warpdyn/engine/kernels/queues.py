@@ -1,4 +1,4 @@
-"""Where kernels run: a processor's threads or a GPU's streams, each behind the same few calls."""
+"""Queues of kernel launches, with the same methods for a processor's threads and a GPU's streams."""
 
 import threading
 import time
@@ -14,28 +14,28 @@ import warp as wp
 from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, wrapped
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
-from warpdyn.engine.kernels.plan import Plan, structs
+from warpdyn.engine.kernels.plan import Plan, output_struct, structs
 from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
 from warpdyn.foundations.core import checks
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.thread_pool import as_finished
 
-# A launch cannot be stopped: Ctrl-C waits so long for it [s]. A piece has at most so many times the steps of the last.
+# A launch cannot be interrupted, so launches are cut into pieces of about SECONDS_OF_A_PIECE, after which Ctrl-C works.
+# A piece has at most MOST_GROWTH times as many steps as the last.
 SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
-# Steps of storeys of a row in the first piece, half a second of the slowest laws.
+# Steps times storeys of the first piece, 0.5 s of the slowest laws.
 FIRST_PIECE = 3e4
-WAIT_FOR_GPU = 2e-4  # seconds between looks at a GPU and for signals
-# Blocks under way on a GPU at a time: while one is waited for, the others keep it busy. Samples of one number of steps
-# in an interval are a launch of their own; the launches of a block run side by side on so many streams.
+WAIT_FOR_GPU = 2e-4  # seconds between checks of a GPU and of signals
+# Blocks on a GPU at the same time: while the host waits for one, the others keep the GPU busy. Samples with the same
+# number of steps per interval have one launch; the launches of a block run on STREAMS_OF_A_BLOCK streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
 
 
 def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
-    """Return the devices asked for: one or several names, "cuda" for every GPU, None for the first or else the CPU.
+    """Return the names of devices: one or several names, "cuda" for all GPUs, None for the first GPU or else the CPU.
 
     Raises:
-        ValueError: If there is no such device, one is named twice, or the CPU is named beside a GPU; the message lists
-            those there are.
+        ValueError: If a device does not exist, is named twice, or the CPU is named together with a GPU.
     """
     initialise()
     gpus = [f"cuda:{i}" for i in range(wp.get_cuda_device_count())]
@@ -54,19 +54,19 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
 
 
 def device_names(devices: Sequence[str]) -> str:
-    """Return the devices and their makers' names, as the dataset tells them."""
+    """Return the devices with the names of their models, for the dataset."""
     return ", ".join(f"{device} ({wp.get_device(device).name})" for device in devices)
 
 
 def free_memory(device: str) -> int:
-    """Return the memory that is free on a device [bytes]."""
+    """Return the free memory of a device [bytes]."""
     if device != "cpu":
         return wp.get_device(device).free_memory
     return checks.free_memory()
 
 
 def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
-    """Return the time that is within any of some spans of time, which may overlap [s]."""
+    """Return the length of the union of spans of time, which may overlap [s]."""
     covered, reached = 0.0, -np.inf
     for start, end in sorted(spans):
         covered += max(0.0, end - max(start, reached))
@@ -75,21 +75,21 @@ def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
 
 
 class CpuQueue:
-    """The processor: arrays are used where they are, and a launch returns when it is done."""
+    """Queue of a processor: arrays are not copied, and a launch returns when it has finished."""
 
     device = "cpu"
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self.spans: list[tuple[float, float]] = []
-        self._pace: dict[Plan, float] = {}  # steps of rows of lanes that a thread takes in a piece's time
+        self._pace: dict[Plan, float] = {}  # steps of rows of lanes per piece and thread
 
     def begin(self) -> None:
-        """Begin with another run."""
+        """Begin another run."""
         self.spans.clear()
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return a struct of `structs` with these arrays, each as the type its field has."""
+        """Return a struct of `structs` with these arrays, converted to the types of its fields."""
         struct = getattr(structs(dtype), kind)
         instance = struct()
         for name, values in arrays.items():
@@ -97,8 +97,8 @@ class CpuQueue:
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return outputs that say nothing yet, to be written into these arrays, sample first."""
-        struct = structs(dtype).Output
+        """Return blank outputs that use the memory of these arrays, whose first index is the sample."""
+        struct = output_struct(dtype, into)
         instance = struct()
         for name, values in into.items():
             values.fill(blank_value(struct, name))
@@ -110,15 +110,15 @@ class CpuQueue:
     ) -> None:
         """Launch kernels, in slices over the threads, and wait.
 
-        A slice is launched in pieces of some tenths of a second, between which Ctrl-C acts; a single row of lanes is
-        not divided.
+        A slice is launched in pieces of about SECONDS_OF_A_PIECE, after which Ctrl-C works; a row of lanes is not
+        divided.
 
         Args:
-            launches: What to launch.
+            launches: The launches.
             arguments: The kernels' arguments after the samples.
-            advance: Called with the number of samples done since its last call.
+            advance: Called with the number of samples that have finished since its last call.
         """
-        # Before the threads, which would each compile them.
+        # Load them before the threads start; otherwise each would compile them.
         kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
         lanes = launches[0].plan.lanes
 
@@ -129,7 +129,7 @@ class CpuQueue:
             costs = np.cumsum(launch.steps_of_rows(plan.lanes, first, last))
             done = 0
             while done < costs.size and not stopping.is_set():
-                # As many rows as take a piece's time, after what the last pieces took.
+                # The number of rows for the time of a piece, estimated from the last pieces.
                 before = costs[done - 1] if done else 0.0
                 until = max(
                     done + 1,
@@ -157,10 +157,10 @@ class CpuQueue:
     def start_reading(
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
     ) -> None:
-        """Begin to bring outputs back: they are back."""
+        """Do nothing: outputs need no copy."""
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
-        """Wait for the outputs: they were written into these rows."""
+        """Do nothing: the outputs were written into these rows."""
 
     def read(self, array: Any) -> np.ndarray:
         """Return one of a struct's arrays."""
@@ -168,40 +168,42 @@ class CpuQueue:
 
 
 class CudaQueue:
-    """A place on a GPU where one block of samples at a time is under way, on streams of its own.
+    """Queue of a GPU for one block of samples at a time, with its own streams.
 
-    Its memory is kept from one block to the next: to free memory, the device would wait for all that is queued on it.
+    Memory is kept from one block to the next, because freeing memory would wait for everything that is queued on the
+    GPU.
 
     Args:
         device: The GPU.
-        origin: Event that was recorded on it before, from which time is counted.
+        origin: Event that was recorded on the GPU before; times count from it.
     """
 
     def __init__(self, device: str, origin: wp.Event) -> None:
         self.device, self.origin = device, origin
         self.streams = [wp.Stream(device) for _ in range(STREAMS_OF_A_BLOCK)]
-        self.stream = self.streams[0]  # of all but some launches
+        self.stream = self.streams[0]  # for copies and the first launch
         self.spans: list[tuple[float, float]] = []
-        self._held: dict[tuple[str, str, Any], wp.array] = {}  # by place and type: samples run again have another
-        self._sent: dict[str, wp.Event] = {}  # after which a struct's arrays on the host may be written again
+        self._held: dict[
+            tuple[str, str, Any], wp.array
+        ] = {}  # by purpose and type; samples that run again have another type
+        self._sent: dict[str, wp.Event] = {}  # after these a struct's arrays on the host may be written again
         self._kept_alive: list[object] = []
         self._timed: list[tuple[wp.Event, wp.Event]] = []
         self._arriving: dict[str, np.ndarray] = {}
         self._arrived: wp.Event | None = None
-        self.staying: dict[str, Any] = {}  # outputs that are left on the device, sample first
+        self.staying: dict[str, Any] = {}  # outputs that remain on the GPU; their first index is the sample
         self._held_until: Callable[[], wp.Event] | None = None
         self._advance: Callable[[], object] = lambda: None
 
     def begin(self) -> None:
-        """Begin with another run: nothing of the last one, which may have been stopped, is waited for or told."""
+        """Begin another run, without waiting for the last one, which may have been stopped."""
         self.spans.clear()
         self.staying, self._held_until = {}, None
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return a struct of `structs` with these arrays copied to the device, each as the type its field has.
+        """Return a struct of `structs` with these arrays copied to the GPU, converted to the types of its fields.
 
-        They are sent from page-locked memory: a GPU fetches from other memory at a tenth of the speed, and the calling
-        thread waits for it.
+        They are copied from page-locked memory, which is ten times as fast as other memory, and without waiting.
         """
         struct = getattr(structs(dtype), kind)
         instance = struct()
@@ -216,13 +218,13 @@ class CudaQueue:
                 there = self._array((kind, name), values.shape, field)
                 wp.copy(there, here, stream=self.stream)
                 setattr(instance, name, there)
-        finally:  # also what was sent before an error is read until then
+        finally:  # after an error, too, the copies that were queued read the arrays until this event
             self._sent[kind] = self.stream.record_event()
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return outputs that say nothing yet, of the shapes of these arrays but sample last."""
-        struct = structs(dtype).Output
+        """Return blank outputs with the transposed shapes of these arrays: the last index is the sample."""
+        struct = output_struct(dtype, into)
         instance = struct()
         with wp.ScopedStream(self.stream):
             for name, values in into.items():
@@ -234,7 +236,7 @@ class CudaQueue:
     def launch(
         self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
     ) -> None:
-        """Queue launches of kernels side by side; what is queued afterwards waits for them."""
+        """Queue launches of kernels on several streams; later operations wait for them."""
         kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
         ready = self.stream.record_event()
         for stream in self.streams[1:]:
@@ -242,7 +244,8 @@ class CudaQueue:
         for stream, launch in zip(cycle(self.streams), launches):
             start = stream.record_event(wp.Event(self.device, enable_timing=True))
             inputs = [0, launch.control, launch.samples, *arguments]
-            # Whole thread blocks, since threads that share a sample exchange values by warps; the rest repeat the last.
+            # Whole thread blocks, because threads that share a sample exchange values within warps. Surplus threads
+            # repeat the last sample.
             plan = launch.plan
             threads = -(-launch.order.size // plan.lanes) * plan.sections
             dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
@@ -256,13 +259,13 @@ class CudaQueue:
     def start_reading(
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
     ) -> None:
-        """Queue the outputs' way back: samples come first before they leave the device.
+        """Queue the transposition of the outputs and their copies to the host.
 
         Args:
             output: The outputs.
-            shapes: Their shapes, sample first.
-            arriving: Names of the outputs that are copied back; the device then keeps all of them in `staying`. None
-                where all are copied back, and none is kept.
+            shapes: Their shapes on the host; the first index is the sample.
+            arriving: Names of the outputs to copy; all outputs then remain on the GPU in `staying`. None: all outputs
+                are copied, and none remains.
         """
         self._arriving, self.staying = {}, {}
         held_until, self._held_until = self._held_until, None
@@ -284,36 +287,36 @@ class CudaQueue:
             self._arrived = self.stream.record_event()
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
-        """Wait for the outputs that were asked for last and copy them into these rows; `each` is a map over them."""
+        """Wait for the last outputs and copy them into these rows; `each` maps a function over their names."""
         self._wait(self._arrived)
         list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
         self._settle()
         self._advance()
 
     def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
-        """Copy rows over outputs that have stayed on the device, and wait."""
+        """Replace outputs that remained on the GPU by these rows, and wait."""
         for name, array in staying.items():
             array.assign(rows[name])
         wp.synchronize_device(self.device)
 
     def hold_until(self, released: Callable[[], wp.Event]) -> None:
-        """Leave the outputs that stay on the device in place until an event, which is known when it is asked for."""
+        """Keep the outputs that remain on the GPU until an event, which `released` returns when it is called."""
         self._held_until = released
 
     def read(self, array: Any) -> np.ndarray:
-        """Wait for all that is queued and return one of a struct's arrays."""
+        """Wait for everything that is queued and return one of a struct's arrays."""
         self._wait(self.stream.record_event())
         self._settle()
         return array.numpy()
 
     def _wait(self, event: wp.Event) -> None:
-        """Wait for an event; Ctrl-C acts meanwhile."""
+        """Wait for an event; Ctrl-C works."""
         while not event.is_complete:
             stop_if_asked()
             time.sleep(WAIT_FOR_GPU)
 
     def _settle(self) -> None:
-        """Record the times of finished launches, and release the memory that they needed."""
+        """Record the times of finished launches, and release their arguments."""
         self._kept_alive.clear()
         while self._timed:
             start, end = self._timed.pop()
@@ -322,7 +325,7 @@ class CudaQueue:
             )
 
     def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
-        """Return an array in the memory held for a place, which grows if it is too small."""
+        """Return an array in the memory that is kept for a purpose, which grows if it is too small."""
         size = int(np.prod(shape))
         held = self._held.get((*place, dtype))
         if held is None or held.size < size:
@@ -336,7 +339,7 @@ Queue = CpuQueue | CudaQueue
 
 
 def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
-    """Return the places where blocks can be under way side by side, in the order in which they are to be used."""
+    """Return one queue for each block that may run at the same time, in the order of their use."""
     if devices[0] == "cpu":
         return [CpuQueue(threads) for _ in devices]
     origins = {device: wp.get_stream(device).record_event(wp.Event(device, enable_timing=True)) for device in devices}
@@ -344,7 +347,7 @@ def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
 
 
 def seconds_in_kernels(queues: Sequence[Queue]) -> float:
-    """Return the time that kernels ran, of the device where they ran longest [s]."""
+    """Return the time that kernels ran on the device where they ran longest [s]."""
     spans: dict[str, list[tuple[float, float]]] = {}
     for queue in queues:
         spans.setdefault(queue.device, []).extend(queue.spans)

@@ -1,6 +1,6 @@
-"""Which parts there are, found by listing the folders that hold them; and what they declare beside their statements.
+"""The parts of kernels: modules in FOLDERS and recorders of users; and the variables and fields that they declare.
 
-Nothing here needs warp, and no more than the folder asked for is imported.
+This module does not import Warp, and imports only the folders that are needed.
 """
 
 from __future__ import annotations
@@ -8,10 +8,16 @@ from __future__ import annotations
 import functools
 import importlib
 import pkgutil
+import re
 from types import ModuleType
+from typing import Any
 
+from warpdyn.engine.kernels.composing.source_text import name_of, place_of
+from warpdyn.engine.kernels.composing.user_recorders import TABLE, USERS
 from warpdyn.foundations.core.output_variables import Variable
 
+STRUCTS = ("Control", "Samples", "Structure", "Load", "Output", "History")  # arguments of a kernel
+TYPE = re.compile(r"(float|float64|int32|int8|uint64)(\[,*\])?")
 FOLDERS = ("dampings", "loads", "parts", "stepping", "recorders")
 
 
@@ -22,48 +28,75 @@ def names_in(folder: str) -> list[str]:
 
 
 @functools.cache
-def parts_in(folder: str) -> tuple[ModuleType, ...]:
-    """Return the parts of a folder, in the order in which they stand in a slot."""
+def _modules_in(folder: str) -> tuple[ModuleType, ...]:
     modules = [importlib.import_module(f"{__package__}.{folder}.{name}") for name in names_in(folder)]
     parts = [module for module in modules if hasattr(module, "wanted")]
     return tuple(sorted(parts, key=lambda part: (getattr(part, "order", 0), part.__name__)))
 
 
-def all_parts() -> tuple[ModuleType, ...]:
-    """Return every part there is, in the order in which they stand in a slot."""
+def parts_in(folder: str) -> tuple[Any, ...]:
+    """Return the parts of a folder, in their order in a slot; users' recorders follow those of warpdyn."""
+    return _modules_in(folder) + (tuple(USERS.values()) if folder == "recorders" else ())
+
+
+def skeletons() -> tuple[ModuleType, ...]:
+    """Return the modules of all skeletons."""
+    return tuple(importlib.import_module(f"{__package__}.skeletons.{name}") for name in names_in("skeletons"))
+
+
+def all_parts() -> tuple[Any, ...]:
+    """Return all parts, in their order in a slot."""
     return tuple(part for folder in FOLDERS for part in parts_in(folder))
 
 
+@functools.cache
 def recorders() -> dict[str, dict[str, dict[str, Variable]]]:
-    """Return the variables that each recorder fills, by the structure's family and the recorder's name."""
-    found: dict[str, dict[str, dict[str, Variable]]] = {"chain": {}, "dense": {}}
-    for part in parts_in("recorders"):
+    """Return the variables of each recorder, by the structure's family and the recorder's name."""
+    for part in _modules_in("recorders"):
         for family, variables in getattr(part, "VARIABLES", {}).items():
-            found[family][part.__name__.rpartition(".")[2]] = variables
-    return found
+            TABLE[family][name_of(part)] = variables
+    return TABLE
 
 
 @functools.cache
-def fields() -> dict[str, dict[str, str]]:
+def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
     """Return the fields of the structs that kernels take, as parts and skeletons declare them, with types in words.
 
+    Args:
+        users: Recorders of users whose variables the struct Output has.
+
     Raises:
-        ValueError: If two of them disagree on a field's type.
+        ValueError: If a struct or a type is unknown, or if two of them disagree on a field's type.
     """
-    skeletons = [importlib.import_module(f"{__package__}.skeletons.{name}") for name in names_in("skeletons")]
-    declared = [struct for part in (*all_parts(), *skeletons) for struct in getattr(part, "FIELDS", {}).items()]
-    declared += [("Output", outputs_of(variables)) for rows in recorders().values() for variables in rows.values()]
-    declared += [("Output", outputs_of(getattr(part, "ADAPTIVE", {}))) for part in parts_in("recorders")]
-    found: dict[str, dict[str, str]] = {}
-    for struct, types in declared:
-        for name, type_name in types.items():
-            if found.setdefault(struct, {}).setdefault(name, type_name) != type_name:
-                raise ValueError(f"{struct}.{name} is {found[struct][name]} to one part and {type_name} to another")
+    found: dict[str, dict[str, str]] = {struct: {} for struct in STRUCTS}
+    origin: dict[tuple[str, str], ModuleType] = {}
+    modules = [part for folder in FOLDERS for part in _modules_in(folder)]
+    for part in (*modules, *skeletons(), *users):
+        declared = list(getattr(part, "FIELDS", {}).items())
+        variables = [*getattr(part, "VARIABLES", {}).values(), getattr(part, "ADAPTIVE", {})]
+        for struct, types in declared + [("Output", outputs_of(each)) for each in variables]:
+            if struct not in found:
+                raise ValueError(
+                    f"{place_of(part, 'FIELDS')}: unknown struct {struct!r}; choose one of {', '.join(found)}"
+                )
+            for name, type_name in types.items():
+                if not TYPE.fullmatch(type_name):
+                    raise ValueError(
+                        f"{place_of(part, 'FIELDS')}: {struct}.{name} has the unknown type {type_name!r}; "
+                        'write "float" (the kernel\'s number type), "float64", "int32", "int8" or "uint64", '
+                        'for an array followed by "[]", "[,]" or "[,,]"'
+                    )
+                if found[struct].setdefault(name, type_name) != type_name:
+                    raise ValueError(
+                        f"{place_of(part, 'FIELDS')}: {struct}.{name} has the type {type_name!r}, but "
+                        f"{found[struct][name]!r} in {place_of(origin[struct, name], 'FIELDS')}; choose another name"
+                    )
+                origin.setdefault((struct, name), part)
     return found
 
 
 def outputs_of(variables: dict[str, Variable]) -> dict[str, str]:
-    """Return the fields of Output that hold some variables: the last index is the sample's."""
+    """Return the fields of Output for some variables; the last index is the sample."""
     return {
         name: ("int32" if variable.is_whole else "float") + ("[,]" if variable.dims else "[]")
         for name, variable in variables.items()

@@ -1,8 +1,8 @@
-"""Room for what Warp compiles into the kernel cache, and the files that a killed process left there.
+"""Free space for compiled kernels in the kernel cache, and removal of files of killed processes.
 
-Warp compiles into a folder beside the one of the module and renames it; its compiler writes precompiled headers in the
-same way. While a process compiles, it holds a locked note with the name of that folder: a note that nobody holds is of
-a process that was killed. Folders of programs other than warpdyn have no such note, and stay.
+Warp compiles into a temporary folder next to that of the module and renames it; the compiler writes precompiled headers
+in the same way. While a process compiles, it locks a note, a file with the name of the temporary folder. A note without
+lock is that of a killed process. Folders of other programs have no note and are not removed.
 """
 
 import atexit
@@ -22,32 +22,32 @@ from warpdyn.foundations.files.removal import LOCK, remove_tree
 OF_A_PROCESS = "warpdyn_kernels_"  # beginning of names of temporary folders
 NOTE, HEADERS, UNFINISHED_HEADERS = ".compiling", "precompiled_headers_*", "*.pch.tmp"
 OPENED = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
-# Bytes that a compilation may take: precompiled headers of Warp 1.19 take 4.7 MB, and a kernel with its source 0.1 to
-# 1 MB on a processor. Binaries for a GPU are of the same order.
+# Bytes that a compilation may need: precompiled headers of Warp 1.19 need 4.7 MB, a kernel with its source 0.1 to 1 MB
+# on a processor; binaries for a GPU need about the same.
 ROOM = 2**25
 
 
 def check_room(cache: Path) -> None:
-    """Check that the disk of the kernel cache has room, before the compiler finds it full and ends the process.
+    """Check that the disk of the kernel cache has room; on a full disk the compiler would end the process.
 
     Args:
         cache: The folder of the cache.
 
     Raises:
-        OSError: If it has not; the message names the folder, its free space and the remedy.
+        OSError: If the room is too small.
     """
     while not cache.is_dir() and cache.parent != cache:
         cache = cache.parent
     try:
         if shutil.disk_usage(cache).free < ROOM:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        # Quotas and limits of the process count, too, so that the room is also asked for, where the system can do so.
+        # Reserving the room also tests quotas and limits of the process.
         if hasattr(os, "posix_fallocate"):
             with tempfile.TemporaryFile(dir=cache) as file:
                 os.posix_fallocate(file.fileno(), 0, ROOM)
     except OSError as error:
         if error.errno not in FULL:
-            return  # a folder that cannot be written, or a system that cannot reserve room
+            return  # the folder cannot be written, or the system cannot reserve room
         raise OSError(
             errno.ENOSPC,
             f"cannot compile a kernel: the kernel cache {cache} has too little room ({error.strerror}; "
@@ -58,7 +58,7 @@ def check_room(cache: Path) -> None:
 
 @contextmanager
 def noted(folder: Path) -> Iterator[None]:
-    """Hold a note while a module is compiled in this thread, after removing what killed processes left.
+    """Lock a note while a module is compiled in this thread, after removing files of killed processes.
 
     Args:
         folder: The folder of the module in the kernel cache.
@@ -69,10 +69,10 @@ def noted(folder: Path) -> Iterator[None]:
     with suppress(OSError):
         folder.parent.mkdir(parents=True, exist_ok=True)
         _sweep(folder.parent)
-    # The name of Warp's folder for this process and thread.
+    # The name of Warp's temporary folder for this process and thread.
     note = folder.with_name(f"{folder.name}_p{os.getpid()}_t{threading.get_ident()}{NOTE}")
     held = None
-    with suppress(OSError):  # without a note, nothing is removed after a kill
+    with suppress(OSError):  # without a note, nothing is removed if this process is killed
         held = os.open(note, os.O_RDWR | os.O_CREAT | os.O_EXCL | OPENED, 0o644)
         fcntl.flock(held, fcntl.LOCK_EX)
     try:
@@ -84,7 +84,7 @@ def noted(folder: Path) -> Iterator[None]:
 
 
 def folder_of_this_process() -> Path:
-    """Return a new temporary folder, which is removed at the end of this process, or of a later one if it is killed."""
+    """Return a new temporary folder; it is removed when this process ends or, if it is killed, by a later process."""
     if fcntl is not None:
         for left in Path(tempfile.gettempdir()).glob(f"{OF_A_PROCESS}*"):
             with suppress(OSError):
@@ -98,7 +98,7 @@ def folder_of_this_process() -> Path:
 
 
 def _remove_if_unused(folder: Path) -> None:
-    """Remove a folder of a process that has ended; raise an OSError if the process has not."""
+    """Remove the folder of a process that has ended; raise an OSError if it still runs."""
     if folder.is_symlink() or folder.stat().st_uid != os.geteuid():
         return
     lock = os.open(folder / LOCK, os.O_RDWR | OPENED)
@@ -111,7 +111,7 @@ def _remove_if_unused(folder: Path) -> None:
 
 def _sweep(cache: Path) -> None:
     """Remove folders of killed processes, and unfinished headers if no process compiles."""
-    # Whoever writes headers has a note before: who has none now has none of these files.
+    # A process locks a note before it writes headers, so a process without note now did not write these files.
     unfinished = [path for folder in cache.glob(HEADERS) for path in folder.glob(UNFINISHED_HEADERS)]
     held = [not _is_removed(note) for note in cache.glob(f"*{NOTE}")]
     if not any(held):
@@ -121,7 +121,7 @@ def _sweep(cache: Path) -> None:
 
 
 def _is_removed(note: Path) -> bool:
-    """Remove a note that nobody holds, with the folder that it names; return whether it was so."""
+    """Remove a note without lock and the folder that it names; return whether the note is removed."""
     try:
         file = os.open(note, os.O_RDWR | OPENED)
     except FileNotFoundError:

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from warpdyn.engine.kernels.composing.user_recorders import USERS, recorder_name
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.foundations.core.checks import one_of, real_number
 from warpdyn.foundations.core.description import html_table, to_json
@@ -119,11 +120,12 @@ class Scene:
                 "its buildings are drawn one by one"
             )
         known = RECORDERS[self.structure.family]
-        recorders = tuple(known) if self.recorders is None else self.recorders
+        recorders = tuple(known.keys() - USERS.keys()) if self.recorders is None else self.recorders
         if not isinstance(recorders, tuple | list):
             raise TypeError(f"recorders must be a tuple of recorders, such as ('drift',), got {recorders!r}")
         if not isinstance(self.title, str):
             raise TypeError(f"title must be text, got {self.title!r}")
+        recorders = tuple(map(recorder_name, recorders))
         for name in recorders:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
         object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))

@@ -1,1 +1,1 @@
-"""Kernels beside those of histories: response spectra, sampling, frequencies, single storeys."""
+"""Kernels that do not integrate histories: response spectra, sampling, frequencies, single storeys."""

@@ -1,9 +1,9 @@
-"""Undamped circular frequencies of shear chains, all of each chain's, to the last digits of the least of them.
+"""Undamped circular frequencies of shear chains, also the lowest one accurate to the last digits.
 
-The stiffness over the masses is U U^T with the bidiagonal U of u_ii^2 = k_i / m_i and u_i,i+1^2 = k_i+1 / m_i, so that
-no stiffness is ever subtracted from another. The differential quotient-difference algorithm with shifts keeps that
+The stiffness divided by the masses is U U^T with a bidiagonal U, u_ii^2 = k_i / m_i and u_i,i+1^2 = k_i+1 / m_i, so
+that no stiffness is subtracted from another. The differential quotient-difference algorithm with shifts keeps that
 accuracy (Fernando and Parlett 1994, Accurate singular values and differential qd algorithms, Numerische Mathematik 67,
-191-229); its shifts are Laguerre's lower bounds of the least eigenvalue, which never pass it (von Matt 1997, The
+191-229); its shifts are Laguerre's lower bounds of the least eigenvalue (von Matt 1997, The
 orthogonal qd-algorithm, SIAM Journal on Scientific Computing 18, 1163-1186).
 """
 
@@ -16,16 +16,16 @@ from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.kernels.arguments import lane_rows
 from warpdyn.engine.kernels.kernel_cache import loaded
 
-# Measured: a division waits for the one before it, so that more lanes than registers hold are quicker all the same.
+# Each division waits for the one before it, so more lanes than fit in registers were measured to be faster.
 LANES_OF_CHAINS = 64
-MOST_ITERATIONS = 200  # three or so find an eigenvalue, a few more where several are alike
-# A kernel serves chains of up to 4, 16, 64, ... storeys: a city has chains of ten lengths, and each kernel takes half a
-# second to compile.
+MOST_ITERATIONS = 200  # an eigenvalue takes about 3, a few more if several are nearly equal
+# Kernels are compiled for up to 4, 16, 64, ... storeys: a city has chains of ten lengths, and each kernel takes 0.5 s
+# to compile.
 FEWEST_STOREYS, STOREYS_GROW_BY = 4, 4
 
 
 def most_storeys(storeys: int) -> int:
-    """Return the longest chain of the kernel that serves chains of so many storeys."""
+    """Return the largest number of storeys of the kernel for chains of `storeys` storeys."""
     most = FEWEST_STOREYS
     while most < storeys:
         most *= STOREYS_GROW_BY
@@ -34,13 +34,13 @@ def most_storeys(storeys: int) -> int:
 
 @functools.cache
 def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
-    """Return the kernel for chains of at most so many storeys, so many chains a thread."""
+    """Return the kernel for chains of at most `most` storeys, with `lanes` chains per thread."""
     LANES = lanes
     double = wp.float64
     matrix = wp.types.matrix(shape=(most, LANES), dtype=double)
     row = wp.types.vector(length=LANES, dtype=double)
-    # What may be left between two eigenvalues, of their size; where nothing is left of one, it still must divide; and a
-    # shift this close to its bound is safe from rounding.
+    # Coupling of two eigenvalues, relative to their size, that is neglected; least value of a divisor, relative to the
+    # eigenvalue; and share of a bound that shifts leave for rounding.
     left = wp.constant(double(np.finfo(float).eps ** 2 / 16))
     least = wp.constant(double(1e-30))
     rounding = wp.constant(double(8 * np.finfo(float).eps))
@@ -54,9 +54,9 @@ def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
     ):
         align_rows()
         first = wp.tid() * LANES
-        q = matrix()  # squares of U's diagonal, and of what stands above it
+        q = matrix()  # squares of U's diagonal, and of the entries above it
         e = matrix()
-        shifted = row()  # taken from all eigenvalues so far
+        shifted = row()  # sum of the shifts so far
         goes_on = row()
         u = row()
         w = row()
@@ -125,7 +125,7 @@ def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
                     q[last, j] = wp.where(goes_on[j] > zero, d[j], q[last, j])
         for j in range(LANES):
             q[0, j] += shifted[j]
-        # What was found first is the least, but for eigenvalues that had nothing to do with the others from the start.
+        # The least eigenvalue was found first, except for eigenvalues that were never coupled with the others.
         for sorted in range(storeys - 1):
             for i in range(storeys - 1 - sorted):
                 for j in range(LANES):

@@ -1,8 +1,9 @@
-"""Where an oscillator's displacement is largest between two samples of a record, to rounding.
+"""The largest displacement of an oscillator between two samples of a record, accurate to rounding.
 
-The interval is searched in pieces too short to hold more than two instants of rest: with one the velocity changes sign;
-with two the acceleration does, at an instant known in closed form. Each is found by Newton's method within a bracket,
-until the displacement has 1e-16 of its largest value to gain. No piece is searched that cannot pass that value.
+The interval is searched in pieces that are too short for more than two instants of rest: if there is one, the velocity
+changes sign; if there are two, the acceleration does, at an instant known in closed form. Each instant is found by
+Newton's method within a bracket, until the displacement can gain at most 1e-16 of its largest value. Pieces that cannot
+exceed the largest value are not searched.
 """
 
 from math import factorial
@@ -17,11 +18,11 @@ SERIES = wp.constant(_coefficients(*(1 / factorial(n) for n in range(HIGHEST_POW
 LAST = wp.constant(HIGHEST_POWER + 2)
 TERMS = wp.constant(HIGHEST_POWER + 1)
 
-# A piece is a step within LARGEST_NORM: far less than half a period, so that its acceleration has one zero at most, and
-# exp(zeta omega t) is at most exp(1/6) = 1.18; an eighth of that, rounded up, is the factor of the bound by curvature.
+# A piece is a step within LARGEST_NORM: far less than half a period, so that the acceleration has at most one zero, and
+# exp(zeta omega t) is at most exp(1/6) = 1.18; 1/8 of it, rounded up, is the factor of the bound from the curvature.
 BEND = wp.constant(double(0.15))
 NEGLIGIBLE = wp.constant(double(1e-16))  # share of the peak that a displacement may still gain
-MOST_TRIALS = wp.constant(60)  # halving a bracket this often leaves nothing of it
+MOST_TRIALS = wp.constant(60)  # halving a bracket 60 times reaches the rounding of float64
 
 
 @wp.func

@@ -1,11 +1,11 @@
-"""The kernel of response spectra: oscillators under recorded base motions, and their largest displacements.
+"""The kernel of response spectra: the largest displacements of oscillators under recorded base motions.
 
-A thread carries LANES oscillators under one record. An exact step takes them from sample to sample. Between samples the
-displacement may pass its largest value so far only where two bounds allow it: one by its curvature, which is sharp for
-periods above the record's step, and one by the envelope of the free vibration about the static response, which is sharp
-for periods below it. These few intervals alone are searched.
+A thread integrates LANES oscillators under one record by exact steps from sample to sample. Between samples the
+displacement can exceed its largest value so far only if two bounds allow it: a bound from its curvature, sharp for
+periods above the record's step, and a bound from the envelope of the free vibration about the static response, sharp
+for periods below it. Only these few intervals are searched.
 
-What is found is the largest displacement in continuous time, in the record and after it, not one of samples of it.
+The result is the largest displacement in continuous time, during and after the record, not only at the samples.
 """
 
 import functools
@@ -36,16 +36,16 @@ class Records:
 
 @wp.struct
 class Oscillators:
-    """Oscillators and what advances and bounds them over a record's step, named by what it gives and what it takes."""
+    """Oscillators, and coefficients of their steps and bounds; `u_by_v` is that of v in the increment of u."""
 
     frequency: wp.array(dtype=double)  # circular, undamped, [oscillator]
     damping_ratio: wp.array(dtype=double)  # [oscillator]
-    pieces: wp.array2d(dtype=wp.int32)  # in which an interval is searched, [step, oscillator] as all that follow
-    u_by_u: wp.array2d(dtype=double)  # increments of displacement and velocity by themselves ...
+    pieces: wp.array2d(dtype=wp.int32)  # parts of an interval in a search, [step, oscillator] as all below
+    u_by_u: wp.array2d(dtype=double)  # increments of displacement u and velocity v by u and v
     u_by_v: wp.array2d(dtype=double)
     v_by_u: wp.array2d(dtype=double)
     v_by_v: wp.array2d(dtype=double)
-    u_by_start: wp.array2d(dtype=double)  # ... and by the base acceleration at the ends of the step
+    u_by_start: wp.array2d(dtype=double)  # and by the base acceleration at the ends of the step
     u_by_end: wp.array2d(dtype=double)
     v_by_start: wp.array2d(dtype=double)
     v_by_end: wp.array2d(dtype=double)
@@ -62,7 +62,7 @@ class Oscillators:
 
 @functools.cache
 def oscillator_kernel(lanes: int, unroll: int) -> wp.Kernel:
-    """Return the kernel for so many oscillators a thread."""
+    """Return the kernel for `lanes` oscillators per thread."""
     LANES = lanes
     row = wp.types.vector(length=lanes, dtype=double)
     indices = wp.types.vector(length=lanes, dtype=wp.int32)
@@ -224,7 +224,7 @@ def largest_displacements(
         output,
     ]
     blocks = count * blocks_of_a_record
-    loaded(kernel, device)  # before the threads, which would each compile it
+    loaded(kernel, device)  # before the threads start; otherwise each would compile it
     if is_gpu:
         wp.launch(kernel, dim=blocks, inputs=[0, *arguments], device=device, block_dim=THREADS_OF_A_BLOCK)
         return output.numpy()
@@ -234,12 +234,12 @@ def largest_displacements(
 
     edges = np.unique(np.linspace(0, blocks, min(blocks, threads * SLICES_PER_THREAD) + 1).astype(int))
     with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(run, pairwise(edges)))  # a list asks for every result, and raises what a thread raised
+        list(pool.map(run, pairwise(edges)))  # the list waits for all results and raises errors of the threads
     return output.numpy()
 
 
 def _filled(struct: type, arrays: dict[str, np.ndarray], device: str) -> object:
-    """Return a struct with these arrays copied to the device, each as the type its field has."""
+    """Return a struct with these arrays copied to the device, converted to the types of its fields."""
     instance = struct()
     for name, values in arrays.items():
         setattr(instance, name, wp.array(as_field(struct, name, values), device=device))

@@ -1,4 +1,4 @@
-"""Random numbers of structures by their indices: uniform ones, and normal ones with the correlation asked for."""
+"""Random numbers of structures by their indices: uniform numbers, and correlated normal numbers."""
 
 import functools
 
@@ -14,7 +14,7 @@ from warpdyn.foundations.core.random_numbers import Purpose, key_of
 
 @functools.cache
 def uniforms_kernel(lanes: int) -> wp.Kernel:
-    """Return the kernel that draws uniform numbers of so many structures a thread."""
+    """Return the kernel that draws uniform numbers, for `lanes` structures per thread."""
     LANES = lanes
     row = wp.types.vector(length=LANES, dtype=wp.float64)
     Numbers = wp.types.vector(length=LANES, dtype=wp.uint64)
@@ -50,7 +50,7 @@ def uniforms_kernel(lanes: int) -> wp.Kernel:
 
 @functools.cache
 def normals_kernel(lanes: int) -> wp.Kernel:
-    """Return the kernel that makes uniform numbers normal and correlates them, of so many structures a thread."""
+    """Return the kernel that turns uniform into correlated normal numbers, for `lanes` structures per thread."""
     LANES = lanes
     row = wp.types.vector(length=LANES, dtype=wp.float64)
 
@@ -71,7 +71,7 @@ def normals_kernel(lanes: int) -> wp.Kernel:
                 normal[j] = normal_of(normal[j])
             for j in range(LANES):
                 values[variable, first + j] = normal[j]
-        # Each variable takes of those before it, so that the last can be replaced first.
+        # Each variable is a sum over the earlier ones, so the last one is replaced first.
         for back in range(variables):
             variable = variables - 1 - back
             for j in range(LANES):
@@ -88,10 +88,10 @@ def normals_kernel(lanes: int) -> wp.Kernel:
 
 
 def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
-    """Draw the uniform numbers of some structures, those that `warpdyn.foundations.core.random_numbers` looks up.
+    """Draw the uniform numbers of some structures, equal to those of `warpdyn.foundations.core.random_numbers`.
 
     Args:
-        values: Where they go, shape [variable, structure], from `lane_rows`.
+        values: Array for the numbers, shape [variable, structure], from `lane_rows`.
         seed: Seed of the run.
         numbers: Indices of the structures in the run, shape [structure].
     """
@@ -106,7 +106,7 @@ def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
     """Turn uniform numbers into correlated standard normal ones, by the inverse of their distribution.
 
     Args:
-        values: Independent numbers in (0, 1), replaced by normal ones, shape [variable, structure], from `lane_rows`.
+        values: Independent numbers in (0, 1), which are replaced, shape [variable, structure], from `lane_rows`.
         factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
     """
     arrays = [wp.array(array, dtype=wp.float64, copy=False, device="cpu") for array in (factor, values)]

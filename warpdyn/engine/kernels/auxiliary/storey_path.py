@@ -1,4 +1,4 @@
-"""The kernel that takes storeys along given drifts, by the device functions of the kernels of whole histories."""
+"""The kernel that moves storeys along given drifts, with the device functions of history kernels."""
 
 import functools
 
@@ -10,7 +10,7 @@ from warpdyn.engine.laws.springs import spring_row
 
 @functools.cache
 def storey_path_kernel(law: str, dtype_name: str) -> wp.Kernel:
-    """Return the kernel of a row of SPRINGS; each thread takes one storey through all its drifts."""
+    """Return the kernel of a row of SPRINGS; each thread moves one storey through all its drifts."""
     spring, dtype = spring_row(law), DTYPES[dtype_name]
     HAS_MEMORY, C = spring.memory_after is not None, spring.coefficients
     force_of, held_of, recoverable_of = (

@@ -1,1 +1,1 @@
-"""Kinds of viscous damping: one part of the kernels each."""
+"""Parts of kernels for kinds of viscous damping."""

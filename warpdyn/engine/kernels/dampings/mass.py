@@ -1,4 +1,4 @@
-"""Dashpots between the floors and the ground, in proportion to the floors' masses."""
+"""Mass-proportional damping: dashpots between the floors and the ground."""
 
 MASS_DAMPED = ("rayleigh", "rayleigh_tangent", "mass_proportional")
 

@@ -1,4 +1,4 @@
-"""Damping of a ratio in every mode, which couples all floors."""
+"""Modal damping: a damping ratio in each mode, which couples all floors."""
 
 FIELDS = {"Structure": {"damping_matrix": "float[,]"}}  # [floor x floor, structure]
 

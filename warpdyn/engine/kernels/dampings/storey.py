@@ -1,4 +1,4 @@
-"""Dashpots in the storeys: damping in proportion to stiffness, storey dashpots, linear viscous dampers."""
+"""Dashpots in the storeys: stiffness-proportional damping, storey dashpots, linear viscous dampers."""
 
 order = -10  # the first of what is viscous in a storey
 

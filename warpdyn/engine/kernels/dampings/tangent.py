@@ -1,6 +1,6 @@
-"""Dashpots in the storeys in proportion to the tangent stiffness."""
+"""Damping proportional to the tangent stiffness: dashpots in the storeys."""
 
-SHARE_OF_STEP_AHEAD = 2.0**-7  # where a storey's tangent stiffness is looked at
+SHARE_OF_STEP_AHEAD = 2.0**-7  # of the step: the tangent stiffness is evaluated this far ahead
 
 FIELDS = {"Structure": {"tangent_damping": "float[]"}}  # Rayleigh's factor of the tangent stiffness
 

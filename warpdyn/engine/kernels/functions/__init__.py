@@ -1,1 +1,1 @@
-"""Device functions that kernels of histories call: adaptive steps, random motions, energies, what is kept."""
+"""Device functions of history kernels: adaptive steps, random motions, energies, recording."""

@@ -1,10 +1,10 @@
-"""How an adaptive method goes through a step of the time grid in parts of its own, by its estimated errors."""
+"""Division of a step of the time grid into parts by an adaptive method, according to its estimated errors."""
 
 from typing import Any
 
 import warp as wp
 
-# The shortest part of a step that is taken: corners of a law are gone through so, whatever the error estimated there.
+# The shortest part of a step. At corners of a law it is accepted with any estimated error.
 SHORTEST_PART = {"float32": 2.0**-14, "float64": 2.0**-24}
 
 
@@ -24,19 +24,19 @@ def excess_of(u_error: Any, u_size: Any, u_end: Any, v_error: Any, v_size: Any, 
 
 @wp.func
 def next_part(part: Any, trial: Any, excess: Any, shortest: Any):
-    """Return the part of the step to try next, by an error estimate of order 5; the old one if nothing was tried."""
+    """Return the part of the step to try next, by an error estimate of order 5; unchanged if nothing was tried."""
     following = trial
     if part > type(part)(0.0):
         change = type(part)(0.9) * wp.pow(wp.max(excess, type(part)(1e-6)), type(part)(-0.2))
         following = part * wp.clamp(change, type(part)(0.2), type(part)(5.0))
-        if excess <= type(part)(1.0):  # a part cut short by the step's end says nothing against a longer one
+        if excess <= type(part)(1.0):  # a part may have been cut by the end of the step
             following = wp.max(following, wp.min(trial, type(part)(5.0) * part))
     return wp.clamp(following, shortest, type(part)(1.0))
 
 
 @wp.func
 def done_after(done: Any, part: Any, excess: Any, shortest: Any):
-    """Return the share of the step done after a part; 1 if less than a shortest part, or no finite state, is left."""
+    """Return the finished share of the step; 1 if less than half a shortest part is left or the state is infinite."""
     after = done + part
     if after > type(done)(1.0) - type(done)(0.5) * shortest or excess > type(done)(1e15):
         after = type(done)(1.0)

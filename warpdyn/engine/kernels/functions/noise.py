@@ -1,9 +1,9 @@
-"""Base motion that is random by itself: generated interval by interval and never stored.
+"""Random base motion, generated interval by interval and not stored.
 
 The process is that of `warpdyn.model.ground_motions.filtered_noise`.
 
-The function here takes and returns the rows of all of a thread's lanes: copying them costs little once an interval, and
-its loops over lanes hold nothing else, so that a processor runs them side by side.
+Functions take and return rows of all lanes of a thread: copying them once per interval costs little, and a processor
+vectorises their loops over lanes.
 """
 
 import functools
@@ -19,11 +19,11 @@ from warpdyn.foundations.core.random_numbers import Purpose
 
 @functools.cache
 def noise_of(plan: Plan) -> SimpleNamespace:
-    """Return what a plan's kernel needs for its random motions.
+    """Return the types and the function for random motions in a plan's kernel.
 
     Returns:
-        `Processes` and `Numbers`, the types that hold the lanes' processes, [state, lane], and the samples' indices;
-        and `over_interval`, the function that follows the motions over an interval.
+        `Processes`, the type of the lanes' processes, [state, lane]; `Numbers`, the type of the samples' indices; and
+        `over_interval`, the function that evaluates the motions over an interval.
     """
     dtype, types, LANES = DTYPES[plan.dtype], structs(plan.dtype), plan.lanes
     STATES = max(1, LOADS[plan.load].noise_states)
@@ -31,7 +31,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
     row, row64, indices = row_types(plan)
     Processes = wp.types.matrix(shape=(STATES, LANES), dtype=wp.float64)
     Numbers = wp.types.vector(length=LANES, dtype=wp.uint64)
-    # Where the parts of the process stand in `loads.noise`.
+    # Positions of the parts of the process in `loads.noise`.
     GROWTH, KICK, START = 0, STATES * STATES, 2 * STATES * STATES
     OUTPUT, ENVELOPE = 3 * STATES * STATES, 3 * STATES * STATES + STATES
 
@@ -49,7 +49,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
         kick = KICK
         if node == 0:
             kick = START
-        # Rolled: side by side, the pairs would take a GPU's registers.
+        # A rolled loop: unrolled, the pairs would need too many registers of a GPU.
         pairs = int(PAIRS)
         for pair in range(pairs):
             for j in range(LANES):
@@ -86,7 +86,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
         scale: row,
         processes: Processes,
     ):
-        """Return what `loads.sampled` does for every lane, and the processes at the interval's end.
+        """Return start and change of the motions of all lanes, as `loads.sampled`, and the processes at the end.
 
         Args:
             loads: The load.
@@ -95,7 +95,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
             interval: The interval.
             run: Intervals of each sample's run.
             scale: Factor on each motion.
-            processes: The processes at the interval's start, as the last interval returned them.
+            processes: The processes at the interval's start, which the last interval returned.
         """
         begin = row()
         change = row()
@@ -107,7 +107,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
             seen = acceleration(loads, interval, here)
             for j in range(LANES):
                 begin[j] = dtype(seen[j]) * scale[j]
-                # A run that ends with its motion sees the last value at its end; one that goes on sees none.
+                # A run that ends with its motion sees the last value; in a longer run the motion is zero from here on.
                 if interval == last and run[j] != last:
                     begin[j] = dtype(0.0)
         after = here

@@ -1,8 +1,8 @@
-"""What powers add up to over time, known at steps' ends alone: the trapezoidal rule with end corrections, of order 4.
+"""Integrals of powers over time from values at the ends of steps: trapezoidal rule with end corrections, of order 4.
 
 The integral over a step h is h (f0 + f1) / 2 + h^2 (f0' - f1') / 12 (Davis and Rabinowitz, Methods of Numerical
-Integration, 2.9). Each state gives its share of the step behind it and of the step ahead; a load may jump between them.
-All is of one mode and unit mass: q'' + damping q' + stiffness q = load.
+Integration, 2.9). Each state contributes to the step behind it and to the step ahead; a load may jump between them.
+Formulas are for one mode with unit mass: q'' + damping q' + stiffness q = load.
 """
 
 from typing import Any
@@ -26,12 +26,12 @@ def supplied_share(
     Args:
         behind: The step behind [s].
         ahead: The step ahead [s].
-        load_behind: The load at this state, as the step behind has it.
-        load_ahead: The same as the step ahead has it.
-        rise_behind: What the load gains over the step behind at its rate at this state.
-        rise_ahead: The same over the step ahead.
+        load_behind: The load at this state at the end of the step behind.
+        load_ahead: The load at this state at the start of the step ahead.
+        rise_behind: Rate of the load at this state times the step behind.
+        rise_ahead: Rate of the load at this state times the step ahead.
         speed: q'.
-        inner: -damping q' - stiffness q: the acceleration but for the load.
+        inner: -damping q' - stiffness q: the acceleration without the load.
     """
     half = type(speed)(0.5)
     twelve = type(speed)(12.0)
@@ -44,10 +44,10 @@ def supplied_share(
 
 @wp.func
 def lost_share(behind: Any, ahead: Any, load_behind: Any, load_ahead: Any, speed: Any, inner: Any, resisting: Any):
-    """Return a state's share of what dampers take, whose power is q' times their force; arguments as above.
+    """Return a state's share of the energy of dampers, with the power q' times their force; arguments as above.
 
     Args:
-        resisting: The dampers' force: damping q', with modes that couple its sum over all of them.
+        resisting: The dampers' force: damping q'; for coupled modes the sum over all modes.
     """
     half = type(speed)(0.5)
     slope = ahead * ahead * (inner + load_ahead) - behind * behind * (inner + load_behind)

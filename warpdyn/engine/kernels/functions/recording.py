@@ -1,4 +1,4 @@
-"""What is kept while a kernel runs, where it is touched too rarely to deserve registers: in memory, as it comes.
+"""Values that a running kernel writes to memory, because they are used too rarely for registers.
 
 These functions take structs of arrays, which cost nothing to pass; matrices of state would be copied.
 """
@@ -13,7 +13,7 @@ import warp as wp
 def keep_state(
     history: Any, row: int, step: int, every: int, dof: int, displacement: Any, velocity: Any, acceleration: Any
 ):
-    """Keep the state at a step's start, if it is one of those asked for."""
+    """Write the state at a step's start to the history, if the step is recorded."""
     if step % every == 0:
         if step / every < history.displacement.shape[1]:
             history.displacement[row, step / every, dof] = displacement
@@ -23,13 +23,13 @@ def keep_state(
 
 @wp.func
 def keep_force(history: Any, row: int, step: int, every: int, storey: int, force: Any):
-    """Keep a storey's restoring force at a step's start, if it is one of those asked for."""
+    """Write a storey's restoring force at a step's start to the history, if the step is recorded."""
     if step % every == 0:
         if step / every < history.storey_force.shape[1]:
             history.storey_force[row, step / every, storey] = force
 
 
-# cos(x) as a polynomial in x^2, exact to the last digit up to a quarter turn; the library's own needs memory beyond.
+# cos(x) as a polynomial in x^2, exact to the last digit for |x| <= pi/2; the library's cosine also needs memory.
 COSINE = wp.constant(
     wp.types.vector(length=12, dtype=wp.float64)(*((-1.0) ** k / math.factorial(2 * k) for k in range(12)))
 )
@@ -40,7 +40,7 @@ HALF_TURN = wp.constant(wp.float64(math.pi))
 def hann(position: Any):
     """Return the Hann window, 1 - cos(2 pi x) = 2 cos^2(pi (x - 1/2)), at a position from 0 to 1; its mean is 1."""
     angle = type(position)(HALF_TURN) * (position - type(position)(0.5))
-    # Term by term: over a loop a processor's compiler would not do a row of samples at once.
+    # Written out: with a loop here, a processor's compiler would not vectorise over samples.
     square = angle * angle
     cosine = type(position)(COSINE[11])
     cosine = cosine * square + type(position)(COSINE[10])
@@ -61,16 +61,16 @@ def hann(position: Any):
 def weight_in_mean(step: Any, since: int, steps: int):
     """Return the weight of one of `steps` steps, `since` the first, in a mean under a Hann window.
 
-    The window takes out what is left of the free vibration, whatever its phase (Harris 1978, Proc. IEEE 66(1)).
+    The window removes the remaining free vibration, at any phase (Harris 1978, Proc. IEEE 66(1)).
     """
-    # A choice of two values, not a branch, so that a processor does it for a row of samples at once.
+    # A choice of two values, not a branch, so that a processor vectorises over samples.
     weight = hann((type(step)(since) + type(step)(0.5)) / type(step)(steps)) / type(step)(steps)
     return wp.where(steps > 1, weight, type(step)(1.0))
 
 
 @wp.func
 def add_to_mean(mean: Any, storey: int, column: int, part: Any, since: int):
-    """Add a weighted value to a mean; the first one starts it."""
+    """Add a weighted value to a mean; the first value replaces it."""
     if since > 0:
         part += mean[storey, column]
     mean[storey, column] = part
@@ -78,8 +78,8 @@ def add_to_mean(mean: Any, storey: int, column: int, part: Any, since: int):
 
 @wp.func
 def balance_error(error: Any, supplied: Any):
-    """Return the unaccounted energy relative to the most that was supplied; 0 where nothing was, NaN if either is."""
-    # A maximum leaves out NaN, so that energies beyond the number type leave nothing supplied.
+    """Return the unaccounted energy over the largest energy supplied; 0 if none was supplied, NaN if either is NaN."""
+    # A maximum ignores NaN, so `supplied` is 0 if energies exceed the range of the number type.
     if supplied == type(error)(0.0) and wp.isfinite(error):
         return type(error)(0.0)
     return error / supplied
@@ -87,7 +87,7 @@ def balance_error(error: Any, supplied: Any):
 
 @wp.func
 def worst_storey(output: Any, structures: Any, sample: int, structure: int, storeys: int):
-    """Keep the storey of the largest drift ratio; return that ratio."""
+    """Write the storey of the largest drift ratio to the outputs, and return the ratio."""
     largest = output.peak_storey_drift[0, sample] * structures.inverse_height[0, structure]
     worst = int(0)
     for i in range(1, storeys):

@@ -15,7 +15,7 @@ class LoadKind:
         is_history: Sampled values, linear between them and zero after the last.
         is_base: Acts as base acceleration on every mass; otherwise as forces on the degrees of freedom.
         is_harmonic: Amplitude times sin(w t + phase).
-        noise_states: States of the random process that a history is generated from as it goes; 0 where it is stored.
+        noise_states: States of the random process that generates the history during the run; 0 if it is stored.
     """
 
     is_history: bool = False
@@ -35,20 +35,20 @@ LOADS = {
 }
 
 
-# One turn [rad], worked out here: warp would work out 2.0 * wp.pi in float32.
+# 2 pi; Warp would evaluate 2.0 * wp.pi in float32.
 TURN = wp.constant(wp.float64(2.0 * math.pi))
 
 
 @wp.func
 def harmonic(position: wp.float64, step: Any, circular_frequency: wp.float64, phase: wp.float64):
-    """Return sin(w t + phase) at t = position * step, whole turns taken off in float64, before float32 loses them."""
+    """Return sin(w t + phase) at t = position * step; whole turns are subtracted in float64, before float32."""
     turns = (circular_frequency * position * wp.float64(step) + phase) / TURN
     return wp.sin(type(step)((turns - wp.floor(turns)) * TURN))
 
 
 @wp.func
 def sampled(loads: Any, motion: int, interval: int, run: int, width: int, column: int, scale: Any):
-    """Return a history's value at the start of an interval and its change over it; both zero after its last sample.
+    """Return a history's value at the start of an interval and its change; both are zero after its last sample.
 
     A run that ends with the history sees the last sample at its end.
     """
@@ -65,9 +65,9 @@ def sampled(loads: Any, motion: int, interval: int, run: int, width: int, column
 
 @wp.func
 def at_ends(begin: Any, value: Any, gain: Any, falls_silent: bool):
-    """Return a history at an interval's start and end, and its gain from then on, from the sample at the end.
+    """Return a history at the start and the end of an interval, and its gain in the next interval.
 
-    `begin` is what it was at the last one's end.
+    `begin` is its value at the end of the last interval, `value` the sample at the end of this one.
     """
     if falls_silent:
         begin = type(begin)(0.0)

@@ -1,7 +1,8 @@
-"""The acceleration of the base, which every mass feels: what recorded and random motions have in common."""
+"""Base acceleration: the part that recorded and random motions share."""
 
 from warpdyn.engine.kernels.loads import LOADS
 
+BORROWS = {"adaptivity": ("done", "part"), "energy": ("rise",)}
 FIELDS = {
     "Load": {"intervals": "int32[]"},  # of each motion, between its samples
     "Structure": {"influence": "float[]"},  # of full matrices, [dof]

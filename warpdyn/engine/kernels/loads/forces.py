@@ -2,6 +2,7 @@
 
 from warpdyn.engine.kernels.loads import LOADS, sampled
 
+BORROWS = {"adaptivity": ("done",), "energy": ("rise",)}
 FIELDS = {
     # All histories end to end [time x floor], where each starts, and the intervals between its samples.
     "Load": {"values": "float[]", "first": "int32[]", "intervals": "int32[]"},

@@ -1,7 +1,8 @@
-"""Forces on the floors that go to and fro as a sine, all in phase."""
+"""Harmonic forces on the floors, all in phase."""
 
 from warpdyn.engine.kernels.loads import LOADS, harmonic
 
+BORROWS = {"adaptivity": ("done", "part"), "energy": ("rise", "last_load", "last_rise")}
 FIELDS = {"Load": {"amplitude": "float[]", "circular_frequency": "float64[]", "phase": "float64[]"}}
 
 
@@ -14,7 +15,7 @@ def names(plan):
 
     import warp as wp
 
-    # Beside its sine, the exact method is told the cosine, others the sine a step later.
+    # The exact method needs sine and cosine at the start of a step, other methods the sine at its start and end.
     is_exact = plan.kind == "exact"
     return {
         "quarter_turn": wp.constant(wp.float64(math.pi / 2)),

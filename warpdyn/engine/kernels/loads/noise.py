@@ -1,9 +1,10 @@
-"""Random motions of the base, generated interval by interval and never stored."""
+"""Random base motions, generated interval by interval and not stored."""
 
 from warpdyn.engine.kernels.loads import LOADS
 
 order = -1
 
+BORROWS = {"base": ("a0", "da")}
 FIELDS = {
     "Control": {"key": "uint64"},  # of the seed
     "Samples": {"number": "uint64[]"},  # the sample's index in the run

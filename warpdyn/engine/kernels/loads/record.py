@@ -1,9 +1,10 @@
-"""Recorded motions of the base, whose values all samples share."""
+"""Recorded base motions, whose values all samples share."""
 
 from warpdyn.engine.kernels.loads import LOADS, at_ends
 
 order = -1
 
+BORROWS = {"base": ("a0", "da")}
 FIELDS = {"Load": {"values": "float[]", "first": "int32[]"}}  # all motions end to end, and where each starts
 
 

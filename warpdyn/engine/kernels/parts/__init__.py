@@ -1,1 +1,1 @@
-"""Pieces of physics and of numerics that a kernel may have: one part of the kernels each."""
+"""Parts of kernels: storey laws, P-Delta, collapse, event sequences, and the division of samples among threads."""

@@ -1,16 +1,15 @@
-"""Collapse: a storey whose drift passes its capacity ends the sample, whose demands are those up to there.
+"""Collapse: a sample ends when the drift of a storey passes its capacity; its demands are those up to this instant.
 
-The instant is that of the first storey to pass, each on the line between its drifts at the ends of the step (of an
-adaptive method: of the part of a step that was taken).
+The instant is that of the first storey to pass, by linear interpolation between the drifts at the ends of the step
+(with an adaptive method: of the part of a step). The capacity is the building's drift ratio or the storey's own drift,
+the first that is passed. The state then remains constant, as in a lane that has finished, and a thread ends with the
+last of its samples.
 
-The state stands still from then on, as that of a lane does whose run is over, and a thread ends with the last of its
-samples. The capacity is the building's drift ratio or the storey's own drift, whichever is passed first.
-
-A storey that moves by more than half its capacity in the step in which it passes it has not told that it collapses: the
-status is unstable_step, and the sample is run again at shorter steps. What grows by an instability of the method swings
-to the other side from step to step, so that it moves by more than its capacity where it passes it, however slowly it
-grows; and what grows to one side by a factor of more than 2 moves by more than half of it. A storey that collapses in
-fact does so at 10 m/s or more (0.1 m in a step of 5 ms).
+A storey that moves by more than half its capacity in the step in which it passes it may be a numerical blow-up rather
+than a collapse: the status is unstable_step, and the sample is run again with shorter steps. An unstable oscillation
+changes sign at each step, so it moves by more than the capacity when it passes it, even if it grows slowly. An unstable
+growth to one side by a factor above 2 moves by more than half the capacity. A real collapse would have to be faster
+than 10 m/s to do so (capacity 0.1 m, step 5 ms).
 """
 
 from typing import Any
@@ -18,6 +17,8 @@ from typing import Any
 import warp as wp
 
 order = 10
+
+BORROWS = {"drift": ("peak_drift",), "adaptivity": ("done", "part", "whole_step")}
 FIELDS = {
     "Control": {"collapse_drift_ratio": "float"},
     "Structure": {"inverse_drift_capacity": "float[,]"},
@@ -27,7 +28,7 @@ FIELDS = {
 
 @wp.func
 def share_beyond(before: Any, after: Any, inverse_capacity: Any):
-    """Return the share of a step in which a drift is beyond its capacity, on a line; 0 if it does not pass it."""
+    """Return the share of a step after a drift passes its capacity, by linear interpolation; 0 if it does not."""
     share = type(after)(0.0)
     one = type(after)(1.0)
     outward = wp.sign(after)
@@ -44,7 +45,7 @@ def wanted(plan):
 def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
-    # Capacities are of a storey's own drift or of its drift ratio, which reach the kernel as one.
+    # Capacities are drifts of a storey or drift ratios; the kernel takes both as drifts.
     half = wp.constant(DTYPES[plan.dtype](0.5))
     return {"HAS_CAPACITY": plan.has_drift_capacity, "longest_move": half}
 

@@ -1,4 +1,4 @@
-"""The events of a sequence: each starts from the state that the one before left, and leaves its own."""
+"""Events of a sequence: each starts from the final state of the event before, and writes its own final state."""
 
 FIELDS = {
     "Structure": {

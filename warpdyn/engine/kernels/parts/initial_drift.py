@@ -1,8 +1,8 @@
-"""A start from displaced storeys that yield: what their laws remember of a slow pull from rest to the initial drift."""
+"""A start from displaced storeys that yield: their memory after a slow push from rest to the initial drift."""
 
 from warpdyn.engine.laws.springs import spring_row
 
-# Increments of the pull of a law whose memory has a rate; one takes any other law there.
+# Increments of the push for laws whose memory has a rate; other laws need one increment.
 INCREMENTS = 1000
 
 

@@ -1,4 +1,4 @@
-"""Laws whose memory is mapped from step to step: it follows the drift once a step, and stages start from it."""
+"""Return-mapping laws: the memory is updated once per step from the drift, and stages start from it."""
 
 from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.laws.springs import spring_row

@@ -1,16 +1,18 @@
-"""Gravity, which pushes leaning storeys over: P-Delta on the storeys' own drifts."""
+"""P-Delta: gravity loads on the storey drifts."""
 
 from typing import Any
 
 import warp as wp
 
 order = -5
+
+BORROWS = {"drift": ("peak_drift",), "collapse": ("collapse_storey", "collapse_time")}
 FIELDS = {"Structure": {"storey_weight_over_height": "float[,]"}}
 
 
 @wp.func
 def keeps_falling(outward: Any, drift: Any, rate: Any, peak: Any):
-    """Return whether a storey at its largest drift so far is pushed further out by gravity: it will not stop."""
+    """Return whether gravity pushes a storey beyond its largest drift so far, so that it will not stop."""
     zero = type(drift)(0.0)
     return outward * drift > zero and rate * drift > zero and wp.abs(drift) >= peak
 

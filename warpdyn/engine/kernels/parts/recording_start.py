@@ -1,7 +1,7 @@
-"""A start time of the recorders: peaks are those from this time on, so that a transient before it does not count.
+"""Start time of the recorders: peaks before it do not count, for example those of a transient.
 
-At the first step of this time or a later one, recorders of peaks begin again from the accepted state. A sample that has
-collapsed before keeps the demands up to its collapse.
+At the first step at or after this time, recorders of peaks start again from the accepted state. A sample that has
+collapsed before keeps its demands up to the collapse.
 """
 
 FIELDS = {"Samples": {"first_recorded": "int32[]"}}  # step whose start is the first state that recorders of peaks count

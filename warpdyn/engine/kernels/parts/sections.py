@@ -1,7 +1,7 @@
-"""Chains of many storeys, of which the threads of a GPU's warp share each sample: a thread carries a section.
+"""Tall chains on a GPU: threads of a warp share a sample, and each thread integrates a section of its storeys.
 
-The floor below a section is another thread's, and so is the storey above. Sections end with storeys of no mass that
-stay undeformed where the number of storeys is no multiple of that of the sections.
+The floor below a section and the storey above it belong to other threads. If the number of storeys is not a multiple of
+the number of sections, the last sections contain storeys without mass, which remain undeformed.
 """
 
 from warpdyn.engine.device.processor import across_warp

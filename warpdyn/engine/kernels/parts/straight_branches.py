@@ -1,4 +1,4 @@
-"""Laws whose storeys mostly stay on one straight branch: the full rules run only if a lane leaves its branch."""
+"""Laws with straight branches: the full rules run only if a lane leaves its branch, which is rare."""
 
 from warpdyn.engine.kernels.plan import tableau
 from warpdyn.engine.laws.springs import spring_row
@@ -23,7 +23,7 @@ def names(plan):
         "CHANGED": law.values_on_line or law.memory,
     }
     if plan.kind == "implicit":
-        # A first state may be anywhere; the force of any other accepted one is known.
+        # The first state may be on any branch; the force of later accepted states is known.
         return common | {"MOVES": "(walk > 0 or index == 0)", "STANDS": "(walk == 0 and index > 0)"}
     return common | {"MOVES": "stage > 0", "STANDS": "stage == 0", "LAST_STAGE": wp.constant(tableau(plan).stages - 1)}
 

@@ -1,7 +1,8 @@
-"""The samples that a thread carries side by side: one on a GPU, the width of a vector register on a processor."""
+"""The samples of a thread: one on a GPU, as many as fit in a vector register on a processor."""
 
 order = -100
 
+BORROWS = {"adaptivity": ("done", "part")}
 FIELDS = {
     "Control": {"samples": "int32", "substeps": "int32"},  # steps in one interval of the motion
     "Samples": {
@@ -24,6 +25,7 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.processor import LARGER
+    from warpdyn.engine.kernels.composing.user_recorders import users_of
     from warpdyn.engine.kernels.plan import DTYPES, row_types, structs
     from warpdyn.foundations.core.output_variables import (
         COLLAPSED,
@@ -40,7 +42,7 @@ def names(plan):
     codes |= {"not_converged": NOT_CONVERGED}
     return {
         "dtype": dtype,
-        **vars(structs(plan.dtype)),
+        **vars(structs(plan.dtype, users_of(plan.recorders))),
         "LANES": lanes,
         "STOREYS": plan.dofs,
         "N": plan.storeys_of_thread,  # of a thread

@@ -1,1 +1,1 @@
-"""What is kept of a run: one file for each recorder, with its part of the kernels and its variables."""
+"""Recorders: each file contains a recorder's part of the kernels and its variables."""

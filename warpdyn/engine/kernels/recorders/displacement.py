@@ -1,4 +1,4 @@
-"""The largest displacement of every degree of freedom, and when it was reached."""
+"""The largest displacement of every degree of freedom, and its time."""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -9,6 +9,8 @@ VARIABLES = {
         "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement", is_demand=False),
     },
 }
+
+BORROWS = {"adaptivity": ("done",)}
 
 
 def wanted(plan):

@@ -1,4 +1,4 @@
-"""The energy that the load puts in and that dampers and storeys take out, and the error of their balance."""
+"""Energy supplied by the load, energy dissipated by dampers and storeys, and the error of the energy balance."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

@@ -1,4 +1,4 @@
-"""Whole histories: the state and the storeys' forces at every step, or at every so many."""
+"""Whole histories: the state and the storeys' forces at every step, or at every n-th step."""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -9,6 +9,8 @@ HISTORY = {  # named as the kernels' History has them
     "acceleration": Variable(("dof",), "m s-2", "absolute acceleration"),
     "storey_force": Variable(("storey",), "N", "storey restoring force"),
 }
+
+BORROWS = {"adaptivity": ("attempt",)}
 FIELDS = {
     "Control": {"every": "int32"},  # steps between the states that a history keeps
     "History": {name: "float[,,]" for name in HISTORY},  # [history, time, dof]

@@ -1,4 +1,4 @@
-"""The drift ratio that every storey is left with: its mean over the end of the run."""
+"""Residual drift ratio of every storey: the mean over the end of the run."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

@@ -1,4 +1,4 @@
-"""The steps that an adaptive method took, and those that it tried and found too long; kept beside all demands."""
+"""Numbers of accepted and rejected steps of an adaptive method, recorded in addition to all demands."""
 
 from warpdyn.engine.methods.table import METHODS
 from warpdyn.foundations.core.output_variables import Variable
@@ -8,6 +8,8 @@ ADAPTIVE = {
     "accepted_steps": Variable((), "1", "integration steps taken", is_whole=True),
     "rejected_steps": Variable((), "1", "integration steps tried and found too long", is_whole=True),
 }
+
+BORROWS = {"adaptivity": ("accepted", "rejected")}
 
 
 def wanted(plan):

@@ -1,4 +1,4 @@
-"""When the largest storey drift ratio was reached."""
+"""Time of the largest storey drift ratio."""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -8,6 +8,8 @@ VARIABLES = {
         "time_of_peak_drift": Variable((), "s", "time of the largest storey drift ratio", is_demand=False),
     },
 }
+
+BORROWS = {"adaptivity": ("done",), "collapse": ("collapse_time",)}
 
 
 def wanted(plan):

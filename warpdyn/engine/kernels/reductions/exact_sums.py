@@ -1,10 +1,10 @@
-"""Sums in whole numbers, which are the same in whatever order their terms are added.
+"""Sums that do not depend on the order of their terms.
 
-A term of float64 is cut at fixed places, every 30 bits from the least number that float64 holds. The pieces of all
-terms that lie between two places are added as whole numbers, exactly; of these sums a cell keeps those of the uppermost
-piece that any of its terms has and of the three pieces below it. What is left out of a term lies more than 90 bits
-below the first bit of the largest term, whatever the order (as Demmel and Nguyen 2015, IEEE Transactions on Computers
-64(7), in floating-point numbers), so that parts of a run are added up as they come.
+A float64 term is cut into pieces of 30 bits, at fixed places counted from the least number of float64. Pieces at the
+same place are added as whole numbers, exactly. A cell keeps the sums of the highest piece that any of its terms has and
+of the three pieces below it. Terms are therefore rounded more than 90 bits below the first bit of the largest term, in
+any order (Demmel and Nguyen 2015, IEEE Transactions on Computers 64(7), in floating-point numbers), and parts of a run
+are added as they arrive.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ import warp as wp
 
 PIECES, WIDTH = 4, 30  # a sum of 2^33 pieces of 30 bits fits in an int64
 FRACTION = 52  # bits of float64 after the first one
-LEAST_EXPONENT = 1074  # the least number is 2 to the power of minus this
+LEAST_EXPONENT = 1074  # the least number of float64 is 2^-1074
 BYTES_PER_CELL = 8 * (2 * (1 + PIECES) + 1)
 MASK = 2**WIDTH - 1
 
 
 @wp.func
 def raise_top(own: int, cell: int, which: int, bins: wp.array3d(dtype=wp.int64)):
-    """Let one of a cell's sums begin with a higher piece."""
+    """Make one of a cell's sums begin at a higher piece."""
     moved = own - int(bins[cell, which, 0])
     for number in range(wp.static(PIECES)):
         piece = wp.static(PIECES) - number
@@ -42,7 +42,7 @@ def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype
     digits = bits & wp.uint64(wp.static(2**FRACTION - 1))
     if exponent > 0:
         digits = digits | wp.uint64(wp.static(2**FRACTION))
-    # What rounding leaves out of an infinite sum is not a number: the infinite one tells enough.
+    # The rounding error of an infinite sum is not a number, and is not added.
     if digits > wp.uint64(0) and not wp.isnan(value):
         first = wp.max(exponent, 1) + wp.static(FRACTION - 1)  # place of the first digit
         own = first // wp.static(WIDTH)
@@ -79,12 +79,12 @@ class ExactSums:
 
     @classmethod
     def of_nothing(cls, cells: int) -> ExactSums:
-        """Return the sums of so many cells to which nothing has been added."""
+        """Return the sums of `cells` cells to which nothing has been added."""
         return cls(np.zeros((cells, 2, 1 + PIECES), dtype=np.int64), np.full(cells, -np.inf))
 
     @property
     def totals(self) -> np.ndarray:
-        """Sum, what rounding leaves out of it, the same of squares, and the largest value, shape [cell, 5]."""
+        """Sum and its rounding error, the same of squares, and the largest value, shape [cell, 5]."""
         found = np.empty((len(self.bins), 5))
         for which in range(2):
             found[:, 2 * which], found[:, 2 * which + 1] = as_floats(self.bins[:, which])
@@ -96,7 +96,7 @@ class ExactSums:
         return ExactSums(self.bins[cells], self.largest[cells])
 
     def include(self, cells: np.ndarray | slice, other: ExactSums) -> None:
-        """Add other sums to some cells, each of which is named once."""
+        """Add other sums to some cells, which must differ from each other."""
         own = self.bins[cells]
         top = np.maximum(own[..., :1], other.bins[..., :1])
         self.bins[cells] = np.concatenate([top, _moved(own, top) + _moved(other.bins, top)], axis=-1)
@@ -104,9 +104,9 @@ class ExactSums:
 
 
 def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return sums as float64, and what rounding leaves out of each; shape [cell, 1 + piece] becomes [cell]."""
+    """Return sums as float64, and the rounding error of each; shape [cell, 1 + piece] becomes [cell]."""
     top, pieces = bins[:, 0], bins[:, 1:].copy()
-    for place in range(PIECES - 1, 0, -1):  # from the lowest piece on, what is above its 30 bits
+    for place in range(PIECES - 1, 0, -1):  # carry the bits above 30 to the next piece
         pieces[:, place - 1] += pieces[:, place] >> WIDTH
         pieces[:, place] &= MASK
     exact = [pieces[:, 0] >> WIDTH, pieces[:, 0] & MASK, *(pieces[:, place] for place in range(1, PIECES))]
@@ -121,14 +121,14 @@ def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _two_sum(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a sum and what rounding left out of it (Knuth's)."""
+    """Return a sum and its rounding error (Knuth's two-sum)."""
     total = one + other
     part = total - one
     return total, (one - (total - part)) + (other - part)
 
 
 def _moved(bins: np.ndarray, top: np.ndarray) -> np.ndarray:
-    """Return the sums of pieces, from another uppermost piece on."""
+    """Return the sums of pieces, counted from another highest piece."""
     moved = top - bins[..., :1]
     found = np.zeros((*bins.shape[:-1], PIECES), dtype=np.int64)
     for piece in range(PIECES):

@@ -1,19 +1,19 @@
-"""The module of all reductions: what its kernels have in common."""
+"""The Warp module of all reductions, and functions that its kernels share."""
 
 from collections.abc import Callable
 
 import warp as wp
 
 REALS = {"float32": wp.float32, "float64": wp.float64}
-MODULE = "warpdyn_reductions"  # one of all, since a compiler takes as long for one kernel as for all
+MODULE = "warpdyn_reductions"  # one module, because compiling one kernel takes as long as compiling all
 
 
 def kernel_named(name: str) -> Callable:
-    """Return what makes a kernel of the module, of which each needs a name of its own."""
+    """Return the decorator of a kernel of the module; each kernel needs a different name."""
     return wp.kernel(name=name, module=wp.get_module(MODULE), enable_backward=False)
 
 
 @wp.func
 def parts_of(units: int, units_of_part: int):
-    """Return how many parts of so many units there are."""
+    """Return the number of parts of `units_of_part` units."""
     return (units + units_of_part - 1) // units_of_part

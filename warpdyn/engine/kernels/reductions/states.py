@@ -1,4 +1,4 @@
-"""States of samples and of buildings: how many bounds each demand is above, counted by cell and outcome."""
+"""States of samples and buildings: the number of bounds that each demand exceeds, counted by cell and outcome."""
 
 import warp as wp
 
@@ -9,7 +9,7 @@ from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, OK, S
 
 @wp.func
 def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: int, half: int):
-    """Return how many of 2 half - 1 bounds a value is above, by a binary search without branches."""
+    """Return how many of 2 half - 1 bounds a value exceeds, by a binary search without branches."""
     found = int(0)
     step = half
     while step > 0:
@@ -19,7 +19,7 @@ def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: i
 
 
 def states_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that finds how many bounds each sample's demand is above, at each place and the worst."""
+    """Return the kernel that counts the bounds that each sample's demand exceeds, at each place and at the worst."""
     real, element = REALS[dtype], ELEMENT[dtype]
 
     @kernel_named(f"find_states_{dtype}")
@@ -70,7 +70,7 @@ def states_kernel(dtype: str) -> wp.Kernel:
 
 
 def zeros_kernel() -> wp.Kernel:
-    """Return the kernel that writes nothing in place of states."""
+    """Return the kernel that sets states to 0."""
 
     @kernel_named("clear_states")
     def clear_states(first: int, last: int, step: int, states: wp.array(dtype=wp.uint16)):
@@ -91,7 +91,7 @@ def worst_outcome(
     place: int,
     top: int,  # the last state
 ):
-    """Return the worst state of some samples of a row, or what a failure is counted as."""
+    """Return the worst state of some samples of a row, or the number of a failure."""
     worst = int(0)
     failed = int(0)
     for number in range(first, last):

@@ -7,7 +7,7 @@ from warpdyn.engine.kernels.reductions.module import REALS, kernel_named, parts_
 from warpdyn.engine.kernels.reductions.states import worst_outcome
 from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, OK
 
-SUMS = 5  # sum, what its rounding left out, the same of squares, and the largest value
+SUMS = 5  # sum and its rounding error, the same of squares, and the largest value
 
 
 def ratios_kernel(dtype: str) -> wp.Kernel:
@@ -33,7 +33,7 @@ def ratios_kernel(dtype: str) -> wp.Kernel:
 
 
 def least_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that finds the least of collapsed samples' largest demands."""
+    """Return the kernel that finds the least of the largest demands of collapsed samples."""
     real = REALS[dtype]
 
     @kernel_named(f"find_least_{dtype}")
@@ -104,7 +104,7 @@ def losses_kernel() -> wp.Kernel:
 
 @wp.func
 def rounded_off(before: wp.float64, value: wp.float64, after: wp.float64):
-    """Return what rounding left out of a sum (Knuth's two-sum)."""
+    """Return the rounding error of a sum (Knuth's two-sum)."""
     part = after - before
     return (before - (after - part)) + (value - part)
 
@@ -121,7 +121,7 @@ def sums_kernel(dtype: str) -> wp.Kernel:
         units_of_part: int,
         origin: int,  # row that is the first of the sums
         samples: int,
-        is_signed: int,  # 1 to take values as they are, 0 for the largest absolute one of all places
+        is_signed: int,  # 1: signed values; 0: the largest absolute value of all places
         place: int,  # -1 for the worst of those that count
         first_counted: int,
         last_counted: int,  # that after the last place that counts
@@ -185,7 +185,7 @@ def totals_kernel() -> wp.Kernel:
         last: int,
         step: int,
         units_of_part: int,
-        copies: int,  # of the cells, each of which takes its share of a group's rows
+        copies: int,  # of the cells; each copy adds a share of a group's rows
         order: wp.array(dtype=int),  # of rows, group by group
         start: wp.array(dtype=int),  # of each group in that order, and the end of the last one
         sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]

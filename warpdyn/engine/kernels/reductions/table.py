@@ -1,4 +1,4 @@
-"""Reductions of samples: the damage state of each, counts of states, and sums that no order changes.
+"""Reductions of samples: damage states, counts of states, and sums that do not depend on the order of terms.
 
 Rows are structures, draws or samples, and a part is some of a row's units. A launch takes every `step`-th part from
 `first` on: on a processor one thread takes a range of them (step 1) and others take other ranges; on a GPU each thread
@@ -29,11 +29,11 @@ class Reductions:
 
     Args:
         ratios: Storey drift ratios of samples, by type of their drifts.
-        states: How many bounds each sample's demand is above, at each place and the worst, by type of the demand.
-        least: The least of collapsed samples' largest demands, likewise.
-        sums: Sums of the demands of each row by cell, in the order of its samples, likewise.
+        states: Number of bounds that each sample's demand exceeds, per place and at the worst, by type of the demand.
+        least: The least of the largest demands of collapsed samples, by type of the demand.
+        sums: Sums of the demands of each row by cell, in the order of its samples, by type of the demand.
         counts: Counts of units (samples, or the worst of some of a row's) by cell and outcome.
-        zeros: Nothing, in place of states.
+        zeros: Sets states to 0.
         losses: The loss of each unit, and its variance by the scatter of the loss ratio.
         totals: Exact sums of cells, to which those of rows are added.
     """
@@ -48,11 +48,11 @@ class Reductions:
     totals: wp.Kernel
 
 
-MAKING = threading.Lock()  # statistics ask for them side by side, and a module takes each kernel once
+MAKING = threading.Lock()  # several threads may ask for them, and a module accepts each kernel once
 
 
 def reductions() -> Reductions:
-    """Return the kernels, which have a module in common."""
+    """Return the kernels; they share one Warp module."""
     with MAKING:
         return _made()
 

@@ -1,1 +1,1 @@
-"""Skeletons of kernels, with slots for the parts that a scene needs."""
+"""Skeletons of kernels, with slots for parts."""

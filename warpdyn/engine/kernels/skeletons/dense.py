@@ -1,7 +1,7 @@
 """The skeleton for linear systems with full mass, damping and stiffness matrices under explicit methods.
 
-The equation of motion is divided by the mass matrix on the host: u'' = load - (M^-1 K) u - (M^-1 C) u'. What acts on a
-floor, `net`, is an acceleration here.
+The host multiplies the equation of motion by M^-1: u'' = load - (M^-1 K) u - (M^-1 C) u'. Here `net` is an
+acceleration.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FIELDS = {
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions that the skeleton's text names."""
+    """Return the constants, types and functions in the skeleton's text."""
     import warp as wp
 
     from warpdyn.engine.kernels.plan import DTYPES
@@ -37,7 +37,7 @@ def names(plan: Plan) -> dict[str, object]:
         "ONCE": True,
         "KEEPS_SLOPES": method.keeps_slopes,
         "square": wp.types.matrix(shape=(plan.dofs**2, plan.lanes), dtype=DTYPES[plan.dtype]),
-        # Matrices have no storeys with laws of their own, and a thread has all of their rows.
+        # Matrices have no storey laws, and a thread has all of their rows.
         "M": 0,
         "IS_RATE": False,
         "TAKES_MEMORY": False,

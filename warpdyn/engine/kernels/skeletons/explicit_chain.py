@@ -1,7 +1,7 @@
 """The skeleton for shear chains under explicit methods: a whole history in registers.
 
-The walk runs from the top storey down, so that the force from above is at hand, and updates the state in place; loops
-over lanes stay innermost and rolled on a processor, where LLVM turns them into vector instructions.
+A stage visits the storeys from the top down, so that the force from above is known, and updates the state in place. On
+a processor the loops over lanes are innermost and not unrolled, so that LLVM vectorises them.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ from warpdyn.engine.laws.springs import spring_row
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions that the skeleton's text names."""
+    """Return the constants, types and functions in the skeleton's text."""
     method, law = tableau(plan), spring_row(plan.law)
     is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
-    # A walk that is a loop has the storey on the ground after it, or every storey would be asked what is below it. A
-    # law of straight branches has so much text for each storey that it is not worth its compiling.
+    # If the storeys are visited in a loop, the lowest storey follows the loop; otherwise each storey would test whether
+    # there is one below it. Laws with straight branches have too much text per storey for a second copy.
     ends_on_ground = plan.lanes > 1 and 1 < plan.max_unroll < plan.dofs and law.leaves_line is None
     return {
         "STAGES": method.stages,
@@ -24,22 +24,22 @@ def names(plan: Plan) -> dict[str, object]:
         "node": method.node,
         "ONCE": True,
         "KEEPS_SLOPES": method.keeps_slopes,
-        # A law's memory stands in the stage's state where it has a rate, or where a step is tried before it is taken.
+        # The stage's state includes the memory of laws with a rate, and of all laws if a step is tried before it is
+        # accepted.
         "TAKES_MEMORY": law.rate is not None or (is_mapping and is_adaptive),
-        # The last stage of a method that ends there sees a velocity that is not the motion's: its energies are sums by
-        # the trapezoidal rule over accepted states, which close as its displacements do. The same holds for velocities
-        # that are half a step behind the displacements.
+        # If the last stage is at the end of the step, its velocity is not that of the motion. Energies are then summed
+        # up by the trapezoidal rule over accepted states, and so they are if velocities are half a step behind.
         "TRAPEZOIDAL": (method.ends_in_stage and not is_adaptive) or method.halfway,
         "LAGS": method.halfway,
-        # A last stage that stands where the step ends follows the law there once and for all.
+        # A last stage at the end of the step determines the memory of the law at the end of the step.
         "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
-        # Nothing is above the top storey, which costs nothing to say where the loop over storeys is unrolled.
+        # In an unrolled loop the top storey needs no force from above.
         "BEGINS_AT_TOP": plan.sections == 1 and plan.dofs <= plan.max_unroll,
         "ENDS_ON_GROUND": ends_on_ground,
-        "IN_LOOP": plan.storeys_of_thread - ends_on_ground,  # storeys that the walk has in its loop
-        # On a processor each storey hands the state below it on to the next one, which would load it again.
+        "IN_LOOP": plan.storeys_of_thread - ends_on_ground,  # storeys in the loop
+        # On a processor each storey passes the state below to the next storey, which would otherwise load it again.
         "HANDS_DOWN": plan.lanes > 1,
-        # A sample alone in its thread, of which no forces are seen, needs no look at the forces of its last state.
+        # One sample per thread without recorders of forces: the forces of the last state are not evaluated.
         "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",
     }
 

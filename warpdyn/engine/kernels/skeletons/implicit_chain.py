@@ -1,10 +1,10 @@
 """The skeleton for shear chains under implicit methods: one tridiagonal system per step, solved in registers.
 
-The unknown is the acceleration at the step's end (with Wilson's method, beyond it). Its matrix is a chain's, of masses
-that carry the dampers to the ground and of storeys s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k): one walk
-from the top down sums the residual up and eliminates, one walk back up substitutes. The pivot of a floor is the storey
-below it and what it carries, both positive, so that nothing cancels; where a storey's stiffness is negative (gravity
-pushes it over, or it loses strength) it takes little off a mass.
+The unknown is the acceleration at the step's end (with Wilson's method, beyond it). The matrix is that of a chain, with
+masses (including dampers to the ground) and storeys s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k). One
+loop from the top down sums up the residual and eliminates; one loop upwards substitutes. The pivot of a floor is the
+sum of the storey below and of the floors above, both positive, so that nothing cancels. A negative stiffness (P-Delta,
+loss of strength) reduces the mass term only a little.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from warpdyn.engine.kernels.stepping import search
 from warpdyn.engine.kernels.stepping.search import is_newton
 from warpdyn.engine.methods.table import METHODS
 
-# Newton's iteration takes one to six; some dozens where a long step takes many storeys to and from yield. With modal
-# damping each takes off a constant share of the error, at worst as many.
+# Newton's method needs 1 to 6 iterations; some dozens if in a long step many storeys start or stop yielding. With modal
+# damping each iteration reduces the error by a constant factor, which in the worst case needs as many.
 MOST_ITERATIONS = 100
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions that the skeleton's text names."""
+    """Return the constants, types and functions in the skeleton's text."""
     import warp as wp
 
     dtype, method = DTYPES[plan.dtype], METHODS[plan.method]
@@ -36,10 +36,10 @@ def names(plan: Plan) -> dict[str, object]:
     }
     return {
         **{name: wp.constant(dtype(float(value))) for name, value in numbers.items()},
-        # With beta = 0 the displacement is known, and so is its restoring force: only the damping is solved for.
+        # With beta = 0 the displacement and the restoring force are known; the system contains only mass and damping.
         "SOLVES_DRIFT": method.beta > 0,
         "NEWTON": is_newton(plan),
-        # What needs the forces of every accepted state; the first one's give the first acceleration.
+        # Whether the forces of each accepted state are needed; those of the first state give the first acceleration.
         "SEES_FORCES": method.force_lag > 0,
         "most_walks": wp.constant(1 + (MOST_ITERATIONS if search.wanted(plan) else 1)),
         "TAKES_MEMORY": False,

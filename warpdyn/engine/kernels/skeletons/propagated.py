@@ -1,8 +1,8 @@
-"""The skeleton for linear structures advanced by propagators: the exact method, and implicit ones on full matrices.
+"""The skeleton for linear structures: the exact method, and implicit methods with full matrices, by propagators.
 
-The state stands in coordinates of the undamped modes; a step adds to it what the propagator makes of it and of the load
-(propagators.py). Increments, unlike a propagator near 1, keep their digits in float32. A state is seen at the start of
-the step that leaves it, the last one by a step that leads nowhere.
+The state is in coordinates of the undamped modes. A step adds an increment, the product of the propagator with the
+state and the load (propagators.py). Increments keep their digits in float32; a propagator near 1 would not. A state is
+seen at the start of the next step; an additional step of zero length sees the last one.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.plan import DTYPES, Plan
 from warpdyn.engine.methods.table import METHODS
 
-# Rows of the largest table of which a processor's thread keeps a copy for its lanes (16 in float64: 512 KiB).
+# Rows of the largest table that a processor's thread copies for its lanes (512 KiB for 16 lanes in float64).
 LARGEST_COPY = 4096
 FIELDS = {
     "Structure": {
-        # In coordinates of the modes; the last index is that of a pair of a structure and a step.
+        # In coordinates of the modes; the last index is the pair of structure and step.
         "propagator": "float[,]",  # increments by the state, [row x state, pair]
         "load_response": "float[,]",  # increments by the loads, [row x load x 2, pair]
         # Storey drift of a chain, [dof x mode, pair]; displacement of a linear system, [dof x mode, 1].
         "mode_shape": "float[,]",
-        "modal_stiffness": "float[,]",  # over modal mass, as all but that, [mode, pair]
+        "modal_stiffness": "float[,]",  # divided by modal mass, as the two below, [mode, pair]
         "modal_damping": "float[,]",  # [mode, pair], [mode x mode, pair] where modes couple
         "modal_load": "float[,]",  # [mode, pair]
         "modal_mass": "float[]",  # [pair]
@@ -31,17 +31,17 @@ FIELDS = {
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions that the skeleton's text names."""
+    """Return the constants, types and functions in the skeleton's text."""
     import warp as wp
 
     dtype, method, load, n = DTYPES[plan.dtype], METHODS[plan.method], LOADS[plan.load], plan.dofs
     is_implicit, is_coupled = method.kind == "implicit", plan.damping != "classical"
-    # The state is (q, q'), of an implicit method (q, q', q'') with increments of q'' alone; they depend on the states
-    # and loads of all modes where these are coupled, else of their own.
+    # The state is (q, q'), and (q, q', q'') with increments of q'' only for implicit methods. Increments depend on the
+    # states and loads of all modes if these are coupled, otherwise on those of the same mode.
     states, rows = (3 * n, n) if is_implicit else (2 * n, 2 * n)
     columns, width = (states if is_coupled else 2), (n if load.is_history and not load.is_base else 1)
     inputs = 0 if plan.load == "free_vibration" else width if is_coupled else 1
-    # Tables are copied to a processor's nearest memory, or to a GPU's registers, where they fit; else read in place.
+    # Small tables are copied to a processor's stack or a GPU's registers; others are read from memory.
     largest = max(rows * columns, 2 * rows * inputs, n * n)
     is_copied = largest <= (LARGEST_COPY if plan.lanes > 1 else plan.max_unroll)
 

@@ -1,9 +1,10 @@
-"""Methods that choose each sample's step by their errors: they go through a step of the time grid in parts."""
+"""Adaptive methods: each sample divides a step of the time grid into parts, according to the estimated error."""
 
 from warpdyn.engine.kernels.functions.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.engine.kernels.plan import tableau
 from warpdyn.engine.methods.table import METHODS
 
+BORROWS = {"kept_slopes": ("acceleration", "memory_rate")}
 FIELDS = {"Control": {"tolerance": "float"}}
 
 
@@ -22,7 +23,7 @@ def names(plan):
         "shortest_part": wp.constant(dtype(SHORTEST_PART[plan.dtype])),
         "error_of_velocity": method.error,
         "error_of_displacement": method.error_displacement,
-        # An error of the memory stays for the rest of the run, where those of the motion fade.
+        # An error of the memory remains for the rest of the run; errors of the motion decay.
         "LASTING": wp.constant(dtype(10.0)),
     }
 

@@ -1,4 +1,4 @@
-"""The tridiagonal system of an implicit step: eliminated on the walk down, substituted on the way back up."""
+"""The tridiagonal system of an implicit step: elimination from the top down, substitution upwards."""
 
 
 def wanted(plan):

@@ -1,16 +1,18 @@
-"""The search for the state at an implicit step's end, where one solution of the system does not find it.
+"""The search for the state at the end of an implicit step, if one solution of the system does not find it.
 
-Newton's iteration where storeys yield or dashpots are no line; with modal damping, whose matrix is full, what stands
-beside the chain's diagonals is seen to by iterating too.
+Newton's method is used if storeys yield or dashpots are nonlinear. Modal damping has a full matrix; its entries outside
+of the chain's diagonals are treated by iteration, too.
 """
 
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS
 
-# The unbalanced force at which the search ends, relative to the largest force of the sample so far or, once it falls no
-# further, to stiffness times displacement, whose rounding limits it: in float32 and in tall buildings the latter.
+# The search ends at this unbalanced force, relative to the largest force of the sample so far; or, if it no longer
+# decreases, at ROUNDINGS relative to stiffness times displacement, whose rounding limits it (float32, tall buildings).
 TOLERANCE = {"float32": 1e-6, "float64": 1e-12}
 ROUNDINGS = {"float32": 4e-6, "float64": 1e-14}
+
+BORROWS = {"elimination": ("eliminated", "inverse_pivot")}
 
 
 def is_newton(plan):

@@ -1,4 +1,4 @@
-"""Explicit methods whose stages need the last slope alone: slopes are summed up stage by stage, then added."""
+"""Explicit methods whose stages need only the last slope: slopes are summed up stage by stage, then added."""
 
 from warpdyn.engine.kernels.plan import keeps_slopes, tableau
 from warpdyn.engine.methods.table import METHODS
@@ -11,7 +11,7 @@ def wanted(plan):
 
 def names(plan):
     method = tableau(plan)
-    # In units of the first weight the first stage's slopes are summed up as they are.
+    # In units of the first weight the first stage's slopes need no factor.
     return {"reach": method.reach, "unit_weight": method.unit_weight, "times_unit": method.times_unit}
 
 

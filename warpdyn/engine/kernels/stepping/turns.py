@@ -1,4 +1,4 @@
-"""What an adaptive method's error estimate misses of laws whose memory is mapped: storeys that turn inside a part."""
+"""Storeys of return-mapping laws that turn inside a part of a step, which an adaptive method's estimate misses."""
 
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS

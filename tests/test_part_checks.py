@@ -1,0 +1,305 @@
+"""Faulty parts of kernels are refused with messages that name the fault, the file and the line."""
+
+import importlib
+import inspect
+import re
+from dataclasses import replace
+
+import pytest
+
+from warpdyn.engine.kernels import build, registry
+from warpdyn.engine.kernels.composing.part_checks import check_parts
+from warpdyn.engine.kernels.composing.source_text import bodies_of, slots_of
+from warpdyn.engine.kernels.composition import compose
+from warpdyn.engine.kernels.output_table import RECORDERS
+from warpdyn.engine.kernels.plan import Plan
+from warpdyn.engine.kernels.slots import COMMON, INDICES, SCRATCH, SLOTS
+from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.foundations.core.output_variables import Variable
+
+pytestmark = pytest.mark.fast
+
+EVERY = tuple(sorted(RECORDERS["chain"]))
+PLAIN = Plan("chain", 3, "bilinear", "rayleigh", "base_acceleration", EVERY, "rk4", "float32", collapses=True)
+DENSE = Plan("dense", 3, "elastic", "matrix", "force_history", tuple(sorted(RECORDERS["dense"])), "rk4", "float64")
+
+
+class Part:
+    def wanted(plan):
+        return True
+
+
+class misspelt_slot(Part):
+    def see_force():  # fault
+        wp.abs(restoring)
+
+
+class misspelt_inner_slot(Part):
+    def end_step():
+        for i in range(N):
+            for j in range(LANES):
+                slot("accepted_drft")  # fault
+
+
+class misspelt_variable(Part):
+    def declare():
+        peak_force = matrix()
+
+    def see_forces():
+        peak_force[i, j] = larger(peak_force[i, j], wp.abs(restorng))  # fault
+
+
+class variable_of_another_slot(Part):
+    def declare():
+        peak_force = matrix()
+
+    def see_drift():
+        peak_force[i, j] = restoring  # fault
+
+
+class undeclared_variable(Part):
+    def see_forces():
+        peak_force[i, j] = wp.abs(restoring)  # fault
+
+
+class local_variable_of_the_skeleton(Part):
+    def declare():
+        peak_force = matrix()
+
+    def see_forces():
+        u = wp.abs(restoring)  # fault
+        peak_force[i, j] = u
+
+
+class local_variable_of_a_later_slot(Part):
+    def see_forces():
+        c = wp.abs(restoring)  # fault
+
+
+class declared_variable_of_the_skeleton(Part):
+    def declare():
+        us = matrix()  # fault
+
+
+class declared_variable_of_another_part(Part):
+    def declare():
+        peak_drift = matrix()  # fault
+
+
+class local_variable_of_another_part(Part):
+    def see_forces():
+        peak_shear = wp.abs(restoring)  # fault
+
+
+class forbidden_change(Part):
+    def see_drift():
+        drift = dtype(0.0)  # fault
+
+
+class forbidden_change_of_an_element(Part):
+    def see_drift():
+        v[i, j] = dtype(0.0)  # fault
+
+
+class changed_loop_variable(Part):
+    def see_drift():
+        for j in range(LANES):  # fault
+            wp.abs(drift)
+
+
+class changed_constant(Part):
+    def see_drift():
+        STAGES = 1  # fault
+
+
+class changed_input(Part):
+    def see_drift():
+        structures.mass[g, 0] = drift  # fault
+
+
+class misspelt_condition(Part):
+    def see_state():
+        if COLAPSE:  # fault
+            standing = 1
+
+
+class unknown_field(Part):
+    def finish_storey():
+        output.peak_storey_force[g, o] = dtype(0.0)  # fault
+
+
+class slot_on_a_line_with_others(Part):
+    def end_step():
+        for i in range(N):
+            for j in range(LANES):
+                slot('accepted_drift')  # fault  # fmt: skip
+
+
+class returned_value(Part):
+    def see_drift():
+        return drift  # fault
+
+
+class unknown_lender(Part):
+    BORROWS = {"drifts": ("peak_drift",)}  # fault
+
+    def see_drift():
+        wp.abs(peak_drift[i, j])
+
+
+class unknown_loan(Part):
+    BORROWS = {"drift": ("peak_drifts",)}  # fault
+
+    def see_drift():
+        wp.abs(drift)
+
+
+class variable_that_this_method_lacks(Part):
+    BORROWS = {"adaptivity": ("done",)}
+
+    def see_drift():
+        output.time_of_peak_drift[0] = done[j]  # fault
+
+
+class variable_that_is_not_written(Part):
+    VARIABLES = {"chain": {"time_of_peak_drift": Variable((), "s", "time")}}
+
+    def declare():  # fault
+        time_now = row()
+
+    def see_mode():  # a slot of another skeleton
+        output.time_of_peak_drift[0] = dtype(0.0)
+
+
+class other_type_of_a_field(Part):
+    FIELDS = {"Output": {"status": "float[]"}}  # fault
+
+
+class unknown_struct(Part):
+    FIELDS = {"Sample": {"cost": "float[]"}}  # fault
+
+
+class unknown_type(Part):
+    FIELDS = {"Samples": {"cost": "double"}}  # fault
+
+
+FAULTS = {
+    misspelt_slot: "see_force.. is not a slot .did you mean 'see_forces'",
+    misspelt_inner_slot: "end_step.. has the slot 'accepted_drft', which does not exist .did you mean 'accepted_drift'",
+    misspelt_variable: "see_forces.. reads 'restorng', which is not defined .did you mean 'restoring'",
+    variable_of_another_slot: "see_drift.. reads 'restoring', which has no value in this slot; it has i, g, j, drift",
+    undeclared_variable: r"changes 'peak_force', which is not declared; write `peak_force = matrix\(\)`",
+    local_variable_of_the_skeleton: "sets 'u', a variable of the kernel that this slot may not change",
+    local_variable_of_a_later_slot: "sets 'c', a variable of the kernel that this slot may not change",
+    declared_variable_of_the_skeleton: "declares 'us', a variable of the skeleton; choose another name",
+    declared_variable_of_another_part: "declares 'peak_drift', as part 'drift' does; choose another name",
+    local_variable_of_another_part: "sets 'peak_shear', which part 'base_shear' declares; choose another name",
+    forbidden_change: r"sets 'drift', a variable of the kernel that this slot may not change \(it",
+    forbidden_change_of_an_element: "changes 'v', a variable of the kernel that this slot may not change",
+    changed_loop_variable: "sets 'j', a loop variable of the slot; choose another name",
+    changed_constant: "sets 'STAGES', a constant of the kernel; choose another name",
+    changed_input: "sets structures.mass, which is an input of the kernel",
+    misspelt_condition: "reads 'COLAPSE', which is not defined .did you mean 'COLLAPSE'",
+    unknown_field: "names output.peak_storey_force, which does not exist .did you mean 'peak_storey_drift'.*FIELDS",
+    slot_on_a_line_with_others: r"calls slot\(\) otherwise than as `slot\(\"name\"\)` on one line",
+    returned_value: "has a `return` statement, which the kernel cannot contain",
+    unknown_lender: "BORROWS names part 'drifts', which does not exist",
+    unknown_loan: "BORROWS names 'peak_drifts', which part 'drift' does not declare",
+    variable_that_this_method_lacks: "see_drift.. reads 'done', which this kernel does not have",
+    variable_that_is_not_written: r"do not write output.time_of_peak_drift in a slot of the skeleton 'explicit_chain'",
+}
+FAULTS_OF_FIELDS = {
+    other_type_of_a_field: r"Output.status has the type 'float\[\]', but 'int8\[\]' in part 'thread' .*thread.py, line",
+    unknown_struct: "unknown struct 'Sample'; choose one of Control, Samples",
+    unknown_type: "Samples.cost has the unknown type 'double'; write \"float\"",
+}
+
+
+def place_of_fault(part):
+    """Return the file and the line that a message must name."""
+    lines, first = inspect.getsourcelines(part)
+    return __file__, next(at for at, line in enumerate(lines, first) if "# fault" in line)
+
+
+def check_message(message, part, fault):
+    file, line = place_of_fault(part)
+    assert re.match(rf"part '{part.__name__}' \({re.escape(file)}, line {line}\): .*{fault}", message), message
+
+
+@pytest.mark.parametrize("part", FAULTS, ids=lambda part: part.__name__)
+def test_a_faulty_part_is_refused(part):
+    with pytest.raises(ValueError, match="part") as raised:
+        compose(build.SKELETONS["chain", "explicit"], PLAIN, (*registry.all_parts(), part))
+    check_message(str(raised.value), part, FAULTS[part])
+
+
+@pytest.mark.parametrize("part", FAULTS_OF_FIELDS, ids=lambda part: part.__name__)
+def test_a_faulty_field_is_refused(part):
+    with pytest.raises(ValueError, match="part") as raised:
+        registry.fields((part,))
+    check_message(str(raised.value), part, FAULTS_OF_FIELDS[part])
+
+
+def test_a_part_may_not_set_a_variable_that_surrounds_its_slot():
+    class outer(Part):
+        def see_state():
+            for i in range(N):
+                for j in range(LANES):
+                    worst = inverse_height[i, j]
+                    slot("remember")
+                    memory[0] = worst
+
+    class inner(Part):
+        def remember():
+            worst = z[i * M, j]
+            memory[0] = worst
+
+    others = tuple(part for part in registry.all_parts() if "remember" not in bodies_of(part))
+    with pytest.raises(ValueError, match=r"part 'inner' .*sets 'worst', which part 'outer' uses around this slot"):
+        compose(build.SKELETONS["chain", "explicit"], PLAIN, (*others, outer, inner))
+
+
+def plans():
+    """Yield plans that have every part of each skeleton."""
+    yield from (DENSE, replace(DENSE, method="dormand_prince54", load="harmonic_force"))
+    laws = ("bilinear", "bouc_wen_1", "elastic", "pinching4")
+    dampings = ("storey", "rayleigh", "rayleigh_tangent", "modal")
+    loads = ("base_acceleration", "force_history", "harmonic_force", "kanai_tajimi")
+    for method in METHODS:
+        for turn, law in enumerate(laws):
+            damping = "classical" if method == "exact" else dampings[turn]
+            if method not in fitting_methods(law, damping):
+                continue
+            plan = replace(PLAIN, law=law, damping=damping, load=loads[turn], method=method, records_late=True)
+            if method != "exact":
+                more = {"physics": ("p_delta",), "resumes": turn == 0, "starts_displaced": turn == 1}
+                plan = replace(plan, viscous_dampers="power", recorders=(*EVERY, "state"), **more)
+            yield plan
+            yield build.history_plan(plan)
+
+
+def test_all_parts_pass():
+    parts, passed = registry.all_parts(), set()
+    for plan in plans():
+        for is_gpu in (False, True):
+            fitted = build.fitted(replace(plan, dofs=60) if is_gpu and plan.family == "chain" else plan, is_gpu)
+            home = importlib.import_module(build.SKELETONS[fitted.family, fitted.kind].__module__)
+            wanted = [part for part in parts if part.wanted(fitted)]
+            constants = {name for each in (home, *wanted) if hasattr(each, "names") for name in each.names(fitted)}
+            check_parts(home, wanted, parts, SLOTS, constants, registry.fields(()), fitted.family)
+            passed |= set(wanted)
+    assert passed == set(parts)
+
+
+def test_the_table_has_the_slots_of_the_skeletons():
+    skeletons = set(build.SKELETONS.values())
+    homes = [importlib.import_module(skeleton.__module__) for skeleton in skeletons]
+    bodies = [body for part in (*registry.all_parts(), *homes) for body in bodies_of(part).values()]
+    assert SLOTS.keys() == set().union(*map(slots_of, [*skeletons, *bodies]))
+
+
+def test_the_table_is_complete():
+    for name, slot in SLOTS.items():
+        assert slot.index in INDICES, name
+        assert slot.text.endswith("."), name
+        assert not set(slot.reads) & {*slot.writes, *COMMON, *SCRATCH}, name

@@ -1,0 +1,137 @@
+"""The names in the functions of parts: the variables that are read, set and changed, and the slots."""
+
+from __future__ import annotations
+
+import ast
+import functools
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from warpdyn.engine.kernels.composing.source_text import SLOT, bodies_of, parsed, source_of
+
+# Arguments of a kernel, and the struct that each is; a part may write to fields of the last two.
+STRUCTS = {
+    "control": "Control",
+    "samples": "Samples",
+    "structures": "Structure",
+    "loads": "Load",
+    "output": "Output",
+    "history": "History",
+}
+WRITTEN = ("output", "history")
+Lines = dict[str, int]  # a name, and the line of the function where it first occurs
+
+
+class Body(NamedTuple):
+    """The names in a function of a part."""
+
+    reads: Lines
+    assigned: Lines  # plain variables that are set
+    changed: Lines  # variables with an element that is set, or to which something is added
+    loops: Lines  # loop variables
+    slots: Lines  # slots in the function
+    fields: dict[tuple[str, str], int]  # argument of the kernel and its field
+    faults: dict[str, int]  # other faults
+
+
+@functools.cache
+def facts_of(part: Any, skeleton: str) -> dict[str, Body]:
+    """Return the names in a part's functions, without branches that only kernels of other skeletons have."""
+    flags = {"EXPLICIT_CHAIN": False, "IMPLICIT_CHAIN": False, "DENSE": False, "PROPAGATED": False}
+    flags = flags | {skeleton.upper(): True} if skeleton.upper() in flags else {}
+    return {slot: names_in_function(function, flags) for slot, function in bodies_of(part).items()}
+
+
+def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
+    """Return the names in a function, without branches that these flags exclude."""
+    text = source_of(function)
+    definition = parsed(text)
+    body = Body({}, {}, {}, {}, {}, {}, {})
+    lines = text.splitlines()
+
+    def add(found: dict[Any, int], name: Any, node: ast.AST) -> None:
+        found.setdefault(name, node.lineno)
+
+    def see(node: ast.AST) -> None:
+        match node:
+            case ast.Name():
+                add(body.reads, node.id, node)
+            case ast.If():
+                is_true = _settled(node.test, flags)
+                if is_true is None:
+                    see(node.test)
+                for each in (node.body if is_true is not False else []) + (node.orelse if is_true is not True else []):
+                    see(each)
+            case ast.IfExp():
+                is_true = _settled(node.test, flags)
+                for each in (node.test,) * (is_true is None) + (node.body,) * (is_true is not False):
+                    see(each)
+                if is_true is not True:
+                    see(node.orelse)
+            case ast.For():
+                for name in ast.walk(node.target):
+                    if isinstance(name, ast.Name):
+                        add(body.loops, name.id, name)
+                for each in (node.iter, *node.body):
+                    see(each)
+            case ast.Assign() | ast.AugAssign() | ast.AnnAssign():
+                for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+                    for each in getattr(target, "elts", [target]):
+                        see_target(each, is_new=not isinstance(node, ast.AugAssign))
+                if node.value is not None:
+                    see(node.value)
+            case ast.Expr(value=ast.Call(func=ast.Name(id="slot"))):
+                found = SLOT.match(lines[node.lineno - 1])
+                if found is None:
+                    add(body.faults, 'calls slot() otherwise than as `slot("name")` on one line', node)
+                else:
+                    add(body.slots, found[2], node)
+            case ast.Return() | ast.FunctionDef() | ast.Import() | ast.ImportFrom() | ast.ClassDef():
+                add(
+                    body.faults,
+                    f"has a `{type(node).__name__.lower()}` statement, which the kernel cannot contain",
+                    node,
+                )
+            case ast.Attribute(value=ast.Name(id=name)) if name in STRUCTS:
+                add(body.fields, (name, node.attr), node)
+            case ast.Expr(value=ast.Constant()):
+                pass
+            case _:
+                for each in ast.iter_child_nodes(node):
+                    see(each)
+
+    def see_target(target: ast.expr, *, is_new: bool) -> None:
+        if isinstance(target, ast.Name):
+            add(body.assigned if is_new else body.changed, target.id, target)
+            return
+        inside = target
+        while isinstance(inside, ast.Subscript):
+            see(inside.slice)
+            inside = inside.value
+        if isinstance(inside, ast.Name):
+            add(body.changed, inside.id, target)
+        else:
+            see(inside)
+            root = inside.value if isinstance(inside, ast.Attribute) else inside
+            if not (isinstance(root, ast.Name) and root.id in WRITTEN):
+                add(body.faults, f"sets {ast.unparse(inside)}, which is an input of the kernel", target)
+
+    for statement in definition.body:
+        see(statement)
+    return body
+
+
+def _settled(test: ast.expr, flags: Mapping[str, bool]) -> bool | None:
+    """Return whether a condition is true by these flags alone; None if it depends on more."""
+    match test:
+        case ast.Name(id=name):
+            return flags.get(name)
+        case ast.UnaryOp(op=ast.Not(), operand=operand):
+            found = _settled(operand, flags)
+            return None if found is None else not found
+        case ast.BoolOp(op=op, values=values):
+            decides = isinstance(op, ast.Or)
+            settled = [_settled(value, flags) for value in values]
+            return decides if decides in settled else None if None in settled else not decides
+        case _:
+            return None

@@ -1,0 +1,270 @@
+"""Checks of the parts of a kernel against the table of slots; a message names the part, the file and the line.
+
+A part's statements become statements of the kernel. Without these checks a misspelt slot would leave outputs at zero,
+and a local variable could overwrite one of the kernel.
+"""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import functools
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from types import FunctionType
+from typing import Any, NoReturn
+
+from warpdyn.engine.kernels.composing.names import STRUCTS, Body, facts_of, names_in_function
+from warpdyn.engine.kernels.composing.source_text import (
+    bodies_of,
+    name_of,
+    namespace_of,
+    place_of,
+    slots_of,
+    source_of,
+)
+from warpdyn.engine.kernels.registry import skeletons
+from warpdyn.engine.kernels.slots import COMMON, INDICES, SCRATCH, Slot
+
+OTHER_NAME = "choose another name"
+BUILTINS = frozenset(dir(builtins)) | {"wp", "slot", "first"} | STRUCTS.keys() | set(STRUCTS.values())
+
+
+def check_parts(
+    home: Any,
+    wanted: Sequence[Any],
+    parts: tuple[Any, ...],
+    slots: Mapping[str, Slot],
+    constants: Collection[str],
+    fields: Mapping[str, Collection[str]],
+    family: str,
+) -> None:
+    """Check the parts of a kernel.
+
+    Args:
+        home: The module of the skeleton.
+        wanted: The parts of the kernel.
+        parts: All parts.
+        slots: The table of slots.
+        constants: Names that the parts and the skeleton give values.
+        fields: The fields of the structs that a kernel takes.
+        family: The structure's family, "chain" or "dense".
+
+    Raises:
+        ValueError: If a part has a fault.
+    """
+    table = frozenset(slots.items())
+    for part in wanted:
+        _check_alone(part, home, parts, table)
+        _check_fields(part, home, fields)
+    _check_together(home, wanted, slots, constants)
+    _check_outputs(home, wanted, family)
+
+
+def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -> NoReturn:
+    """Raise the error for a name that a composed kernel reads and that nothing in it defines.
+
+    Args:
+        name: The name.
+        wanted: The parts of the kernel.
+        known: Values of names in capitals.
+    """
+    flags = {each: bool(value) for each, value in known.items()}
+    for part in wanted:
+        for slot, function in bodies_of(part).items():
+            line = names_in_function(function, flags).reads.get(name)
+            if line is not None:
+                _refuse(part, slot, line, f"reads {name!r}, which this kernel does not have")
+    raise ValueError(f"the skeleton reads {name!r}, which nothing defines")
+
+
+@functools.cache
+def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[tuple[str, Slot]]) -> None:
+    """Check the names in a part's functions against the table of slots, for the kernels of one skeleton."""
+    slots = dict(table)
+    facts = facts_of(part, name_of(home))
+    for name, body in facts.items():
+        if name not in slots:
+            meant = _meant(name, slots)
+            _refuse(part, name, 0, f"is not a slot{meant}; only functions named after a slot may have no arguments")
+        for inner, line in body.slots.items():
+            if inner not in slots:
+                _refuse(part, name, line, f"has the slot {inner!r}, which does not exist{_meant(inner, slots)}")
+        for fault, line in body.faults.items():
+            _refuse(part, name, line, fault)
+    of_skeleton = _variables(home)
+    of_slots = {variable for slot in slots.values() for variable in slot.reads + slot.writes}
+    protected = of_skeleton | of_slots | COMMON.keys() | BUILTINS
+    set_anywhere = {variable for body in facts.values() for variable in body.assigned}
+    changeable = _own_variables(part, slots) | _borrowed(part, parts)
+    known = _constants(parts, frozenset(slots)) | namespace_of(part).keys() | COMMON.keys() | changeable | set_anywhere
+    for name, body in facts.items():
+        if name == "declare":
+            for variable in body.assigned.keys() & of_skeleton - set(SCRATCH):
+                _refuse(
+                    part,
+                    name,
+                    body.assigned[variable],
+                    f"declares {variable!r}, a variable of the skeleton; {OTHER_NAME}",
+                )
+            continue
+        slot, index = slots[name], set(INDICES[slots[name].index])
+        given = {variable for inner in body.slots for variable in slots[inner].reads + slots[inner].writes}
+        may_read = known | given | index | set(slot.reads + slot.writes) | body.loops.keys()
+        may_change = changeable | given | set(slot.writes)
+        kept = f"a variable of the kernel that this slot may not change (it may change {_listed(slot.writes)})"
+        for variable, line in body.reads.items():
+            if variable not in may_read:
+                listed = _listed((*INDICES[slot.index], *slot.reads, *slot.writes))
+                why = f"which has no value in this slot; it has {listed}, and those of COMMON in slots.py"
+                if variable not in protected:
+                    why = f"which is not defined{_meant(variable, may_read)}"
+                _refuse(part, name, line, f"reads {variable!r}, {why}")
+        for variable, line in body.changed.items():
+            if variable in may_change or variable in set_anywhere - protected:
+                continue
+            if variable not in protected:
+                kept = f"which is not declared; write `{variable} = matrix()` (a value per storey and lane) or "
+                kept += f"`{variable} = row()` (a value per lane) in declare()"
+            _refuse(part, name, line, f"changes {variable!r}, {kept}")
+        for variable, line in (body.assigned | body.loops).items():
+            if variable in index - set(slot.writes):
+                _refuse(part, name, line, f"sets {variable!r}, a loop variable of the slot; {OTHER_NAME}")
+        for variable, line in body.assigned.items():
+            if variable in protected - may_change - set(SCRATCH):
+                _refuse(part, name, line, f"sets {variable!r}, {kept}; {OTHER_NAME}")
+
+
+def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -> None:
+    """Check that the fields of the kernel's arguments exist that a part names."""
+    for slot, body in facts_of(part, name_of(home)).items():
+        for (argument, field), line in body.fields.items():
+            known = fields.get(STRUCTS[argument], ())
+            if field not in known:
+                meant = _meant(field, known)
+                _refuse(
+                    part, slot, line, f"names {argument}.{field}, which does not exist{meant}; declare it in FIELDS"
+                )
+
+
+def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot], constants: Collection[str]) -> None:
+    """Check that no part sets a variable that another part declares, or uses before and after a slot."""
+    owner: dict[str, Any] = {}
+    around: dict[str, list[tuple[Any, Body]]] = {}
+    facts = {part: facts_of(part, name_of(home)) for part in wanted}
+    for part, bodies in facts.items():
+        for variable, line in bodies["declare"].assigned.items() if "declare" in bodies else ():
+            if variable in owner:
+                other = name_of(owner[variable])
+                _refuse(part, "declare", line, f"declares {variable!r}, as part {other!r} does; {OTHER_NAME}")
+            owner[variable] = part
+        for body in bodies.values():
+            for inner in body.slots:
+                around.setdefault(inner, []).append((part, body))
+    for part, bodies in facts.items():
+        borrowed = {variable for names in getattr(part, "BORROWS", {}).values() for variable in names}
+        for name, body in bodies.items():
+            if name == "declare":
+                continue
+            given = {variable for inner in body.slots for variable in slots[inner].writes}
+            for variable in body.assigned.keys() - borrowed - given - set(slots[name].writes):
+                fault = ""
+                if owner.get(variable, part) is not part:
+                    fault = f"which part {name_of(owner[variable])!r} declares"
+                elif variable in constants:
+                    fault = "a constant of the kernel"
+                elif variable not in SCRATCH:
+                    others = [each for each, outer in around.get(name, ()) if variable in outer.assigned]
+                    fault = f"which part {name_of(others[0])!r} uses around this slot" if others else ""
+                if fault:
+                    _refuse(part, name, body.assigned[variable], f"sets {variable!r}, {fault}; {OTHER_NAME}")
+
+
+def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
+    """Check that each recorder writes its variables in a slot that the kernel has."""
+    facts = {part: facts_of(part, name_of(home)) for part in wanted}
+    reached, waiting = set[str](), set().union(*(slots_of(each) for each in _functions_with_slots(home)))
+    while waiting:
+        reached |= waiting
+        bodies = [bodies[slot] for bodies in facts.values() for slot in waiting if slot in bodies]
+        waiting = {inner for body in bodies for inner in body.slots} - reached
+    for part, bodies in facts.items():
+        present = [body for slot, body in bodies.items() if slot in reached]
+        written = {field for body in present for argument, field in body.fields if argument == "output"}
+        if not any("output" in body.reads for body in present):  # not written in a function that takes all outputs
+            for variable in getattr(part, "VARIABLES", {}).get(family, {}).keys() - written:
+                slot = next(iter(bodies), "")
+                _refuse(
+                    part,
+                    slot,
+                    0,
+                    f"and the other functions do not write output.{variable} in a slot of the skeleton "
+                    f"{name_of(home)!r}; write it in finish_storey() or write()",
+                )
+
+
+def _refuse(part: Any, slot: str, line: int, fault: str) -> NoReturn:
+    """Raise an error that names the part, the file and the line; lines count from the function, 0 for the function."""
+    function = bodies_of(part)[slot]
+    at = function.__code__.co_firstlineno + max(0, line - 1)
+    raise ValueError(f"part {name_of(part)!r} ({function.__code__.co_filename}, line {at}): {slot}() {fault}")
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    close = get_close_matches(name, known, 1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def _listed(names: Sequence[str]) -> str:
+    return ", ".join(names) or "no variable"
+
+
+def _own_variables(part: Any, slots: Mapping[str, Slot]) -> set[str]:
+    """Return the variables that a part declares, and values that only slots in the part's own functions have."""
+    facts = facts_of(part, "")
+    inside = {inner for body in facts.values() for inner in body.slots}
+    named = {inner: set(slot.reads + slot.writes) for inner, slot in slots.items()}
+    own = set().union(*(names for inner, names in named.items() if inner in inside))
+    own -= set().union(*(names for inner, names in named.items() if inner not in inside))
+    return own | (facts["declare"].assigned.keys() if "declare" in facts else set())
+
+
+def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
+    """Return the variables of other parts that a part names in BORROWS."""
+    borrows: Mapping[str, Sequence[str]] = getattr(part, "BORROWS", {})
+    by_name = {name_of(each): each for each in parts}
+    for other, names in borrows.items():
+        if other not in by_name:
+            raise ValueError(f"{place_of(part, 'BORROWS')}: BORROWS names part {other!r}, which does not exist")
+        for name in names:
+            if not any(name in body.assigned for body in facts_of(by_name[other], "").values()):
+                raise ValueError(
+                    f"{place_of(part, 'BORROWS')}: BORROWS names {name!r}, which part {other!r} does not declare"
+                )
+    return {name for names in borrows.values() for name in names}
+
+
+def _functions_with_slots(home: Any) -> list[FunctionType]:
+    """Return the skeleton and its module's functions for slots."""
+    functions = [each for each in namespace_of(home).values() if isinstance(each, FunctionType)]
+    return [each for each in functions if each.__module__ == home.__name__ and slots_of(each)]
+
+
+@functools.cache
+def _variables(home: Any) -> frozenset[str]:
+    """Return the variables that a skeleton and its module's functions for slots set."""
+    bodies = [names_in_function(function, {}) for function in _functions_with_slots(home)]
+    return frozenset(name for body in bodies for name in body.assigned)
+
+
+@functools.cache
+def _constants(parts: tuple[Any, ...], slots: frozenset[str]) -> frozenset[str]:
+    """Return the names that some part or skeleton gives a value for some plan, and the names of conditions."""
+    found = {f"HAS_{slot.upper()}" for slot in slots}
+    for each in (*parts, *skeletons()):
+        found.add(name_of(each).upper())
+        if hasattr(each, "names"):
+            nodes = ast.walk(ast.parse(source_of(each.names)))
+            literals = [node.value for node in nodes if isinstance(node, ast.Constant)]
+            found |= {literal for literal in literals if isinstance(literal, str) and literal.isidentifier()}
+    return BUILTINS | found
