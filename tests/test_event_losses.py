@@ -88,7 +88,7 @@ def test_what_is_not_of_all_draws_is_refused():
     with pytest.raises(ValueError, match="annual rate of each of the 2 events"):
         wd.event_losses(counted, event_rates=[0.01])
     alike = counted.assign_coords(earthquake=["north", "north"])
-    with pytest.raises(ValueError, match="earthquakes have a name twice: give event_rates in the order"):
+    with pytest.raises(ValueError, match="two earthquakes have one name: give event_rates in the order"):
         wd.event_losses(alike, event_rates=xr.DataArray([0.01, 0.02], {"earthquake": ["north", "north"]}))
     assert float(wd.event_losses(alike, event_rates=[0.0, 0.0])["expected_annual_loss"]) == 0.0
     none = counted.copy(deep=True)

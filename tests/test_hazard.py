@@ -151,7 +151,7 @@ REFUSED = {
     "unequal": (([0.1, 0.2], [1e-2]), "2 intensities and 1 annual rates"),
     "rising": (([0.1, 0.2, 0.3], [1e-3, 1e-2, 1e-4]), r"goes from 0.001 at 0.1 g to 0.01 at 0.2 g"),
     "no order": (([0.1, 0.1, 0.3], [1e-2, 1e-3, 1e-4]), "0.1 is followed by 0.1"),
-    "zero": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 0.0]), r"annual_rate\[2\] is 0.*leave out"),
+    "zero": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 0.0]), r"annual_rate\[2\] is 0.*remove points"),
     "negative": (([-0.1, 0.2], [1e-2, 1e-3]), r"intensity\[0\] is -0.1"),
     "not a number": (([0.1, np.nan], [1e-2, 1e-3]), r"intensity\[1\] is nan"),
     "level end": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 1e-3]), "last two annual rates are equal"),
@@ -189,7 +189,7 @@ def test_curves_above_the_highest_hazard_are_told():
         for rate in (ACTIVE, QUIET):
             wd.HazardCurve(LEVELS, np.minimum(rate, 0.9), measure="PGA")
     told = r"over the highest of any site at the same intensity \({}\) is .*with intensities given in m/s2"
-    with pytest.warns(UserWarning, match=told.format(".* a year at 0.981 g")) as warned:
+    with pytest.warns(UserWarning, match=told.format(".* per year at 0.981 g")) as warned:
         wd.HazardCurve(9.80665 * LEVELS[2:], ACTIVE[2:], measure="PGA")
     assert "probabilities in 50 years given as annual rates" in str(warned[0].message)
     with pytest.warns(UserWarning, match=told.format(".*")):
@@ -304,7 +304,7 @@ def test_units_of_hazard_curves_are_read_and_fit_the_measure():
     # Forgotten units and measure are the likely cause where curves are of a velocity.
     given = curves({"complete": (0.2, 0.2)}, units="m s-1", measure="PGV")
     with pytest.raises(
-        ValueError, match=r"without units is taken in g; .*HazardCurve\(..., measure='PGV', units='m s-1'\)"
+        ValueError, match=r"without units is in g. .*HazardCurve\(..., measure='PGV', units='m s-1'\)"
     ):
         wd.annual_rates(given, wd.HazardCurve(metres, rates))
 

@@ -1,4 +1,4 @@
-"""Names of intensity measures as OpenQuake, the USGS and warpdyn write them, read in one place."""
+"""Names of intensity measures in the notations of OpenQuake, the USGS and warpdyn."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.core.output_variables import UNNAMED
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
-SAME_PERIOD = 0.01  # relative; periods of spectral accelerations are written with two or three digits
-# OpenQuake's names (openquake.hazardlib.imt) of the measures without a period, by the names that are read.
+SAME_PERIOD = 0.01  # relative; periods of spectral accelerations have two or three digits in names
+# OpenQuake's names (openquake.hazardlib.imt) of measures without a period, by the names that are read.
 KINDS = {
     "PGA": "PGA",
     "PGV": "PGV",
@@ -32,14 +32,14 @@ UNDERSTOOD = (
     "AvgSA, each also as 'geometric mean of ...' or 'RotD50 ...'"
 )
 
-# Units that a hazard curve of a measure may be in, by OpenQuake's name; the first one is advised.
+# Allowed units of a hazard curve, by OpenQuake's name of the measure; messages recommend the first one.
 UNITS = {
     **dict.fromkeys(("PGA", "SA", "AvgSA"), ("g", "m s-2")),
     **dict.fromkeys(("PGV", "IA", "CAV"), ("m s-1",)),
     "PGD": ("m",),
     **dict.fromkeys(("RSD595", "RSD575", "RSD2080"), ("s",)),
 }
-# What units are read as, with the factor to the one that intensities are kept in.
+# Units that are read, with the unit that intensities are converted to and the factor.
 _READ_AS = {
     **dict.fromkeys(("m s-1", "m s^-1", "m/s", "m/sec"), ("m s-1", 1.0)),
     **dict.fromkeys(("cm s-1", "cm s^-1", "cm/s", "cm/sec"), ("m s-1", 0.01)),
@@ -66,14 +66,14 @@ _BY_LOWER_CASE = {name.casefold(): kind for name, kind in KINDS.items()}
 
 @dataclass(frozen=True)
 class Measure:
-    """An intensity measure that a name says.
+    """An intensity measure.
 
     Args:
         kind: OpenQuake's name without the period, such as "PGA", "SA" or "AvgSA".
-        period: Period of a spectral acceleration [s]; 0 of others.
-        damping: Its damping ratio [%]; 5 where the name says none, 0 of measures without damping.
-        components: How two components are put together, "geometric mean" or such as "RotD50"; "" if it is not said.
-        span: Least and largest period of an average [s]; nothing of others, and where the name does not say them.
+        period: Period of a spectral acceleration [s]; 0 for other measures.
+        damping: Its damping ratio [%]; 5 if the name has none, 0 for measures without damping.
+        components: How two components are combined, "geometric mean" or for example "RotD50"; "" if unknown.
+        span: Least and largest period of an average [s]; () for other measures, and if the name has none.
     """
 
     kind: str
@@ -84,11 +84,7 @@ class Measure:
 
 
 def measure_named(name: str) -> Measure | None:
-    """Return the measure that a name says, or None of a name that is not understood.
-
-    Args:
-        name: As OpenQuake, the USGS or warpdyn writes it, such as "SA(0.3)", "SA0P3" or "Sa(0.3 s, 5 %)".
-    """
+    """Return the measure of a name such as "SA(0.3)", "SA0P3" or "Sa(0.3 s, 5 %)"; None if it is not understood."""
     text, components = spectral_name(name.strip()), ""
     of_components = _COMPONENTS.match(text)
     if of_components:
@@ -105,21 +101,21 @@ def measure_named(name: str) -> Measure | None:
 
 
 def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
-    """Return the units that intensities of a hazard curve are kept in, and the factor to them.
+    """Return the units to which the intensities of a hazard curve are converted, and the factor.
 
     Args:
         measure: Name of the intensity measure.
-        units: Units that they are given in; None for g, which only accelerations may be left without.
+        units: Given units; None is g, which only accelerations may omit.
 
     Raises:
-        ValueError: If the measure is never in these units, or none are given and it is no acceleration.
+        ValueError: If the measure does not have these units, or units are missing and it is not an acceleration.
     """
     found = measure_named(measure)
     allowed = UNITS[found.kind] if found else ()
     if units is None:
         if allowed and "g" not in allowed:
             raise ValueError(
-                f"a hazard curve of {measure!r} is not in g, which intensities without units are taken in: give "
+                f"a hazard curve of {measure!r} is not in g, the unit of intensities without units=: give "
                 f"units={allowed[0]!r}"
             )
         return "g", 1.0
@@ -138,18 +134,18 @@ def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
 
 
 def spectral_name(name: str) -> str:
-    """Return "SA(0.2)" of the USGS's "SA0P2", and other names as they are."""
+    """Return "SA(0.2)" for the USGS's "SA0P2", and other names unchanged."""
     found = _USGS_PERIOD.fullmatch(name)
     return f"SA({float(f'{found[1]}.{found[2]}'):g})" if found else name
 
 
 def same_measure(one: str, other: str) -> bool | None:
-    """Return whether two names are of one intensity measure, or None if a name is not understood and they differ.
+    """Return whether two names mean one intensity measure, or None if they differ and one is not understood.
 
-    How two components are put together is not compared, since hazards do not tell it by the name.
+    The combination of two components is not compared, because names of hazards do not contain it.
 
     Args:
-        one: The name; "" of what names none.
+        one: A name; "" if it is unknown.
         other: The other name.
     """
     if one.strip() == other.strip():
@@ -166,17 +162,17 @@ def same_measure(one: str, other: str) -> bool | None:
 
 
 def warn_unless_compared(what: str, one: str, other: str) -> None:
-    """Warn if two names of measures cannot be compared, as one of them is not understood.
+    """Warn if two names of measures cannot be compared because one of them is not understood.
 
     Args:
-        what: Whose names they are, such as "annual_rates: the hazard and the curves".
-        one: The name; nothing is said of what names no measure.
+        what: The things that have these measures, such as "annual_rates: the hazard and the curves".
+        one: A name; there is no warning if it names no measure.
         other: The other name.
     """
     if one in UNNAMED or other in UNNAMED or same_measure(one, other) is not None:
         return
     unknown = " and ".join(repr(name) for name in (one, other) if measure_named(name) is None)
     warn_caller(
-        f"{what} are of {one!r} and {other!r}, which are not compared, since {unknown} is no name of a measure that is "
-        f"understood; understood are {UNDERSTOOD}. Give such a name, or measure='' if both are of one measure"
+        f"{what} are of {one!r} and {other!r}, which are not compared, because {unknown} is not understood; understood "
+        f"are {UNDERSTOOD}. Give such a name, or measure='' if both have the same measure"
     )
