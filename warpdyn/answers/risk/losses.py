@@ -23,7 +23,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
-RETURN_PERIODS = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
+RETURN_PERIODS: tuple[float, ...] = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
 _POINTS = 201  # of a loss exceedance curve
 _HALVINGS = 30  # of an interval of 0.5 % of the replacement value, to find a return-period loss
 _MONEY = {"units": "1", "comment": "in the unit of replacement_value"}
