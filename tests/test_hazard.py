@@ -183,6 +183,14 @@ LEVELS = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5])
 ACTIVE, QUIET = ((LEVELS / at) ** -2.0 / 475 for at in (0.6, 0.05))
 
 
+def test_the_highest_hazard_of_spectral_accelerations_is_that_of_the_pga_times_a_plateau():
+    # 2.5 times the PGA up to 0.7 s, and in proportion to 1 / period beyond, as in design spectra.
+    of_pga = float(highest_rate(np.array(0.3), "PGA"))
+    for measure, factor in (("SA(0.1)", 2.5), ("SA(0.7)", 2.5), ("SA(1.4)", 1.25), ("SA(3.5)", 0.5), ("AvgSA", 2.5)):
+        assert float(highest_rate(np.array(factor * 0.3), measure)) == pytest.approx(of_pga, rel=1e-12), measure
+    assert float(highest_rate(np.array(0.75), "unknown")) == pytest.approx(of_pga, rel=1e-12)
+
+
 def test_curves_above_the_highest_hazard_are_told():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
@@ -303,9 +311,7 @@ def test_units_of_hazard_curves_are_read_and_fit_the_measure():
         wd.HazardCurve(metres, rates, measure="SA(0.5)", units="m s-1")
     # Forgotten units and measure are the likely cause where curves are of a velocity.
     given = curves({"complete": (0.2, 0.2)}, units="m s-1", measure="PGV")
-    with pytest.raises(
-        ValueError, match=r"without units is in g. .*HazardCurve\(..., measure='PGV', units='m s-1'\)"
-    ):
+    with pytest.raises(ValueError, match=r"without units is in g. .*HazardCurve\(..., measure='PGV', units='m s-1'\)"):
         wd.annual_rates(given, wd.HazardCurve(metres, rates))
 
 

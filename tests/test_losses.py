@@ -13,6 +13,7 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import beta
 
 import warpdyn as wd
+from warpdyn.answers.risk.losses import _least_loss
 
 pytestmark = pytest.mark.fast
 
@@ -346,3 +347,17 @@ def test_return_periods_given_as_rates_are_told():
         UserWarning, match=r"return period in return_periods \(as a rate, of 475 years\) is .* given as an annual rate"
     ):
         wd.annual_losses(curves(STATES), HAZARD, RATIOS, return_periods=[1 / 475])
+
+
+def test_a_loss_exceeded_exactly_once_per_return_period_is_that_of_the_period():
+    # A curve of steps: a ratio below 0.3 is exceeded 0.5 times per year, one from 0.3 on 0.25 times, and 1 never.
+    grid, rates = np.array([0.0, 0.5, 1.0]), np.array([0.5, 0.25, 0.0])
+    calls = []
+
+    def rate_of_loss(ratio):
+        calls.append(ratio)
+        return 0.5 if ratio < 0.3 else 0.25
+
+    assert _least_loss(rate_of_loss, grid, rates, 0.25) == pytest.approx(0.3, abs=1e-9)
+    assert max(calls) < 0.5  # in the first interval, whose end is exceeded exactly once in 4 years
+    assert _least_loss(rate_of_loss, grid, rates, 0.5) == 0.0  # no loss is exceeded more often than once in 2 years
