@@ -10,7 +10,7 @@ from scipy.stats import beta, norm, t
 
 import warpdyn as wd
 from warpdyn.answers.fragility.estimators.table import FIT_MEANINGS as FIT_MEANINGS_OF_ESTIMATORS
-from warpdyn.answers.fragility.lognormal_fit import FIT_MEANINGS, fit_lognormal
+from warpdyn.answers.fragility.lognormal_fit import FIT_MEANINGS, fit_stripes
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 
@@ -244,7 +244,7 @@ def test_intervals_have_the_width_of_the_estimators_spread(measured):
         return 0.02 * levels[:, None] * np.exp(factor)
 
     exceeding = (drift(np.random.default_rng(20), (1500,)) > 0.02).sum(axis=(1, 3))
-    median, _ = fit_lognormal(levels, exceeding, records * structures)
+    median, *_ = fit_stripes(levels, exceeding, records * structures)
     spread = np.log(median).std()
 
     record, level, _ = (g.ravel() for g in np.meshgrid(range(records), levels, range(structures), indexing="ij"))

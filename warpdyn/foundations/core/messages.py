@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -76,6 +76,12 @@ def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
             of_caller = level
         frame = frame.f_back
     warnings.warn(message, category, stacklevel=of_caller)
+
+
+def warn_of_all(function: str, sentences: Sequence[str]) -> None:
+    """Give one warning with several sentences, if there are any, as a list that begins with the function's name."""
+    if sentences:
+        warn_caller("\n- ".join([f"{function}:", *sentences]) if len(sentences) > 1 else f"{function}: {sentences[0]}")
 
 
 def say(message: str) -> None:
