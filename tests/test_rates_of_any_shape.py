@@ -263,7 +263,9 @@ def test_penalised_fits_are_told_once(tmp_path):
 
 
 def test_rates_of_curves_that_cross_are_told_of_as_losses_are():
-    with pytest.warns(UserWarning, match="cross: the heavier state is likelier by up to .* rate of its own curve"):
+    with pytest.warns(
+        UserWarning, match="cross: the heavier state is likelier by up to .* each rate is that of the state's curve"
+    ):
         found = wd.annual_rates(curves(CROSSING), BENT)
     alone = [wd.annual_rates(curves({name: CROSSING[name]}), BENT)["annual_rate"].item() for name in CROSSING]
     np.testing.assert_allclose(found["annual_rate"], alone, rtol=1e-12)

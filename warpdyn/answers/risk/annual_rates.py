@@ -23,7 +23,7 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
     The rate is the integral of the fragility curve over the hazard curve, a power law between its points: in closed
     form for lognormal curves, by quadrature for loglogistic curves, curves of demand and collapse, and tables. Each
     replicate of the curves with each branch of a logic tree gives the interval; the estimate is the mean over the
-    branches with the fitted curves. Each state's rate is that of its own curve, also if curves cross.
+    branches with the fitted curves. The rate of a state is that of its curve, also if curves cross.
 
     Args:
         curves: The dataset that `fragility`, `fragility_of_cloud`, `fragility_from_capacities` or `fragility_posterior`
@@ -58,7 +58,7 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
     found = CurveSet.from_dataset("annual_rates", curves, tree)
     years = real_number("years", years, above=0)
     check_confidence(confidence)
-    warn_of_crossing(found, "each has the rate of its own curve")
+    warn_of_crossing(found, "each rate is that of the state's curve")
     rate = found.rates(tree)
     mean = tree.weights @ rate
     shares = warned_shares(found, tree, mean)

@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 def strata_of_records(is_run: np.ndarray) -> np.ndarray:
     """Return the stratum of each record, from 0: records are in one if they share a level, directly or through others.
 
-    Crossed records, each of which runs at every level, are one stratum. Single observations, each of another record at
+    Crossed records, which all run at every level, are one stratum. Single observations, each of another record at
     its own level, are one stratum too: they are one sample of records and levels. A stratum of a single record is
     merged with the next higher one (collapsed strata: Cochran 1977, section 5A.12), which is conservative.
 

@@ -20,7 +20,7 @@ def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
 
     Args:
         curves: The curves.
-        consequence: What the calling function does where they cross.
+        consequence: Treatment of the crossing states by the calling function.
     """
     levels = np.unique(np.geomspace(*curves.limited.usual(curves.median, curves.dispersion), 61))
     excess = np.diff(curves.probability(levels), axis=0).max(axis=1, initial=0.0)

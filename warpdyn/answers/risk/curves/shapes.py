@@ -165,7 +165,7 @@ def _of_cloud(
         return fits.probability(np.exp(moved), limit)
 
     intercept, slope, deviation, of_collapse, spread = (float(part[0]) for part in parts)
-    # The demand and the collapse part each end _NORMAL_REACH of their own deviations from their own median.
+    # The demand and the collapse part each end _NORMAL_REACH deviations from the median of the part.
     alone = (np.log(limit) - intercept) / slope  # an infinite limit is exceeded only by collapse
     middles, widths = [np.where(np.isfinite(limit), alone, np.log(of_collapse))], [deviation / slope]
     if np.isfinite(of_collapse):
