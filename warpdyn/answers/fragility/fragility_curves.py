@@ -81,8 +81,7 @@ def fragility(
             reached a state has reached all lighter ones; only collapse passes `math.inf`. A warning names drift limits
             that seem to be in percent or mm. None for the limits of counts.
         demand: Variable of the run that plain limits are of; of a signed variable, such as the residual drift ratio,
-        the
-            absolute value is compared.
+            the absolute value is compared.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
             cannot cross). If stripes are separated, the first two penalise the likelihood (Firth 1993), with a warning:
             the interval of the median is then that of the levels at which the fractions are surely below and above one
