@@ -87,7 +87,7 @@ def test_only_curves_of_probabilities_are_read(tmp_path):
         with pytest.raises(ValueError, match=rf"file.csv is of kind='{kind}', .*kind='mean'"):
             wd.HazardCurve.from_openquake_csv(file(tmp_path, HAZARD.format(kind=kind)))
     for kind in ("quantile-0.15", "max"):
-        with pytest.warns(UserWarning, match=rf"kind='{kind}': rates and losses computed with it are not means"):
+        with pytest.warns(UserWarning, match=rf"kind='{kind}', so rates and losses computed with it are not means"):
             wd.HazardCurve.from_openquake_csv(file(tmp_path, HAZARD.format(kind=kind)))
 
 

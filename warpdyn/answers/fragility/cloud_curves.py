@@ -83,8 +83,8 @@ def fragility_of_cloud(
     records and structures.
 
     Args:
-        dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it, or a run on stripes: a demand, the
-            flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
+        dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it, or a run on stripes: a demand,
+            the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand. Only collapse
             passes `math.inf`; its curve is the probit of collapse, with either estimator.
         estimator: "censored" or "collapse".
