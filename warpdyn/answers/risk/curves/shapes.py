@@ -162,7 +162,7 @@ def _of_cloud(
     def curve(intensity: np.ndarray, medians: np.ndarray, dispersions: np.ndarray) -> np.ndarray:
         with np.errstate(divide="ignore"):
             moved = centre + scale * (np.log(intensity) - np.log(medians)) / dispersions
-        return fits.probability(np.exp(moved), limit)
+        return fits.probability(np.exp(moved), limit).reshape(moved.shape)
 
     intercept, slope, deviation, of_collapse, spread = (float(part[0]) for part in parts)
     # The demand and the collapse part each end _NORMAL_REACH deviations from the median of the part.
