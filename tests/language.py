@@ -44,7 +44,9 @@ PATTERNS: dict[str, str] = {
     rf"\b(one|ones|value|values|number|numbers|row|rows|steps?|coefficients?|threads?|times) an? ({UNITS})\b": "per",
     r"(?:^|(?<=[.;:!?] )|(?<=\n\n))What (?![^.]*\?)": "start with a noun, a function or an actor",
     r"\b(is|are|be) what\b": "name the thing",
-    r"\b(rungs?|ladders?|climb|climbs|climbed|climbing|glides?|resurrections?|foothold)\b": "use the technical term",
+    r"\b(rungs?|ladders?(?![:=])|climb|climbs|climbed|climbing|glides?|resurrections?|foothold)\b": (
+        "use the technical term"
+    ),
     r"\bby another hand\b": "independent",
     r"\bfor want of\b": "because there is no ...",
     r"\blet go of\b": "released, freed",

@@ -103,7 +103,7 @@ RUNS = {
     "confidence in percent": (
         lambda: wd.fragility(demands(), {"slight": 0.005}, confidence="95%"),
         ValueError,
-        "confidence must be a number between 0 and 1, as 0.95, got '95%'",
+        "confidence must be a number between 0 and 1, such as 0.95, got '95%'",
     ),
     "limits as a Series": (
         lambda: wd.fragility(demands(), pd.Series({"slight": 0.005})),

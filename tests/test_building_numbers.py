@@ -113,7 +113,7 @@ def test_numbers_that_do_not_fit_are_refused(number, message):
 
 def test_counts_have_had_their_numbers():
     found = simulate(scene_of("cloud", CITY), statistics=wd.DamageCounts(CITY_LIMITS, over=("archetype", "motion")))
-    with pytest.raises(ValueError, match="number= is told to DamageCounts"):
+    with pytest.raises(ValueError, match="give number= to DamageCounts"):
         wd.damage_shares(found, number=NUMBER)
 
 

@@ -159,9 +159,9 @@ def test_what_does_not_belong_together_is_refused(stock):
             damage_count_by_motion=(("motion", "damage_state"), np.ones((3, 3)))
         ),
     )
-    refuses("the dataset holds no damage counts: it is not what simulate", run=simulate(scene_of("cloud", CITY)))
+    refuses("the dataset has no damage counts: give the result of simulate", run=simulate(scene_of("cloud", CITY)))
     several = counted_of(scene_of("crossed", stock.portfolio))
-    refuses(r"the counts mix 3 levels of intensity; count over \('building', 'stripe'\)", run=several)
+    refuses(r"the counts mix 3 levels of intensity: use DamageCounts.*over=\('building', 'stripe'\)", run=several)
     fewer = INVENTORY[INVENTORY["id"] != INVENTORY["id"].iloc[stock.rows[-1]]]
     refuses("the run has 25 buildings and the stock 24", of=make_stock(fewer), inventory=fewer)
     turned = INVENTORY.assign(structure_type=INVENTORY["structure_type"].replace({"low": "high", "high": "low"}))
@@ -206,7 +206,9 @@ def test_an_earthquake_that_is_drawn_again_tells_nothing_new(stock):
     selected = wd.building_results(by_earthquake.sel(earthquake="2"), stock, INVENTORY)
     assert (selected["sample_count"] == 2).all()
     assert selected.filter(like="standard_error").isna().all(axis=None)
-    with pytest.warns(UserWarning, match="how many different earthquakes the motions are of .*attribute 'scene'"):
+    with pytest.warns(
+        UserWarning, match="number of different earthquakes of the motions is unknown .*attribute 'scene'"
+    ):
         unknown = wd.building_results(often.drop_attrs(), stock, INVENTORY)
     assert unknown["standard_error_none"].max() < found["standard_error_none"].max()
 
@@ -246,8 +248,8 @@ def test_losses_of_events(stock):
 
 def test_losses_that_are_not_one_a_building_are_refused(stock):
     for design, over, message in (
-        ("crossed", "motion", "motions have 75 to 75 samples, and each building must have one"),
-        ("at sites", "motion", "motions have .* samples, and each building must have one"),
+        ("crossed", "motion", "motions have 75 to 75 samples; each building must have one"),
+        ("at sites", "motion", "motions have .* samples; each building must have one"),
         ("cloud", "archetype", "no losses by event, motion or earthquake alone"),
     ):
         counted = simulate(scene_of(design, stock.portfolio), statistics=wd.DamageLoss(LIMITS, OF_CITY, over=over))

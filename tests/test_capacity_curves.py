@@ -123,7 +123,7 @@ def test_states_without_a_curve():
         wd.fragility_from_capacities(bracketed(same))
     one = np.where(np.arange(120).reshape(6, 20, 1) == 7, [0.5, 0.5], np.inf)  # of 120 capacities one was reached
     with pytest.warns(
-        UserWarning, match="no fit \\(separated\\); 99 % of the capacities lie above the highest level: raise"
+        UserWarning, match="no fit \\(separated\\); 99 % of the capacities are above the highest level: raise"
     ):
         wd.fragility_from_capacities(
             dataset(one, np.where(np.isinf(one), 0.52, 0.49), np.where(np.isinf(one), np.inf, 0.52))
@@ -132,7 +132,7 @@ def test_states_without_a_curve():
     with pytest.warns(UserWarning, match=r"'complete': the median of 1\.\d* g is an extrapolation, above the highest"):
         curves = wd.fragility_from_capacities(far)
     assert np.isfinite(curves["fragility_median"]).all()
-    with pytest.warns(UserWarning, match="there is one motion"):
+    with pytest.warns(UserWarning, match="there is only one motion"):
         curves = wd.fragility_from_capacities(dataset(capacity[:, :1]))
     assert np.isnan(curves["fragility_median_lower"]).all()
 
@@ -199,7 +199,7 @@ def test_few_groups_of_structures_are_told_once():
         warnings.simplefilter("always")
         wd.fragility_from_capacities(dataset(capacity))
     (warning,) = caught
-    assert "3 groups of structures tell little of the variance among them" in str(warning.message)
+    assert "the variance among structures is known from 3 groups only" in str(warning.message)
     assert "take at least 8 groups" in str(warning.message)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

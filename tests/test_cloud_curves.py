@@ -72,7 +72,7 @@ def test_half_of_the_cloud_collapsed_as_a_censored_fit_by_hand():
         return -np.where(collapsed, log_ndtr(-z), -0.5 * z * z - parameters[2]).sum()
 
     best = minimize(negative, [-3, 1, -1], method="Nelder-Mead", options={"xatol": 1e-10, "fatol": 1e-12}).x
-    with pytest.warns(UserWarning, match="'complete' lies above every demand"):
+    with pytest.warns(UserWarning, match="'complete' is above all demands"):
         curves = wd.fragility_of_cloud(make_cloud(im, edp, collapsed), LIMITS)
     by_hand = np.exp((np.log(list(LIMITS.values())) - best[0]) / best[1])
     np.testing.assert_allclose(curves["fragility_median"], by_hand, rtol=1e-6)
@@ -131,7 +131,7 @@ def test_records_are_the_clusters_of_a_crossed_cloud():
 BAD = {
     "no positive demand": ({"edp": [0.0, *EDP[1:]]}, {}, "peak_storey_drift_ratio of sample 0 is 0.0"),
     "no positive intensity": ({"im": [0.0, *IM[1:]]}, {}, "im_level of sample 0 is 0.0"),
-    "all collapsed": ({"collapsed": [True] * 14}, {}, "0 of 14 samples stand"),
+    "all collapsed": ({"collapsed": [True] * 14}, {}, "0 of 14 samples did not collapse"),
     "one intensity": ({"im": [0.3] * 14}, {}, "at 1 intensities"),
     "failed": ({"collapsed": [2] * 2 + [0] * 12}, {}, "2 of 14 samples are kept out \\(2 diverged\\)"),
     "estimator": ({}, {"estimator": "tobit"}, "estimator of a cloud 'tobit'"),
@@ -165,7 +165,7 @@ def test_collapses_apart_from_the_rest_are_penalised_and_one_motion_has_no_inter
     with pytest.warns(UserWarning, match="collapse is penalised: 4 of 14 samples collapsed"):
         curves = wd.fragility_of_cloud(make_cloud(IM, EDP, collapsed), {"slight": 0.005}, estimator="collapse")
     assert 1.2 < curves["collapse_median"] < 1.5
-    with pytest.warns(UserWarning, match="there is one motion"):
+    with pytest.warns(UserWarning, match="there is only one motion"):
         curves = wd.fragility_of_cloud(make_cloud(IM, EDP, record=[0] * 14), {"slight": 0.005})
     assert np.isfinite(curves["fragility_median"]).all()
     assert np.isnan(curves["fragility_median_lower"]).all()
@@ -177,9 +177,9 @@ def test_extrapolation_beyond_every_demand_is_told_by_both_estimators(estimator,
     im, edp, collapsed = with_collapses() if collapses else (np.array(IM), np.array(EDP), None)
     standing = edp if collapsed is None else np.asarray(edp)[~np.asarray(collapsed)]
     run, highest = make_cloud(im, edp, collapsed), float(np.max(standing))
-    with pytest.warns(UserWarning, match="'far' lies above every demand of a sample that stands") as caught:
+    with pytest.warns(UserWarning, match="'far' is above all demands of samples without collapse") as caught:
         wd.fragility_of_cloud(run, {"near": 0.5 * highest, "far": 1.5 * highest}, estimator=estimator)
-    (message,) = [str(each.message) for each in caught if "lies above" in str(each.message)]
-    assert "extrapolated; add motions of higher intensity" in message
+    (message,) = [str(each.message) for each in caught if "is above all" in str(each.message)]
+    assert "extrapolated: add motions of higher intensity" in message
     # The other estimator differs only where something collapsed.
     assert ("estimator='collapse'" in message) == (estimator == "censored" and collapses)

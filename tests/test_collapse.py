@@ -1,5 +1,7 @@
 """Collapse: what a sample tells that ends where a storey passes its drift capacity, by every kind of method."""
 
+import warnings
+
 import numpy as np
 import pytest
 from combination_cases import SOURCES, springs_of_laws
@@ -207,6 +209,25 @@ def test_a_step_too_long_to_tell_a_collapse_is_said_to_be(monkeypatch):
         assert np.isnan(found["peak_storey_drift"]).all()
         assert np.isnan(found["time_of_collapse"]).all()
         assert found["storey_of_collapse"].item() == -1
+
+
+@pytest.mark.meant_as_given("first_period", "initial_velocity", "storey_height", "collapse_drift_ratio")
+@pytest.mark.parametrize("method", ["rk4", "velocity_verlet"])
+def test_a_move_of_more_than_half_the_capacity_is_no_collapse(method):
+    # The storey is so soft that it moves at a constant velocity: by 48 or 52 % of its capacity of 0.1 m in the step in
+    # which it passes it, from 0.06 m.
+    storey = wd.ShearBuilding(1.0, 1e-4, 1.0, damping="none")
+    for share, status in ((0.48, COLLAPSED), (0.52, UNSTABLE_STEP)):
+        load = wd.FreeVibration(0.5, displacement=0.06, velocity=share * 0.1 / 0.01)
+        scene = wd.Scene(storey, load, collapse_drift_ratio=0.1, recorders=("drift",))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of the status
+            given = {"step": 0.01, "dtype": "float64", "device": "cpu", "on_unstable": "flag"}
+            found = wd.simulate(scene, structures=1, method=method, **given)
+        assert found["status"].item() == status
+    # At half the step the faster storey moves by 26 %, and collapses.
+    found = wd.simulate(scene, structures=1, method=method, step=0.005, dtype="float64", device="cpu")
+    assert found["status"].item() == COLLAPSED
 
 
 YIELDING = [spring for spring in springs_of_laws() if spring != "elastic"]

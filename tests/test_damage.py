@@ -115,7 +115,7 @@ def test_failures_are_judged_by_buildings_not_by_samples():
     status[::100] = 4
     run = made(np.full((200, 100, 2), 0.5), status, (100, 100))
     run = run.drop_vars("motion_name").assign(motion_name=("motion", [f"m{i}" for i in range(100)]))
-    with pytest.raises(ValueError, match="200 of 200 buildings, each counted once an event, failed; at most 1 %"):
+    with pytest.raises(ValueError, match="200 of 200 buildings, each counted once per event, failed; at most 1 %"):
         wd.damage_shares(run, LIMITS, events=[0] * 100)
 
 
@@ -170,7 +170,7 @@ def test_stripes_are_counted_apart():
 
 BAD = {
     "no portfolio": (lambda run: run.drop_vars("archetype_index"), LIMITS, {}, "no 'archetype_index'"),
-    "no drift": (lambda run: run.drop_vars("peak_storey_drift_ratio"), LIMITS, {}, "leave 'drift' in what is recorded"),
+    "no drift": (lambda run: run.drop_vars("peak_storey_drift_ratio"), LIMITS, {}, "add 'drift' to Scene"),
     "missing": (None, {"light": LIMITS["light"]}, {}, "limits have none for archetype 'heavy'"),
     "unknown": (None, {"lihgt": {}}, {}, "limits name 'lihgt'"),
     "states": (None, LIMITS | {"heavy": {"slight": 1.0}}, {}, "archetype 'heavy': its damage states are slight"),

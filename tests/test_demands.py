@@ -81,7 +81,7 @@ def test_levels_in_other_units_than_g():
     in_metres = run.assign_coords(im_level=("sample", run["im_level"].values, {"units": "m s-1", "long_name": "PGV"}))
     curves, plain = (wd.fragility(each, {"light": 0.02}) for each in (in_metres, run))
     assert curves["fragility_median"].attrs == {"long_name": "median capacity, worst place", "units": "m s-1"} | {
-        "comment": "NaN where the stripes have no lognormal fit"
+        "comment": "NaN without a lognormal fit of the stripes"
     }
     xr.testing.assert_equal(curves["fragility_median"], plain["fragility_median"])
 
@@ -89,12 +89,12 @@ def test_levels_in_other_units_than_g():
 @pytest.mark.parametrize(
     ("limits", "options", "message"),
     [
-        ({"light": 0.02}, {"demand": "peak_drift"}, "no 'peak_drift': leave its recorder.*peak_base_shear"),
+        ({"light": 0.02}, {"demand": "peak_drift"}, "no 'peak_drift': add its recorder.*peak_base_shear"),
         ({"light": {}}, {}, "'light' are empty"),
         ({"light": {"peak_base_shear": -1.0}}, {}, "'light' is -1.0"),
         ({"light": [0.01, 0.02]}, {}, "must be one number"),
         ({"light": {"peak_base_shear": 2.0}, "heavy": {"peak_base_shear": 1.0}}, {}, "must increase.*peak_base_shear"),
-        ({"light": 0.02}, {"demand": "status"}, "holds no demand"),
+        ({"light": 0.02}, {"demand": "status"}, "is not a demand"),
     ],
 )
 def test_limits_that_fit_no_demand_are_refused(limits, options, message):

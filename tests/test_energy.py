@@ -1,5 +1,7 @@
 """The energy balance closes at the method's order in every model, and its terms are those of exact responses."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from matrices import chain_matrix
@@ -248,3 +250,33 @@ def test_bilinear_storeys_that_do_not_yield_dissipate_nothing():
     check_energies(runs[-1], damping_matrix("storey"), "base")
     for run, step in zip(runs, STEPS, strict=True):
         assert np.abs(run.hysteretic_energy).max() < 5e6 * step**4
+
+
+def test_the_error_of_the_balance_is_relative_to_the_largest_energy_that_was_supplied():
+    # An oscillator of 10 rad/s under a force of 8 rad/s beats: at pi s the force has taken nearly all energy back that
+    # it had put in by pi / 2 s. The steps are long, so that the error is large enough to be compared.
+    mass, stiffness, step, steps = 1000.0, 1e5, 0.05, 63
+    force = 500.0 * np.sin(8.0 * step * np.arange(steps + 1))
+    rate = np.array([[0.0, 1.0], [-stiffness / mass, 0.0]])
+    state, supplied = np.zeros(2), [0.0]
+    for before, after in pairwise(force):  # RK4 with the force on a line between its values
+        loads = [np.array([0.0, each / mass]) for each in (before, (before + after) / 2, after)]
+        k1 = rate @ state + loads[0]
+        k2 = rate @ (state + step / 2 * k1) + loads[1]
+        k3 = rate @ (state + step / 2 * k2) + loads[1]
+        k4 = rate @ (state + step * k3) + loads[2]
+        change = step / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        # Work of the force by Simpson's rule, with the velocity in the middle of a cubic.
+        middle = state[1] / 2 + (state + change)[1] / 2 + step / 8 * (k1[1] - (rate @ (state + change) + loads[2])[1])
+        work = step / 6 * (before * state[1] + 2 * (before + after) * middle + after * (state + change)[1])
+        state = state + change
+        supplied.append(supplied[-1] + work)
+    assert supplied[-1] < 0.1 * max(supplied)
+    building = wd.ShearBuilding(mass, stiffness, 3.0, damping="none")
+    scene = wd.Scene(building, wd.ForceHistory(force[:, None], step), recorders=("energy",), tail=0.0)
+    run = wd.simulate(scene, method="rk4", step=step, dtype="float64", device="cpu")
+    kept = mass * state[1] ** 2 / 2 + stiffness * state[0] ** 2 / 2
+    unaccounted = run["input_energy"].item() - kept - run["hysteretic_energy"].item()
+    assert run["input_energy"].item() == pytest.approx(supplied[-1], abs=0.01 * max(supplied))
+    assert abs(unaccounted) > 1e-3 * max(supplied)
+    assert run["energy_balance_error"].item() == pytest.approx(unaccounted / max(supplied), rel=0.01)

@@ -8,6 +8,7 @@ from test_building_results import INVENTORY, LIMITS, OF_CITY, make_stock
 from test_reductions_at_sites import BOTH, EARTHQUAKE, EVENTS
 
 import warpdyn as wd
+from warpdyn.answers.risk.event_losses import rates_of_losses
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 pytestmark = MARKS
@@ -88,7 +89,7 @@ def test_what_is_not_of_all_draws_is_refused():
     with pytest.raises(ValueError, match="annual rate of each of the 2 events"):
         wd.event_losses(counted, event_rates=[0.01])
     alike = counted.assign_coords(earthquake=["north", "north"])
-    with pytest.raises(ValueError, match="earthquakes have a name twice: give event_rates in the order"):
+    with pytest.raises(ValueError, match="two earthquakes have one name: give event_rates in the order"):
         wd.event_losses(alike, event_rates=xr.DataArray([0.01, 0.02], {"earthquake": ["north", "north"]}))
     assert float(wd.event_losses(alike, event_rates=[0.0, 0.0])["expected_annual_loss"]) == 0.0
     none = counted.copy(deep=True)
@@ -99,3 +100,12 @@ def test_what_is_not_of_all_draws_is_refused():
     counted["counted_count_by_earthquake"][0] = 73
     with pytest.raises(ValueError, match="2 of 75 samples failed in earthquake 'north'"):
         wd.event_losses(counted)
+
+
+def test_a_loss_exceeded_exactly_once_per_return_period_is_that_of_the_period():
+    # Losses of 10, 20 and 40 in events of 0.25 per year each: above 20 lies one event, exceeded once in 4 years.
+    loss = xr.DataArray([20.0, 40.0, 10.0], dims="event", coords={"event": ["a", "b", "c"]})
+    found = rates_of_losses(loss, np.full(3, 0.25), [1.0, 4 / 3, 2.0, 4.0, 5.0])
+    assert found["return_period_loss"].values.tolist() == [0.0, 0.0, 10.0, 20.0, 40.0]
+    assert found["loss_exceedance_rate"].values.tolist() == [0.25, 0.0, 0.5]
+    assert float(found["expected_annual_loss"]) == 17.5

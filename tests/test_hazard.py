@@ -159,7 +159,7 @@ REFUSED = {
     "unequal": (([0.1, 0.2], [1e-2]), "2 intensities and 1 annual rates"),
     "rising": (([0.1, 0.2, 0.3], [1e-3, 1e-2, 1e-4]), r"goes from 0.001 at 0.1 g to 0.01 at 0.2 g"),
     "no order": (([0.1, 0.1, 0.3], [1e-2, 1e-3, 1e-4]), "0.1 is followed by 0.1"),
-    "zero": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 0.0]), r"annual_rate\[2\] is 0.*leave out"),
+    "zero": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 0.0]), r"annual_rate\[2\] is 0.*remove points"),
     "negative": (([-0.1, 0.2], [1e-2, 1e-3]), r"intensity\[0\] is -0.1"),
     "not a number": (([0.1, np.nan], [1e-2, 1e-3]), r"intensity\[1\] is nan"),
     "level end": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 1e-3]), "last two annual rates are equal"),
@@ -191,13 +191,21 @@ LEVELS = np.array([0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5])
 ACTIVE, QUIET = ((LEVELS / at) ** -2.0 / 475 for at in (0.6, 0.05))
 
 
+def test_the_highest_hazard_of_spectral_accelerations_is_that_of_the_pga_times_a_plateau():
+    # 2.5 times the PGA up to 0.7 s, and in proportion to 1 / period beyond, as in design spectra.
+    of_pga = float(highest_rate(np.array(0.3), "PGA"))
+    for measure, factor in (("SA(0.1)", 2.5), ("SA(0.7)", 2.5), ("SA(1.4)", 1.25), ("SA(3.5)", 0.5), ("AvgSA", 2.5)):
+        assert float(highest_rate(np.array(factor * 0.3), measure)) == pytest.approx(of_pga, rel=1e-12), measure
+    assert float(highest_rate(np.array(0.75), "unknown")) == pytest.approx(of_pga, rel=1e-12)
+
+
 def test_curves_above_the_highest_hazard_are_told():
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         for rate in (ACTIVE, QUIET):
             wd.HazardCurve(LEVELS, np.minimum(rate, 0.9), measure="PGA")
     told = r"over the highest of any site at the same intensity \({}\) is .*with intensities given in m/s2"
-    with pytest.warns(UserWarning, match=told.format(".* a year at 0.981 g")) as warned:
+    with pytest.warns(UserWarning, match=told.format(".* per year at 0.981 g")) as warned:
         wd.HazardCurve(9.80665 * LEVELS[2:], ACTIVE[2:], measure="PGA")
     assert "probabilities in 50 years given as annual rates" in str(warned[0].message)
     with pytest.warns(UserWarning, match=told.format(".*")):
@@ -311,9 +319,7 @@ def test_units_of_hazard_curves_are_read_and_fit_the_measure():
         wd.HazardCurve(metres, rates, measure="SA(0.5)", units="m s-1")
     # Forgotten units and measure are the likely cause where curves are of a velocity.
     given = curves({"complete": (0.2, 0.2)}, units="m s-1", measure="PGV")
-    with pytest.raises(
-        ValueError, match=r"without units is taken in g; .*HazardCurve\(..., measure='PGV', units='m s-1'\)"
-    ):
+    with pytest.raises(ValueError, match=r"without units is in g. .*HazardCurve\(..., measure='PGV', units='m s-1'\)"):
         wd.annual_rates(given, wd.HazardCurve(metres, rates))
 
 

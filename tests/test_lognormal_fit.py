@@ -9,10 +9,9 @@ from scipy.optimize import minimize
 from scipy.stats import beta, norm
 from validation import difference
 
+from warpdyn.answers.fragility.intervals.fractions import clopper_pearson
 from warpdyn.answers.fragility.lognormal_fit import (
     FIT_MEANINGS,
-    clopper_pearson,
-    fit_lognormal,
     fit_stripes,
     levels_to_add,
     probability,
@@ -43,7 +42,7 @@ def direct_fit(levels, exceeding, total):
 
 
 def test_clopper_pearson_published_values(measured):
-    lower, upper = clopper_pearson([0, 4, 40], 40)
+    lower, upper = clopper_pearson(np.array([0, 4, 40]), np.array(40), 0.95)
     # Twelve decimals are published. All of 40 mirrors none of 40.
     measured(
         "Clopper-Pearson limits of 0, 4 and 40 in 40",
@@ -60,14 +59,14 @@ def test_clopper_pearson_agrees_with_beta_quantiles_and_knows_nothing_without_tr
     # Two implementations of the same quantile: a few digits of rounding apart.
     np.testing.assert_allclose(lower, beta.ppf(0.05, exceeding, total - exceeding + 1), rtol=1e-10)
     np.testing.assert_allclose(upper, beta.ppf(0.95, exceeding + 1, total - exceeding), rtol=1e-10)
-    assert [float(bound) for bound in clopper_pearson(0, 0)] == [0, 1]
+    assert [float(bound) for bound in clopper_pearson(np.array(0), np.array(0), 0.95)] == [0, 1]
 
 
 # The fit
 
 
 def test_fit_of_bakers_data(measured):
-    median, dispersion = fit_lognormal(BAKER_LEVELS, BAKER_EXCEEDING, BAKER_TOTAL)
+    median, dispersion, _ = fit_stripes(BAKER_LEVELS, BAKER_EXCEEDING, BAKER_TOTAL)
     # The truth is given to 1e-16; the fit promises 1e-10.
     measured(
         "maximum likelihood of Baker's (2015) example of multiple stripes: median and dispersion",
@@ -105,7 +104,7 @@ def test_fit_agrees_with_pyfragility(levels, exceeding, total, measured):
     totals = np.full(levels.size, float(total))
     theirs = pyFragility.fit_msa(levels, exceeding, totals)
     also = pyFragility.mle.fit_mle(pyFragility.CollapseData(levels, exceeding, totals)).fragility
-    ours = fit_lognormal(levels, exceeding, total)
+    ours = fit_stripes(levels, exceeding, total)[:2]
     # pyFragility stops its minimiser at about 1e-6.
     measured(
         "medians and dispersions of four published sets of counts",
@@ -121,7 +120,7 @@ def test_fit_of_many_rows_is_the_fit_of_each():
     levels = np.array([0.05, 0.3, 0.31, 2.0, 9.0])
     total = np.array([3, 50, 0, 7, 1000])  # unequal stripes, one of them empty
     exceeding = generator.binomial(total, probability(levels, 1.5, 0.9), (3, 4, 5))
-    median, dispersion = fit_lognormal(levels, exceeding, total)
+    median, dispersion, _ = fit_stripes(levels, exceeding, total)
     assert median.shape == dispersion.shape == (3, 4)
     for index in np.ndindex(3, 4):
         # A minimiser that sees values only finds the place to about the square root of double rounding.
@@ -133,7 +132,7 @@ def test_fit_far_in_the_tails_solves_the_score_equations():
     # Exceedances at 60 dispersions below the median of the rest: densities underflow there, their logarithms do not.
     levels, total = np.array([1e-3, 0.1, 1.0, 1.1, 100.0]), 10_000
     exceeding = np.array([1, 0, 4_000, 6_000, 10_000])
-    median, dispersion = fit_lognormal(levels, exceeding, total)
+    median, dispersion, _ = fit_stripes(levels, exceeding, total)
     score = np.log(levels / median) / dispersion
     pull = exceeding * np.exp(norm.logpdf(score) - norm.logcdf(score))
     pull -= (total - exceeding) * np.exp(norm.logpdf(score) - norm.logsf(score))
@@ -181,13 +180,13 @@ def test_estimator_recovers_bias_and_standard_error():
     generator = np.random.default_rng(11)
     chance = norm.cdf(np.log(BAKER_LEVELS) / 0.4)
     # 100 times the trials, where the asymptotic standard errors hold to about 1/4000: .05555516 and .07049606 over 10.
-    median, dispersion = fit_lognormal(BAKER_LEVELS, generator.binomial(4000, chance, (replicates, 8)), 4000)
+    median, dispersion, _ = fit_stripes(BAKER_LEVELS, generator.binomial(4000, chance, (replicates, 8)), 4000)
     # Monte Carlo error of a standard deviation is 1/sqrt(2 N) = 0.5 %; four of them.
     assert np.log(median).std() == pytest.approx(0.005555516, rel=0.02)
     assert dispersion.std() == pytest.approx(0.007049606, rel=0.02)
     assert abs(np.log(median).mean()) < 4 * 0.005555516 / np.sqrt(replicates) + 1e-4  # and a bias of order 1/n
     # Baker's own 40 trials: the known bias of the dispersion, within four Monte Carlo errors of its mean.
-    median, dispersion = fit_lognormal(BAKER_LEVELS, generator.binomial(40, chance, (replicates, 8)), 40)
+    median, dispersion, _ = fit_stripes(BAKER_LEVELS, generator.binomial(40, chance, (replicates, 8)), 40)
     assert dispersion.mean() - 0.4 == pytest.approx(-0.00307, abs=4 * 0.0705 / np.sqrt(replicates))
     # At 40 trials the spread is not asymptotic any more, but within a few per cent.
     assert np.log(median).std() == pytest.approx(0.05555516, rel=0.06)
@@ -209,7 +208,7 @@ def test_estimator_recovers_bias_and_standard_error():
 )
 def test_fit_refuses(levels, exceeding, total, message):
     with pytest.raises(ValueError, match=message):
-        fit_lognormal(levels, exceeding, total)
+        fit_stripes(levels, exceeding, total)
 
 
 def test_probability_is_the_lognormal_distribution():

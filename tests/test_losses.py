@@ -13,6 +13,7 @@ from scipy.special import ndtr, ndtri
 from scipy.stats import beta
 
 import warpdyn as wd
+from warpdyn.answers.risk.losses import _least_loss
 
 pytestmark = pytest.mark.fast
 
@@ -241,8 +242,8 @@ def test_a_function_that_begins_at_zero_costs_nothing_below_the_hazard():
 
 def test_functions_that_are_refused():
     for levels, ratios, words in (
-        ([0.1], [0.2], "at least two intensities"),
-        ([0.2, 0.1], [0.2, 0.3], "which increase"),
+        ([0.1], [0.2], "at least 2 increasing intensities"),
+        ([0.2, 0.1], [0.2, 0.3], "at least 2 increasing intensities"),
         ([0.1, 0.2], [0.2, 20.0], "from 0 to 1, got 0.2 to 20"),
         ([0.1, 0.2], [0.2, np.nan], r"mean_loss_ratio\[1\] is nan"),
         ([0.0, 0.2], [0.1, 0.2], "at intensity 0 is 0.1"),
@@ -318,11 +319,11 @@ def test_a_function_that_is_cut_off_is_warned_of():
         warnings.simplefilter("error")
         wd.expected_annual_loss(whole, hazard)
     # 0.2 at 0.5: the step makes 0.2 * 4e-3, the line to 1.0 at 2.5 makes 0.4e-3 * (1 / 0.5 - 1 / 2.5): 56 %.
-    with pytest.warns(UserWarning, match="begins at 0.5 g with a loss ratio of 0.2, which makes 56 % of"):
+    with pytest.warns(UserWarning, match="begins at 0.5 g with a loss ratio of 0.2, .* is 56 % of the"):
         wd.expected_annual_loss(function([0.5, 2.5, 3.0], [0.2, 1.0, 1.0]), hazard)
     # From 0 at 0.1 to 0.2 at 0.2: 2e-3 * (1 / 0.1 - 1 / 0.2) = 1e-2. As steep in the logarithm beyond, it would be
     # 0.2 / ln 2 * 0.025 / 2 = 3.6e-3 more.
-    with pytest.warns(UserWarning, match="ends at 0.2 g, where it still rises: .* would add 36 % to"):
+    with pytest.warns(UserWarning, match="ends at 0.2 g, where it still rises; .* would add 36 % to"):
         wd.expected_annual_loss(function([0.1, 0.2], [0.0, 0.2]), hazard)
 
 
@@ -346,3 +347,17 @@ def test_return_periods_given_as_rates_are_told():
         UserWarning, match=r"return period in return_periods \(as a rate, of 475 years\) is .* given as an annual rate"
     ):
         wd.annual_losses(curves(STATES), HAZARD, RATIOS, return_periods=[1 / 475])
+
+
+def test_a_loss_exceeded_exactly_once_per_return_period_is_that_of_the_period():
+    # A curve of steps: a ratio below 0.3 is exceeded 0.5 times per year, one from 0.3 on 0.25 times, and 1 never.
+    grid, rates = np.array([0.0, 0.5, 1.0]), np.array([0.5, 0.25, 0.0])
+    calls = []
+
+    def rate_of_loss(ratio):
+        calls.append(ratio)
+        return 0.5 if ratio < 0.3 else 0.25
+
+    assert _least_loss(rate_of_loss, grid, rates, 0.25) == pytest.approx(0.3, abs=1e-9)
+    assert max(calls) < 0.5  # in the first interval, whose end is exceeded exactly once in 4 years
+    assert _least_loss(rate_of_loss, grid, rates, 0.5) == 0.0  # no loss is exceeded more often than once in 2 years

@@ -220,8 +220,12 @@ def crossing(by):
 
 
 REFUSED = {
-    "a state without a fit": (make_curves((0.2, np.nan, 0.5)), {}, r"'A'.*'moderate' has no lognormal fit"),
-    "a dispersion of 0": (make_curves(dispersion=(0.4, 0, 0.4)), {}, r"dispersion of damage state 'moderate' is 0"),
+    "a state without a fit": (make_curves((0.2, np.nan, 0.5)), {}, r"'A'.*'moderate' has no fragility curve"),
+    "a dispersion of 0": (
+        make_curves(dispersion=(0.4, 0, 0.4)),
+        {},
+        r"'moderate' has no fragility curve \(median 0.35, dispersion 0\)",
+    ),
     "medians that fall": (make_curves((0.2, 0.5, 0.35)), {}, r"medians of 'moderate' and 'extensive' fall, 0\.5 and"),
     "states that cross": (crossing(0.4), {}, r"'moderate' and 'extensive' cross: at 0\.\d+ g the heavier"),
     "states that cross at given intensities": (
@@ -245,7 +249,7 @@ REFUSED = {
         {"format": "discrete"},
         r"'slight' and 'moderate' cross: at 0\.1 g",
     ),
-    "no fractions": (make_curves(), {"format": "discrete"}, "give intensities="),
+    "no fractions": (make_curves(), {"format": "discrete"}, r"exceedance_fraction.* \(or intensities="),
     "unsorted intensities": (make_curves(), {"format": "discrete", "intensities": [0.2, 0.1]}, "intensities.*increase"),
     "intensities of 0": (make_curves(), {"format": "discrete", "intensities": [0, 0.1]}, "above 0 that increase"),
     "intensities of a continuous function": (make_curves(), {"intensities": [0.1, 0.2]}, "format='discrete'"),

@@ -101,7 +101,7 @@ REFUSED = {
         "of archetype 'heavy'",
     ),
     "few rates": ({"event_rates": [0.1, 0.2]}, "each of the 4 events"),
-    "a negative rate": ({"event_rates": [0.1, -0.2, 0.1, 0.1]}, "none below 0"),
+    "a negative rate": ({"event_rates": [0.1, -0.2, 0.1, 0.1]}, "at least 0, got"),
 }
 
 

@@ -41,6 +41,16 @@ def test_band_pass(frequency):
     assert passed[zeros:][middle] == pytest.approx(gain * sine[middle], abs=1e-3)
 
 
+@pytest.mark.parametrize(("order", "lowest", "step", "zeros"), [(3, 0.7, 0.013, 495), (4, 0.2, 0.01, 3000)])
+def test_padding_is_1_5_orders_over_the_lower_corner_rounded_up_to_samples(order, lowest, step, zeros):
+    # 1.5 * 3 / 0.7 Hz / 0.013 s = 494.5 samples (Boore 2005), and 1.5 * 4 / 0.2 Hz / 0.01 s = 3000.
+    record = np.random.default_rng(2).normal(size=400)
+    passed = wd.records.band_pass(wd.GroundMotion(record, step), lowest, 20.0, order).acceleration
+    sections = signal.butter(order, (lowest, 20.0), "bandpass", fs=1 / step, output="sos")
+    padded = np.concatenate([np.zeros(zeros), record, np.zeros(zeros)])
+    np.testing.assert_allclose(passed, signal.sosfiltfilt(sections, padded, padtype=None), atol=1e-12)
+
+
 def raw_record(seed: int, drift: float) -> wd.GroundMotion:
     """Return noise in an envelope on a baseline that drifts and does not start from zero, as that of a late trigger."""
     values = np.random.default_rng(seed).normal(size=4000) * np.exp(-(((TIME - 12) / 6) ** 2))

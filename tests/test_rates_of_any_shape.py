@@ -14,7 +14,7 @@ from test_cloud_curves import make_cloud, with_collapses
 
 import warpdyn as wd
 from warpdyn.answers.fragility.estimators import FIT_MEANINGS
-from warpdyn.answers.risk.curves import curves_of
+from warpdyn.answers.risk.curves.curve_set import CurveSet
 
 pytestmark = [pytest.mark.fast, pytest.mark.meant_as_given("drift_limit")]
 
@@ -94,7 +94,7 @@ def test_loglogistic_rates_and_their_parts_agree_with_quad(state):
 def test_a_tail_that_falls_no_faster_than_the_hazard_rises_is_refused():
     steep = wd.HazardCurve([0.1, 1.0], [1e-1, 1e-4])  # slope 3; the tail of a dispersion of 0.7 falls by 2.6
     for function in (wd.annual_rates, wd.disaggregate):
-        with pytest.raises(ValueError, match=r"rate of 'wide' has no bound: below the first point .*\(0.1 g\)"):
+        with pytest.raises(ValueError, match=r"rate of 'wide' is infinite: below the first point .*\(0.1 g\)"):
             function(loglogistic({"narrow": (0.5, 0.3), "wide": (0.6, 0.7)}), steep)
 
 
@@ -219,7 +219,7 @@ def test_both_ways_to_the_expected_loss_agree_where_curves_cross():
 def test_replicates_that_cross_are_ordered_too():
     medians = np.array([[0.3, 0.4, 0.6], [0.35, 0.3, 0.9]])
     spread = np.array([[0.8, 0.3, 0.7], [0.5, 0.5, 0.2]])  # the second row: one pair never crosses, and is in disorder
-    found = curves_of("test", curves(CROSSING, (medians, spread)))
+    found = CurveSet.from_dataset("test", curves(CROSSING, (medians, spread)))
     tree = wd.HazardLogicTree([BENT], [1.0])
     rates = found.sampled_rates(tree, ordered=True)[:, 0]
     for row in range(2):
@@ -256,14 +256,16 @@ def test_penalised_fits_are_told_once(tmp_path):
             call()
         words = [str(each.message) for each in told if "penalised" in str(each.message)]
         assert len(words) == 1, name
-        assert "of 'complete' is of stripes" in words[0]
+        assert "stripes of 'complete' are separated" in words[0]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wd.annual_rates(given.sel(damage_state="slight"), BENT)
 
 
 def test_rates_of_curves_that_cross_are_told_of_as_losses_are():
-    with pytest.warns(UserWarning, match="cross: the heavier state is likelier by up to .* rate of its own curve"):
+    with pytest.warns(
+        UserWarning, match="cross: the heavier state is likelier by up to .* each rate is that of the state's curve"
+    ):
         found = wd.annual_rates(curves(CROSSING), BENT)
     alone = [wd.annual_rates(curves({name: CROSSING[name]}), BENT)["annual_rate"].item() for name in CROSSING]
     np.testing.assert_allclose(found["annual_rate"], alone, rtol=1e-12)

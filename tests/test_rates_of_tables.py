@@ -72,8 +72,8 @@ def test_tables_that_are_cut_off_or_broken():
     with pytest.warns(UserWarning, match=r"'state 0' ends at 0.5 g with a probability of 0.4"):
         wd.annual_rates(table([0.1, 0.3, 0.5], [[0.0, 0.1, 0.4]]), BENT)
     for levels, probable, words in (
-        ([0.1, 0.3], [[0.0, np.nan]], "'state 0' must be known and from 0 to 1"),
-        ([0.1, 0.3], [[0.0, 1.2]], "'state 0' must be known and from 0 to 1"),
+        ([0.1, 0.3], [[0.0, np.nan]], "'state 0' is nan at 0.3; it must be known and from 0 to 1"),
+        ([0.1, 0.3], [[0.0, 1.2]], "'state 0' is 1.2 at 0.3; it must be known and from 0 to 1"),
         ([0.3, 0.1], [[0.0, 1.0]], "at least 2 increasing intensities"),
         ([0.1], [[0.5]], "at least 2 increasing intensities"),
         ([0.0, 0.1], [[0.5, 1.0]], "is 0.5 at intensity 0"),

@@ -141,7 +141,7 @@ def test_records_of_one_level_are_a_set(level_of_record, strata):
 def test_a_large_cloud_is_refused_with_what_to_use():
     generator = np.random.default_rng(3)
     run = make_run(generator.random(5000), generator.integers(0, 44, 5000), generator.random(5000) + 0.1)
-    with pytest.raises(ValueError, match=r"up to 4,096 levels; for a larger cloud take fragility_of_cloud"):
+    with pytest.raises(ValueError, match=r"up to 4,096 levels; for a larger cloud use fragility_of_cloud"):
         wd.fragility(run, LIMITS)
 
 

@@ -280,3 +280,29 @@ def test_stable_step_of_power_law_dampers_follows_from_their_steepest_slope():
     scene = wd.Scene(storey, wd.FreeVibration(1.0, velocity=0.1))
     with pytest.raises(ValueError, match="beyond the stability limit of 1 of 1 samples"):
         wd.simulate(scene, step=1 / 355, method="rk4", on_unstable="raise", device="cpu")
+
+
+@pytest.mark.fast
+@pytest.mark.meant_as_given("damper_damping_ratio", "first_period")
+@pytest.mark.parametrize(("ratio", "limit"), [(0.2, np.sqrt(8)), (0.8, 2.785293563405282 / 1.6)])
+def test_stable_step_with_a_power_law_damper_holds_at_every_slope_of_its_force(ratio, limit):
+    # At high velocities the force has no slope: RK4 is then stable up to sqrt(8) over the frequency. A linear damper of
+    # the steepest slope, with 20 % of critical damping, would allow a longer step (2.94), and with 80 % as well (2.79):
+    # there the damping rate alone bounds the step, at RK4's limit on the negative real axis.
+    mass, stiffness, exponent, velocity = 7.5e4, 3e8, 0.3, 0.01
+    frequency = np.sqrt(stiffness / mass)
+    slope = 2 * ratio * mass * frequency
+    given = {"damping": "none", "devices": ("viscous_damper",)}
+    power = {"velocity_exponent": exponent, "linear_velocity": velocity}
+    coefficient = slope / velocity ** (exponent - 1)
+    storeys = (
+        wd.ShearBuilding(mass, stiffness, 3.0, damper_coefficient=slope, **given),
+        wd.ShearBuilding(mass, stiffness, 3.0, damper_coefficient=coefficient, **power, **given),
+    )
+    load = wd.FreeVibration(1.0, velocity=0.1)
+    linear, power_law = (
+        dynamics_of(wd.Scene(each, load)).vibration_of({}, METHODS["rk4"]).stable_step[0] * frequency
+        for each in storeys
+    )
+    assert linear > 1.02 * limit
+    assert 0.997 * limit < power_law <= limit  # the limits are looked up in a table, on the safe side

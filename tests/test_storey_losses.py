@@ -90,12 +90,12 @@ def test_failed_samples_are_left_out():
     ("arguments", "words"),
     [
         ((None,), "needs drift_loss"),
-        ((None, ACCELERATION), "no peak_floor_acceleration: record 'acceleration'"),
+        ((None, ACCELERATION), "no peak_floor_acceleration: add 'acceleration' to Scene"),
         ((([0.0, 0.0], [0.0, 0.1]),), "increasing"),
-        ((([0.0, 0.1], [0.1, 0.2]),), "begin at 0, got 0.1 at the first demand, 0:"),
+        ((([0.0, 0.1], [0.1, 0.2]),), "first loss must be 0, got 0.1 at a demand of 0:"),
         ((([0.0, 0.1, 0.2], [0.0, 0.2, 0.1]),), "not fall, but go from 0.2 at a demand of 0.1 to 0.1 at 0.2"),
         ((([0.0, 0.1], [0.0, 20.0]),), r"at most 1 \(2 % is 0.02\), got 20"),
-        ((([0.0, 0.1], [[0.0, 0.2]] * 4),), r"\[3, 2\], a row for each storey"),
+        ((([0.0, 0.1], [[0.0, 0.2]] * 4),), r"\[3, 2\], one row per storey"),
         (([0.0, 0.1, 0.2],), "must be a pair"),
     ],
 )

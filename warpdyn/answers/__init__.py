@@ -1,1 +1,1 @@
-"""What users ask of a run: fragility, hazard, risk and loss."""
+"""Answers from runs: fragility, hazard, risk and losses."""

@@ -27,42 +27,41 @@ def building_results(
 ) -> pd.DataFrame:
     """Return a table with the probabilities of damage and the losses of each building.
 
-    A building's samples are its histories under the motions of the run (of each event the worst, if `DamageCounts` was
-    told the events). All of them are of the one structure that was drawn for it, so that the standard errors are those
-    of the motions alone, which count as independent of each other: name the events, where two motions are the
-    components of one record. Of `MotionsAtSites` at most as many samples count as independent as there are earthquakes
-    among the draws, since an earthquake that is drawn again brings no new motions where the site is the same; a warning
-    says where counts do not tell their earthquakes, as without their attributes.
+    A building's samples are its histories under the motions of the run (the worst of each event, if `DamageCounts` has
+    events). All are of the one structure that was drawn for it, so the standard errors are those of the motions alone,
+    which count as independent: name the events if two motions are components of one record. For `MotionsAtSites` at
+    most as many samples count as independent as there are different earthquakes among the draws, because a repeated
+    earthquake gives no new motions at a site; a warning states if the counts have no earthquakes in their attributes.
 
-    A row that stands for several buildings (`number`) was run as one: the probability is that of each of them, and the
-    loss, as the replacement cost, is of them all, which are taken to be in one damage state.
+    A row that represents several buildings (`number`) was simulated once: the probability is that of each of them, and
+    the loss, like the replacement cost, is of all of them, in one damage state.
 
     Args:
-        counted: What `simulate` returned with `statistics=[DamageCounts(stock.limits, over="building")]`; of counts
-            over ("building", "stripe") or ("building", "event") one level or event, as `counted.sel(stripe=0.5)`.
+        counted: The result of `simulate` with `statistics=[DamageCounts(stock.limits, over="building")]`; of counts
+            over ("building", "stripe") or ("building", "event") one level or event, such as `counted.sel(stripe=0.5)`.
         stock: The stock whose portfolio was run.
-        inventory: The inventory that it was made of, with the user's own columns.
-        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
-            all archetypes; or of each archetype such a mapping. None for probabilities alone. `DamageLoss` over
-            buildings is not needed for this.
+        inventory: The inventory from which the stock was made, with the user's own columns.
+        loss_ratios: Mean loss ratio of each damage state [1], or mean and coefficient of variation, the same for all
+            archetypes; or such a mapping for each archetype. None for probabilities alone. `DamageLoss` over buildings
+            is not needed.
 
     Returns:
-        A row for each building that has an archetype, in the order of the inventory, with its columns and:
+        One row per building that has an archetype, in the order of the inventory, with its columns and:
 
         - `building`, its number in the portfolio, and `archetype`;
         - `sample_count`, and `failed_count` of samples that are in no probability;
-        - ``probability_<state>`` of being in each damage state, "none" too, and ``standard_error_<state>``, which is
-          sqrt(p (1 - p) / (n - 1)) of n independent samples; NaN where n is 0 or 1; a 0, where p is 0 or 1, says that
-          all samples are alike, not that the probability is exact;
-        - with `loss_ratios` the `expected_loss_ratio` [1] and `loss_ratio_standard_deviation` [1] of a sample, the
-          scatter of the ratios included, and `expected_loss` and `loss_standard_deviation`, which are these times
+        - ``probability_<state>`` of being in each damage state, also "none", and ``standard_error_<state>``, which is
+          sqrt(p (1 - p) / (n - 1)) for n independent samples; NaN if n is 0 or 1. It is 0 if p is 0 or 1: then all
+          samples are alike, but the probability is not exact;
+        - with `loss_ratios` the `expected_loss_ratio` [1] and `loss_ratio_standard_deviation` [1] of a sample,
+          including the scatter of the ratios, and `expected_loss` and `loss_standard_deviation`, which are these times
           `replacement_cost`, in its currency.
 
     Raises:
-        ValueError: If there are no counts by building, they mix the levels of stripes, the stock or the inventory is
-            another one, a column of the inventory has one of these names, ratios do not fit the damage states, or
-            losses are asked for and buildings have no replacement cost.
-        TypeError: If an argument is of the wrong kind.
+        ValueError: If there are no counts by building, they mix the levels of stripes, the stock or the inventory does
+            not match, a column of the inventory has one of these names, ratios do not fit the damage states, or
+            buildings have no replacement cost for losses.
+        TypeError: If an argument has the wrong type.
 
     Example:
         >>> counted = wd.simulate(region, statistics=wd.DamageCounts(stock.limits, over="building"))
@@ -88,7 +87,7 @@ def building_results(
     archetype = stock.archetype_index
     if loss_ratios is not None:
         of_archetypes = ratios_of_archetypes(_FUNCTION, list(stock.portfolio.archetypes), states[1:], loss_ratios)
-        alike = all(each is of_archetypes[0] for each in of_archetypes)  # then one row serves all buildings
+        alike = all(each is of_archetypes[0] for each in of_archetypes)  # then one row is enough for all buildings
         ratios = [
             np.stack([np.append(0.0, getattr(each, name)) for each in of_archetypes[: 1 if alike else None]])
             for name in ("mean", "deviation")
@@ -114,7 +113,7 @@ def building_results(
             found |= {"expected_loss": ratio * cost[numbers], "loss_standard_deviation": deviation * cost[numbers]}
         return found
 
-    # Which buildings of the portfolio the rows of the inventory are, without those that have no archetype.
+    # Number in the portfolio of each row of the inventory; -1 without an archetype.
     number = np.full(len(inventory), -1, np.int32)
     number[stock.rows] = np.arange(stock.rows.size, dtype=np.int32)
     has_one = number >= 0
@@ -131,7 +130,7 @@ def building_results(
             columns[key][part] = values
 
     in_parts(fill, order.size, cores())
-    # Without a copy: pandas would put all columns into tables of one type each first.
+    # Without copy=False pandas would copy all columns into tables by type.
     own = pd.DataFrame(columns, copy=False)
     own["archetype"] = pd.Categorical.from_codes(own["archetype"], list(stock.portfolio.archetypes))
     rows = inventory[has_one] if stock.left_out.size else inventory
@@ -150,7 +149,7 @@ def _loss_ratios(
     Args:
         share: Share of the samples in each damage state, shape [building, damage_state].
         independent: Number of independent samples, shape [building].
-        mean: Mean loss ratio of each damage state, of this shape or of one row for all buildings.
+        mean: Mean loss ratio of each damage state, of this shape or one row for all buildings.
         deviation: Its standard deviation, of the same shape.
     """
     expected = (share * mean).sum(axis=1)
@@ -161,62 +160,62 @@ def _loss_ratios(
 
 
 def _earthquakes(counted: xr.Dataset, name: str) -> int | None:
-    """Return the number of different earthquakes among the draws of MotionsAtSites; None of another design.
+    """Return the number of different earthquakes among the draws of MotionsAtSites; None for other designs.
 
-    It warns where this is not known.
+    A warning states if it is unknown.
 
     Args:
         counted: The counts.
-        name: Those by building.
+        name: Name of the counts by building.
     """
     text, design = str(counted.attrs.get("scene", "")), '{"type":"MotionsAtSites"'
     if "earthquake" in counted[name].coords:  # counts of one earthquake
         return 1
-    # The earthquakes of the draws stand behind the sites of all buildings, which are not read; quotes within a text
-    # are escaped in JSON, so that no name looks like this key.
+    # Find the earthquakes of the draws without parsing the sites of all buildings before them. Quotes within JSON text
+    # are escaped, so no name looks like this key.
     begin, key = text.find(f'"excitation":{design}'), '"earthquake":['
     place = text.find(key, begin) if begin >= 0 else -1
     if place >= 0:
         drawn = json.JSONDecoder().raw_decode(text, place + len(key) - 1)[0]
         return len(set(drawn))
-    if not text or design in text:  # in a sequence the earthquakes of one event are not those of another
+    if not text or design in text:  # events of a sequence have different earthquakes
         warn_caller(
-            f"{_FUNCTION}: the counts do not say how many different earthquakes the motions are of (attribute 'scene'),"
-            " so that each sample counts as independent: if earthquakes were drawn repeatedly, standard errors are too "
-            "small; give what simulate returned, with its attributes"
+            f"{_FUNCTION}: the number of different earthquakes of the motions is unknown (the counts have no attribute "
+            "'scene'), so each sample counts as independent. If earthquakes were drawn repeatedly, standard errors are "
+            "too small: give the result of simulate() with its attributes"
         )
     return None
 
 
 def damage_states(results: pd.DataFrame) -> list[str]:
-    """Return the damage states that a table of results has probabilities of, no damage first.
+    """Return the damage states of the probabilities in a table of results, no damage first.
 
-    A column of the user's own may begin with "probability_" too; it has no standard error.
+    A user's column may begin with "probability_" too, but has no standard error.
     """
     states = [str(name).removeprefix(PROBABILITY) for name in results if str(name).startswith(PROBABILITY)]
     return [state for state in states if STANDARD_ERROR + state in results]
 
 
 def _check_run(counted: xr.Dataset, stock: BuildingStock) -> None:
-    """Raise a ValueError unless the counts are of the stock's portfolio, at one level of intensity."""
+    """Raise a ValueError unless the counts are of the stock's portfolio and one level of intensity."""
     if counted.sizes["building"] != stock.portfolio.buildings:
         raise ValueError(
             f"{_FUNCTION}: the run has {counted.sizes['building']:,} buildings and the stock "
-            f"{stock.portfolio.buildings:,}: give the stock whose portfolio was run"
+            f"{stock.portfolio.buildings:,}: pass the stock whose portfolio was run"
         )
     run = archetype_counts(counted)
     own = dict(zip(stock.portfolio.archetypes, map(int, stock.portfolio.counts), strict=True))
     if run is not None and list(run.items()) != list(own.items()):
         other = next((name for name in {**run, **own} if run.get(name) != own.get(name)), "")
-        told = (
+        found = (
             f"{run.get(other, 0):,} buildings of archetype {other!r} and the stock {own.get(other, 0):,}"
             if other
             else f"the archetypes {', '.join(run)} and the stock {', '.join(own)}"
         )
-        raise ValueError(f"{_FUNCTION}: the run has {told}: give the stock whose portfolio was run")
+        raise ValueError(f"{_FUNCTION}: the run has {found}: pass the stock whose portfolio was run")
     excitation = part_of_scene(counted, "excitation", '{"type":"Stripes"')
     if excitation is not None and len(excitation["levels"]) > 1 and "stripe" not in counted.coords:
         raise ValueError(
-            f"{_FUNCTION}: the counts mix {len(excitation['levels'])} levels of intensity; count over "
-            "('building', 'stripe') and give one level, as counted.sel(stripe=...)"
+            f"{_FUNCTION}: the counts mix {len(excitation['levels'])} levels of intensity: use DamageCounts(..., "
+            "over=('building', 'stripe')) and give one level, counted.sel(stripe=...)"
         )

@@ -1,4 +1,4 @@
-"""Fragility curves from capacities: the intensity at which each structure first passes a limit, under each motion."""
+"""Fragility curves from capacities, i.e. intensities at which structures first pass limits under motions."""
 
 from __future__ import annotations
 
@@ -6,12 +6,11 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.answers.fragility.curve_dataset import dataset_of_curves
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.estimators import LOGNORMAL
 from warpdyn.answers.fragility.estimators.binomial import UNDETERMINED
 from warpdyn.answers.fragility.estimators.censored import CensoredRegression
 from warpdyn.answers.fragility.fragility_curves import OVER
-from warpdyn.answers.fragility.intervals.extrapolation import mark, sentences
-from warpdyn.answers.fragility.intervals.jackknife import few_groups, trusted
 from warpdyn.answers.fragility.intervals.observations import Observations
 from warpdyn.answers.fragility.lognormal_fit import (
     ALL_EXCEEDING,
@@ -23,7 +22,7 @@ from warpdyn.answers.fragility.lognormal_fit import (
     check_confidence,
 )
 from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION, measure_of_dataset
 
@@ -42,17 +41,17 @@ def fragility_from_capacities(
 ) -> xr.Dataset:
     """Fit a lognormal fragility curve to the capacities of every damage state, with intervals.
 
-    Curves maximise the likelihood of what is known of each capacity: that it lies within its bracket, or above the
+    Curves maximise the likelihood of the known bounds of each capacity: it lies within its bracket, or above the
     highest level that was run (right-censored), or below the lowest. If every capacity is known exactly, this is the
-    method of moments: mean and standard deviation of ln capacity, with divisor n as NumPy's `std` and scipy.stats'
-    `lognorm.fit` have it; Baker (2015, Earthquake Spectra 31(1)) has n - 1. Intervals are those of
-    `fragility`: a jackknife over records and structures with Student's t.
+    method of moments: mean and standard deviation of ln capacity, with divisor n as in NumPy's `std` and scipy.stats'
+    `lognorm.fit`; Baker (2015, Earthquake Spectra 31(1)) has n - 1. Intervals are those of `fragility`: a jackknife
+    over records and structures with Student's t.
 
     Args:
         capacities: `capacity(structure, motion, damage_state)` [g, or the unit of the intensity measure], and its
             bracket `capacity_lower` and `capacity_upper`: infinite above a capacity that was not reached, 0 below one
-            that the lowest level passed, NaN where the search failed. Without a bracket capacities are exact.
-        intervals_over: "records and structures", or "records" to take the structures as given.
+            that the lowest level passed, NaN if the search failed. Without a bracket capacities are exact.
+        intervals_over: "records and structures", or "records" for intervals of the given structures.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
@@ -63,9 +62,9 @@ def fragility_from_capacities(
         `median_variance_by_sandwich`, cluster-robust with records as clusters.
 
     Raises:
-        ValueError: If a variable or dimension is missing, a capacity is not positive, a bracket does not hold its
-            capacity, or more than 1 % of the searches failed; if another argument is out of its range.
-        TypeError: If `capacities` is no Dataset.
+        ValueError: If a variable or dimension is missing, a capacity is not positive, a bracket does not contain
+            its capacity, or more than 1 % of the searches failed; if another argument is out of its range.
+        TypeError: If `capacities` is not a Dataset.
 
     Example:
         >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=3)
@@ -101,27 +100,22 @@ def fragility_from_capacities(
             outcome[state] = NO_FINITE_MEDIAN
             continue
         each, alone = fitted.influences(centre[0], float(deviation[0]))
-        scale = np.array([1.0, deviation[0]])  # from the dispersion to its logarithm
+        scale = np.array([1.0, deviation[0]])  # derivative of the dispersion by its logarithm
         influences[:, :, state], independent[:, state] = each / scale, np.diag(alone) / scale**2
         logarithms[:, 0, state], logarithms[:, 1, state] = centre[:, 0], np.log(deviation)
     names = tuple(str(name) for name in capacities["damage_state"].values)
     left = observed.left_out(logarithms, influences, independent)
     attributes = capacities["capacity"].attrs
     units = str(attributes.get("units", "g"))
-    lowest, highest = np.exp(_ends(low, high))
-    marked = mark(left, outcome, lowest, highest)
-    left, outcome = marked.left, marked.outcome
-    told = few_groups(left, trusted(left, outcome), names)
-    told += sentences(names, marked.status, outcome, marked.fitted, lowest, highest, units)
-    _warn(names, outcome, observed.records, high, told)
     medians, dispersions = np.exp(logarithms)[:, 0, :, None], np.exp(logarithms)[:, 1, :, None]
     finite = upper[np.isfinite(upper)]
-    result = dataset_of_curves(
+    lowest, highest = np.exp(_ends(low, high))
+    result, outcome, remarks = dataset_of_curves(
         observed,
         names,
         left,
         outcome,
-        marked.status,
+        (lowest, highest),
         curves=lambda intensity: LOGNORMAL.probability(intensity, medians, dispersions),
         highest=float(finite.max()) if finite.size else 1.0,
         units=units,
@@ -129,10 +123,11 @@ def fragility_from_capacities(
         replicates=replicates,
         seed=seed,
     )
-    said = {"long_name": "capacities above the highest level, right-censored", "units": "1"}
-    result["censored_capacities"] = ("damage_state", np.isposinf(high).sum(axis=0), said)
-    said = {"long_name": "pairs of a structure and a motion whose search failed", "units": "1"}
-    result["excluded_pairs"] = ((), int((~known).sum()), said)
+    _warn(names, outcome, observed.records, high, remarks)
+    censored, failed = np.isposinf(high).sum(axis=0), int((~known).sum())
+    words = "capacities above the highest level, right-censored"
+    result["censored_capacities"] = variable("damage_state", censored, words)
+    result["excluded_pairs"] = variable((), failed, "pairs of a structure and a motion whose search failed")
     return result.assign_attrs(
         measure_of_dataset(capacities)
         | {name: capacities.attrs[name] for name in ("demand",) if name in capacities.attrs}
@@ -144,18 +139,18 @@ def fragility_from_capacities(
 
 
 def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
-    """Raise a ValueError if a pair of a structure and a motion is there twice, as where calls were put together."""
+    """Raise a ValueError if a pair of a structure and a motion occurs twice."""
     pairs = np.unique(np.column_stack([structure, motion]), axis=0)
     if len(pairs) < structure.size:
         raise ValueError(
             f"fragility_from_capacities: {structure.size - len(pairs)} of {structure.size} pairs of a drawn structure "
-            "and a motion are there twice. Capacities of several calls put together, as by xr.concat, count structures "
-            "of one call as those of another: join them by wd.join([found, other])"
+            "and a motion occur twice. xr.concat mixes up the structures of several calls: join them by "
+            "wd.join([found, other])"
         )
 
 
 def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the brackets, shape [structure, motion, damage_state]; NaN where a search failed."""
+    """Return the brackets, shape [structure, motion, damage_state]; NaN if a search failed."""
     name = "fragility_from_capacities"
     given = capacities["capacity"]
     if not {"motion", "damage_state"} <= set(given.dims) <= {*PAIRS, "damage_state"}:
@@ -169,7 +164,7 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     parts: list[np.ndarray] = []
     for part in ("capacity", "capacity_lower", "capacity_upper"):
         if part not in capacities:
-            parts.append(parts[0])  # without a bracket the capacity is exact
+            parts.append(parts[0])  # exact
             continue
         values = capacities[part].transpose(..., "motion", "damage_state").values.astype(np.float64)
         parts.append(values if values.ndim == 3 else values[None])
@@ -181,7 +176,7 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     if bad.any():
         place = tuple(int(i) for i in np.argwhere(bad)[0])
         hint = (
-            "; a capacity that was not reached needs capacity_lower, the highest level that was run"
+            "; a capacity that was not reached needs the highest level that was run as capacity_lower"
             if np.isinf(lower[place])
             else ""
         )
@@ -194,23 +189,20 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     if pairs.sum() > LARGEST_EXCLUDED_FRACTION * pairs.size:
         raise ValueError(
             f"{name}: {pairs.sum()} of {pairs.size} pairs of a structure and a motion have no capacity; at most "
-            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may. Take a smaller step or another method"
+            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may. Run capacities() with a smaller step= or another method="
         )
     return lower, upper
 
 
 def _ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the logarithms of the lowest and the highest level that tell of each state, shape [2, damage_state].
-
-    Capacities that are known bound the levels, and so do the ends of those that are not.
-    """
+    """Return the logarithms of the least and the largest bound of the capacities, shape [2, damage_state]."""
     from_below = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high, np.inf))
     from_above = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, -np.inf))
     return np.stack([from_below.min(axis=0), from_above.max(axis=0)])
 
 
 def _outcome(low: np.ndarray, high: np.ndarray) -> int:
-    """Return whether the likelihood of brackets can have a maximum, before it is fitted."""
+    """Return the outcome of the fit to brackets if the likelihood has no maximum, otherwise FITTED."""
     if np.isposinf(high).all():
         return NO_EXCEEDANCE
     if np.isneginf(low).all():
@@ -218,22 +210,21 @@ def _outcome(low: np.ndarray, high: np.ndarray) -> int:
     return SEPARATED if low.max() <= high.min() else FITTED
 
 
-def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.ndarray, few: list[str]) -> None:
-    """Warn of curves without a fit or an interval, of those beyond the levels that were run, and of `few`."""
+def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.ndarray, remarks: list[str]) -> None:
+    """Warn of curves without a fit or an interval, and of further remarks."""
     advice = {
-        NO_EXCEEDANCE: "no capacity was reached: raise the highest level",
-        ALL_EXCEEDING: "every capacity lies below the lowest level: lower it",
-        SEPARATED: "all brackets have a level in common: take a smaller tolerance, or more motions",
+        NO_EXCEEDANCE: "no capacity was reached: raise capacities(..., highest=)",
+        ALL_EXCEEDING: "every capacity is below the lowest level: run lower levels",
+        SEPARATED: "all brackets have a level in common: give a smaller capacities(..., tolerance=), or more motions",
     }
     share = np.isposinf(high).mean(axis=0)
-    said = [*few]
+    found = [*remarks]
     for name, each, part in zip(names, outcome, share, strict=True):
         what = advice.get(each, "see its capacities")
         if each == SEPARATED and part > 0.5:
-            what = f"{100 * part:.0f} % of the capacities lie above the highest level: raise it"
+            what = f"{100 * part:.0f} % of the capacities are above the highest level: raise capacities(..., highest=)"
         if each not in (FITTED, UNDETERMINED):
-            said.append(f"damage state {name!r} has no fit ({FIT_MEANINGS[each]}); {what}")
+            found.append(f"damage state {name!r} has no fit ({FIT_MEANINGS[each]}); {what}")
     if records == 1:
-        said.append("there is one motion: records are what intervals are over, so that none is given")
-    if said:
-        warn_caller("\n- ".join(["fragility_from_capacities:", *said]) if len(said) > 1 else said[0])
+        found.append("there is only one motion, so there are no intervals over records: give more motions")
+    warn_of_all("fragility_from_capacities", found)

@@ -1,4 +1,4 @@
-"""Fragility curves from clouds: regression of demands under motions that are not scaled to common levels."""
+"""Cloud analysis: fragility curves by regression of demands under motions without common levels."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.answers.fragility.curve_dataset import dataset_of_curves
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.demands import checked_demand, refuse_portfolio
 from warpdyn.answers.fragility.estimators import FIT_MEANINGS, LOGNORMAL
 from warpdyn.answers.fragility.estimators.binomial import PENALISED, UNDETERMINED
@@ -21,8 +22,6 @@ from warpdyn.answers.fragility.estimators.cloud import (
     fit_with_collapse,
 )
 from warpdyn.answers.fragility.fragility_curves import OVER
-from warpdyn.answers.fragility.intervals.extrapolation import mark, sentences
-from warpdyn.answers.fragility.intervals.jackknife import few_groups, trusted
 from warpdyn.answers.fragility.intervals.observations import Observations
 from warpdyn.answers.fragility.lognormal_fit import (
     FITTED,
@@ -31,12 +30,12 @@ from warpdyn.answers.fragility.lognormal_fit import (
     NOT_INCREASING,
     check_confidence,
 )
-from warpdyn.answers.fragility.stripe_counts import decoded_status, structure_label
+from warpdyn.answers.fragility.stripe_counts import check_labels, decoded_status, structure_label
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
 from warpdyn.campaigns.running.joining.duplicates import check_samples
 from warpdyn.campaigns.running.selections import without_added_storeys
 from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.output_variables import (
     COLLAPSED,
@@ -48,10 +47,10 @@ from warpdyn.foundations.core.output_variables import (
 
 METHODS = {
     "censored": "regression of ln demand on ln intensity by maximum likelihood, collapses right-censored (Tobin 1958)",
-    "collapse": "regression of ln demand on ln intensity where there is no collapse, and probit of collapse "
+    "collapse": "regression of ln demand on ln intensity of samples without collapse, and probit of collapse "
     "(Jalayer et al. 2017)",
 }
-LEAST_STANDING = 4  # samples that did not collapse, which a line and a deviation are fitted to
+LEAST_STANDING = 4  # samples without collapse, for a line and a deviation
 _SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # one deviation below and above the median
 
 
@@ -68,30 +67,30 @@ def fragility_of_cloud(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Fit fragility curves to a cloud: ln demand is a line in ln intensity, with a constant deviation.
+    """Fit fragility curves by cloud analysis: ln demand is a line in ln intensity, with a constant deviation.
 
     The deviation is that of maximum likelihood: the sum of squared residuals over n samples, as in pyFragility and
-    statsmodels' likelihood. Programs that divide by n - 1 or n - 2 print dispersions sqrt(n / (n - 1)) or
+    statsmodels' likelihood. Programs that divide by n - 1 or n - 2 give dispersions sqrt(n / (n - 1)) or
     sqrt(n / (n - 2)) times as large.
 
-    A sample that collapsed has a demand of at least that up to which it was followed, which estimator "censored" takes
-    as it is (right-censored): the curve of a limit c is lognormal, with the median exp((ln c - intercept) / slope) and
-    the dispersion deviation / slope. Estimator "collapse" fits the line to the samples that stand, and the probability
-    of collapse by itself; a sample exceeds a limit if it collapses, or stands and has a larger demand. Its curves are
-    not lognormal: their dispersion is half of ln of the ratio of the intensities exceeded by 84 and 16 %. Where samples
-    collapse because their demand is large, those that stand have the smaller ones, which biases their line; "censored"
-    has no such bias. Both take the demand of the worst storey or floor. Intervals are those of `fragility`: a jackknife
-    over records and structures.
+    The demand of a collapsed sample is at least its value up to the collapse. Estimator "censored" uses this lower
+    bound (right-censored): the curve of a limit c is lognormal, with the median exp((ln c - intercept) / slope) and the
+    dispersion deviation / slope. Estimator "collapse" fits the line to samples without collapse, and the probability of
+    collapse separately; a sample exceeds a limit if it collapses or has a larger demand. These curves are not
+    lognormal: their dispersion is half of ln of the ratio of the intensities exceeded by 84 and 16 %. If samples
+    collapse because their demand is large, the others have smaller demands, which biases their line; "censored" has no
+    such bias. Both use the demand of the worst storey or floor. Intervals are those of `fragility`: a jackknife over
+    records and structures.
 
     Args:
-        dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it (a run on stripes is taken as a
-            cloud too): a demand, the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
-        limits: Limit of each damage state, from the lightest on, in the units of the demand. `math.inf` is passed by
-            collapse alone; its curve is the probit of collapse, with either estimator.
+        dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it, or a run on stripes: a demand,
+            the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
+        limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand. Only collapse
+            passes `math.inf`; its curve is the probit of collapse, with either estimator.
         estimator: "censored" or "collapse".
-        demand: Variable of the run that limits are of; of one with a sign, its absolute value.
-        intervals_over: "records and structures", or "records" to take the structures as given.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
+        demand: Variable of the run that limits are of; of a signed variable the absolute value.
+        intervals_over: "records and structures", or "records" for intervals of the given structures.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as in `fragility`.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
@@ -99,13 +98,14 @@ def fragility_of_cloud(
     Returns:
         Medians [g, or the unit of the intensity], dispersions [1] and curves, each with its interval, as `fragility`
         returns them; `regression_intercept` (of ln demand at an intensity of 1), `regression_slope` and
-        `regression_deviation`; of estimator "collapse" `collapse_median` and `collapse_dispersion`; of estimator
+        `regression_deviation`; with estimator "collapse" `collapse_median` and `collapse_dispersion`; with estimator
         "censored" `median_variance_by_sandwich`, cluster-robust with records as clusters.
 
     Raises:
         ValueError: If the dataset lacks a variable or coordinate, a demand or an intensity is not positive, fewer than
-            4 samples stand or all have one intensity, more than 1 % failed, or an argument is out of its range.
-        TypeError: If `dataset` is no Dataset.
+            4 samples are without collapse or all have one intensity, more than 1 % failed, or an argument is out of its
+            range.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
@@ -124,8 +124,8 @@ def fragility_of_cloud(
     checked = DamageLimits.of(limits, demand)
     if checked.single is None:
         raise ValueError(
-            f"fragility_of_cloud: limits are of several demands ({', '.join(checked.demands)}), and a regression is of "
-            "one: give limits of one demand, or take fragility() on stripes"
+            f"fragility_of_cloud: limits are of several demands ({', '.join(checked.demands)}), but a regression is of "
+            "one: give limits of one demand, or use fragility() on stripes"
         )
     intensity, values, collapsed, observed, failed = _checked_cloud(dataset, checked.single, intervals_over == OVER[0])
     limit = checked.values[0]
@@ -149,53 +149,36 @@ def fragility_of_cloud(
     influences, independent = _influences(observed, regression, fits, np.where(np.isinf(limit), np.nan, logarithms[0]))
     left = observed.left_out(logarithms, influences, independent)
     ends = float(intensity.min()), float(intensity.max())
-    marked = mark(left, outcome, *ends)
-    left, outcome = marked.left, marked.outcome
-    units = str(dataset["im_level"].attrs.get("units", "g"))
-    told = few_groups(left, trusted(left, outcome), checked.states)
-    told += sentences(checked.states, marked.status, outcome, marked.fitted, *ends, units)
-    _warn(
-        checked,
-        outcome,
-        of_collapse,
-        collapsed,
-        values,
-        observed.records,
-        estimator,
-        told,
-    )
-    result = dataset_of_curves(
+    result, outcome, remarks = dataset_of_curves(
         observed,
         checked.states,
         left,
         outcome,
-        marked.status,
+        ends,
         curves=lambda points: fits.probability(points[None, None], limit),
         highest=float(max(intensity.max(), np.nanmax(median[0], initial=0.0) * 2.0)),
-        units=units,
+        units=str(dataset["im_level"].attrs.get("units", "g")),
         confidence=confidence,
         replicates=replicates,
         seed=seed,
     )
+    _warn(checked, outcome, of_collapse, collapsed, values, observed.records, estimator, remarks)
     for name in ("median_variance_by_sandwich", "dispersion_variance_by_sandwich"):
-        if name in result:  # it is that of the regression
+        if name in result:  # of the regression
             result[name] = result[name].where(np.isfinite(limit))
-    said = {
+    numbers = {
         "regression_intercept": (fits.intercept[0], "ln demand at an intensity of 1, of the regression"),
         "regression_slope": (fits.slope[0], "slope of ln demand on ln intensity"),
-        "regression_deviation": (
-            fits.deviation[0],
-            "standard deviation of ln demand about the regression, with divisor n",
-        ),
+        "regression_deviation": (fits.deviation[0], "standard deviation of ln demand about the line, with divisor n"),
         "collapsed_samples": (int(collapsed.sum()), "samples that collapsed"),
         "valid_samples": (intensity.size, "samples counted, collapsed ones included"),
         "excluded_samples": (failed, "samples kept out"),
     }
     if estimator == "collapse" or np.isinf(limit).any():
-        said["collapse_median"] = fits.collapse_median[0], "median intensity of collapse; infinite without collapses"
-        said["collapse_dispersion"] = fits.collapse_dispersion[0], "dispersion of the intensity of collapse"
-    for name, (number, words) in said.items():
-        result[name] = ((), number, {"long_name": words, "units": "1"})
+        numbers["collapse_median"] = fits.collapse_median[0], "median intensity of collapse; infinite without collapses"
+        numbers["collapse_dispersion"] = fits.collapse_dispersion[0], "dispersion of the intensity of collapse"
+    for name, (number, words) in numbers.items():
+        result[name] = variable((), number, words)
     of_demand = {"units": str(dataset[checked.single].attrs.get("units", "1")), "demand": checked.single}
     result["damage_limit"] = ("damage_state", limit, {"long_name": f"limit of {checked.single}"} | of_demand)
     attributes: dict[str, object] = {
@@ -209,14 +192,9 @@ def fragility_of_cloud(
 def _checked_cloud(
     dataset: xr.Dataset, demand: str, over_structures: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Observations, int]:
-    """Return intensity, demand and collapse of the samples that did not fail, what they are of, and how many failed."""
+    """Return intensity, demand, collapse and origin of the samples that did not fail, and the number that failed."""
     name = "fragility_of_cloud"
-    for key in ("im_level", "motion_index", "status"):
-        if key not in dataset:
-            raise ValueError(f"{name}: the dataset has no {key!r}; needed are a demand, status, motion_index, im_level")
-        if dataset[key].dims != ("sample",):
-            of_one = "; take one event by `select_event`" if "event" in dataset[key].dims else ""
-            raise ValueError(f"{name}: {key!r} has dimensions {dataset[key].dims}; they must be ('sample',){of_one}")
+    check_labels(dataset, f"{name}: ")
     check_samples(name, dataset)
     status = decoded_status(dataset["status"])
     intensity = dataset["im_level"].values.astype(np.float64)
@@ -228,23 +206,23 @@ def _checked_cloud(
         which = ", ".join(f"{count} {STATUS_MEANINGS[code]}" for code, count in zip(codes, counts, strict=True))
         raise ValueError(
             f"{name}: {failed} of {status.size} samples are kept out ({which}); at most "
-            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Take a smaller step or another method"
+            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Simulate with a smaller step= or another method="
         )
     for what, values in (("im_level", intensity), (demand, worst)):
         bad = np.flatnonzero(kept & ~((values > 0) & np.isfinite(values)))
         if bad.size:
             why = (
-                "collapsed samples have no such demand, which a regression would need a lower bound of"
+                "collapsed samples have no value of this demand, but the regression needs a lower bound of it"
                 if collapsed[bad[0]] and what == demand
-                else "its logarithm is taken, so that it must be finite and above 0"
+                else "it must be finite and above 0, because its logarithm is taken"
             )
             raise ValueError(f"{name}: {what} of sample {bad[0]} is {values[bad[0]]}: {why}")
     standing = kept & ~collapsed
     if standing.sum() < LEAST_STANDING or np.unique(intensity[standing]).size < 2:
         raise ValueError(
-            f"{name}: {standing.sum()} of {kept.sum()} samples stand, at {np.unique(intensity[standing]).size} "
-            f"intensities; a line and a deviation need at least {LEAST_STANDING} samples that did not collapse, at 2 "
-            "intensities: add motions of lower intensity"
+            f"{name}: {standing.sum()} of {kept.sum()} samples did not collapse, at "
+            f"{np.unique(intensity[standing]).size} intensities; the regression needs at least {LEAST_STANDING} of "
+            "them, at 2 intensities: add motions of lower intensity"
         )
     own = structure_label(dataset)
     structure = np.arange(status.size) if own is None else own.values
@@ -256,10 +234,10 @@ def _checked_cloud(
 def _influences(
     observed: Observations, regression: CensoredRegression | None, fits: CloudFits, logarithms: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each sample adds to ln median and ln dispersion, and their variances if samples were independent.
+    """Return contributions of samples to ln median and ln dispersion, and the variances of independent samples.
 
-    Of the estimator with collapse nothing is returned: the interaction of record and structure then counts twice in the
-    variance, which errs on the safe side.
+    Estimator "collapse" has zeros instead: the interaction of record and structure then counts twice in the variance,
+    which is conservative.
     """
     states, samples = logarithms.shape[1], observed.record.size
     influences, independent = np.zeros((samples, 2, states)), np.full((2, states), np.nan)
@@ -268,7 +246,7 @@ def _influences(
     slope, deviation = float(fits.slope[0]), float(fits.deviation[0])
     each, alone = regression.influences(np.array([fits.intercept[0], slope]), deviation)
     for state in np.flatnonzero(np.isfinite(logarithms).all(axis=0)):
-        # ln median = (ln limit - intercept) / slope and dispersion = deviation / slope, by their derivatives.
+        # Derivatives of ln median = (ln limit - intercept) / slope and dispersion = deviation / slope.
         change = np.array([[-1.0, -logarithms[0, state], 0.0], [0.0, -deviation / slope, 1.0]]) / slope
         scale = np.array([1.0, deviation / slope])
         influences[:, :, state] = each @ change.T / scale
@@ -284,41 +262,41 @@ def _warn(
     demand: np.ndarray,
     records: int,
     estimator: str,
-    few: list[str],
+    remarks: list[str],
 ) -> None:
-    """Warn of what the curves do not rest on, and of what else is told (`few`)."""
-    said = [*few]
+    """Warn of curves without a fit, without an interval or without data, and of further remarks."""
+    found = [*remarks]
     is_finite = np.isfinite(limits.values[0])
     for number in np.flatnonzero(~is_finite & ~np.isin(outcome, (FITTED, PENALISED))):
-        said.append(
+        found.append(
             f"damage state {limits.states[number]!r} has no curve: only collapse passes its infinite limit, and the "
             f"probability of collapse has no fit ({FIT_MEANINGS[of_collapse]}; {collapsed.sum()} of {collapsed.size} "
-            "samples collapsed); add motions of intensities at which some samples collapse and some do not"
+            "samples collapsed): add motions of intensities at which some samples collapse and some do not"
         )
     without = is_finite & ~np.isin(outcome, (FITTED, UNDETERMINED))
     if without.any():
-        said.append(
+        found.append(
             f"no curve of a finite limit has a fit ({FIT_MEANINGS[outcome[without][0]]}): the demand does not grow "
-            "with the intensity; take another intensity measure, or motions of a wider range of it"
+            "with the intensity. Choose another intensity measure, or motions of a wider range of intensities"
         )
     if (estimator == "collapse" or not is_finite.all()) and collapsed.any() and of_collapse != FITTED:
-        said.append(
-            f"the probability of collapse is {FIT_MEANINGS[of_collapse]}: {collapsed.sum()} of {collapsed.size} "
-            "samples collapsed, at intensities apart from those of the others; add motions of intensities between them"
+        found.append(
+            f"the fit of the probability of collapse is {FIT_MEANINGS[of_collapse]}: {collapsed.sum()} of "
+            f"{collapsed.size} samples collapsed, and intensities with and without collapse do not overlap: add "
+            "motions of intensities between them"
         )
     if records == 1:
-        said.append("there is one motion: records are what intervals are over, so that none is given")
+        found.append("there is only one motion, so there are no intervals over records: give more motions")
     standing = demand[~collapsed].max()
     finite = zip(limits.states, limits.values[0], strict=True)
     above = [repr(state) for state, limit in finite if standing < limit < np.inf]
     if above:
         advice = "add motions of higher intensity"
         if estimator == "censored" and collapsed.any():
-            advice += ", or take estimator='collapse', which counts every collapse as exceeding it"
-        of_standing = " (of the samples that stand)" if estimator == "collapse" and collapsed.any() else ""
-        said.append(
-            f"the limit of {' and '.join(above)} lies above every demand of a sample that stands ({standing:.3g}), so "
-            f"that its curve{of_standing} is extrapolated; {advice}"
+            advice += ", or use estimator='collapse', which counts every collapse as exceeding it"
+        part = " of samples without collapse" if estimator == "collapse" and collapsed.any() else ""
+        found.append(
+            f"the limit of {' and '.join(above)} is above all demands of samples without collapse ({standing:.3g}), so "
+            f"its curve{part} is extrapolated: {advice}"
         )
-    if said:
-        warn_caller("\n- ".join(["fragility_of_cloud:", *said]) if len(said) > 1 else f"fragility_of_cloud: {said[0]}")
+    warn_of_all("fragility_of_cloud", found)

@@ -1,4 +1,4 @@
-"""The dataset of fragility curves that were not fitted to stripes: from capacities, and from clouds."""
+"""The dataset of fragility curves from capacities and from clouds."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
 from warpdyn.answers.fragility.curve_variables import (
@@ -19,13 +20,13 @@ from warpdyn.answers.fragility.curve_variables import (
     variances,
     with_bounds,
 )
-from warpdyn.answers.fragility.intervals.extrapolation import status_attributes
-from warpdyn.answers.fragility.intervals.jackknife import SOURCES, LeftOut, spread_of, trusted
+from warpdyn.answers.fragility.intervals.extrapolation import mark, sentences, status_attributes
+from warpdyn.answers.fragility.intervals.jackknife import SOURCES, LeftOut, few_groups, spread_of, trusted
 from warpdyn.answers.fragility.intervals.observations import Observations
 from warpdyn.foundations.core.output_variables import MEDIAN_STATUS
 from warpdyn.foundations.core.units import unit_attributes
 
-_LEAST_PROBABILITY = 1e-12  # below it, and so near to 1, the bounds of a curve are the curve
+_LEAST_PROBABILITY = 1e-12  # bounds are the curve itself at probabilities closer to 0 or 1
 
 
 def dataset_of_curves(
@@ -33,7 +34,7 @@ def dataset_of_curves(
     states: tuple[str, ...],
     left: LeftOut,
     outcome: np.ndarray,
-    status: np.ndarray,
+    ends: tuple[ArrayLike, ArrayLike],
     *,
     curves: Callable[[np.ndarray], np.ndarray],
     highest: float,
@@ -41,7 +42,7 @@ def dataset_of_curves(
     confidence: float,
     replicates: int,
     seed: int,
-) -> xr.Dataset:
+) -> tuple[xr.Dataset, np.ndarray, list[str]]:
     """Return curves with their intervals, the variance by its source, and draws from their sampling distribution.
 
     Args:
@@ -49,34 +50,38 @@ def dataset_of_curves(
         states: Names of the damage states.
         left: Logarithms of median and dispersion, whole and with parts left out.
         outcome: Outcome of each fit, an index into FIT_MEANINGS.
-        status: Where each median lies among the intensities, an index into MEDIAN_MEANINGS.
-        curves: Returns of intensities the probability of exceedance, for each row of weights, shape
+        ends: Lowest and highest intensity that were run, for all or shape [damage_state].
+        curves: Function of intensities; it returns the probability of exceedance for each row of weights, shape
             [row, damage_state, intensity].
         highest: Highest intensity of the curves.
         units: Units of the intensity.
         confidence: Probability that the intervals cover [1].
         replicates: Number of draws.
         seed: Their seed.
+
+    Returns:
+        The dataset, the outcomes (also of medians that the data do not determine), and sentences for a warning.
     """
+    marked = mark(left, outcome, *ends)
+    left, outcome, status = marked.left, marked.outcome, marked.status
     known = trusted(left, outcome)
+    remarks = few_groups(left, known, states) + sentences(states, status, outcome, marked.fitted, *ends, units)
     bounds = np.exp(np.where(known, left.spread.interval(confidence), np.nan))
     median, dispersion = np.exp(left.whole)
-    no_fit = "NaN where there is no fit"
+    no_fit = "NaN without a fit"
     of_measure = unit_attributes(units, no_fit)
     of_state = "damage_state"
     variables: dict[str, tuple] = {}
-    for number, (name, values, words, said) in enumerate(
-        (
-            ("median", median, "median capacity", of_measure),
-            ("dispersion", dispersion, "dispersion of the capacity", {"comment": no_fit}),
-        )
+    for number, (name, values, attributes) in enumerate(
+        (("median", median, of_measure), ("dispersion", dispersion, {"comment": no_fit}))
     ):
+        words = f"{name} capacity" if name == "median" else f"{name} of the capacity"
         for suffix, part, text in with_bounds(values, bounds[:, number], words, confidence):
-            variables[f"fragility_{name}{suffix}"] = variable(of_state, part, text, **said)
+            variables[f"fragility_{name}{suffix}"] = variable(of_state, part, text, **attributes)
     variables |= variances(left, known)
     variables |= draws(left, known, replicates, seed, units, confidence)
     variables["fit_status"] = variable(of_state, outcome.astype(np.int8), "outcome of the fit", **fit_flags())
-    text = "where the median lies among the intensities that were run"
+    text = "position of the median among the intensities that were run"
     variables[MEDIAN_STATUS] = variable(of_state, status, text, **status_attributes())
     intensity = intensities_along(highest)
     curve, between = _curves(observed, left, curves, intensity, confidence)
@@ -92,12 +97,12 @@ def dataset_of_curves(
     }
     if np.isfinite(left.influences).any() and np.any(left.influences):
         variables |= sandwich(left, outcome)
-    attributes = {
+    of_intervals = {
         "interval_method": interval_method(observed.records, observed.groups, observed.parts),
         "confidence": float(confidence),
         "replicates_seed": seed,
     }
-    return xr.Dataset(variables, coordinates, attributes)
+    return xr.Dataset(variables, coordinates, of_intervals), outcome, remarks
 
 
 def _curves(
@@ -113,7 +118,7 @@ def _curves(
     score = ndtri(np.clip(probability, _LEAST_PROBABILITY, 1.0 - _LEAST_PROBABILITY))
     whole, records, groups = observed.split(score)
     with np.errstate(invalid="ignore", divide="ignore"):
-        # Of the score (ln intensity - ln median) / dispersion, by the derivatives of a lognormal curve.
+        # Derivatives of the score (ln intensity - ln median) / dispersion of a lognormal curve.
         slopes = np.stack([np.exp(-left.whole[1])[:, None] + 0.0 * whole, whole])
         interaction = (slopes**2 * left.interaction[:, :, None]).sum(axis=0)
         bounds = ndtr(spread_of(whole, records, groups, interaction).interval(confidence))

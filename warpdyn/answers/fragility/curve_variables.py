@@ -1,4 +1,4 @@
-"""The variables of a dataset of fragility curves: fractions, curves, variances by source, draws."""
+"""Variables of a dataset of fragility curves: fractions, curves, variances by source, draws."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from warpdyn.foundations.core.output_variables import MEDIAN_STATUS
 from warpdyn.foundations.core.units import unit_attributes
 
 DISCRETISATION = "discretisation"
-NO_FIT = "NaN where the stripes have no lognormal fit"
+NO_FIT = "NaN without a lognormal fit of the stripes"
 _CURVE_POINTS = 401
 _OF_STRIPES = ("damage_state", "stripe")
 
 
 def variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
-    """Return what a dataset takes as a variable, without units unless they are given."""
+    """Return a variable for a dataset: dimensions, values and attributes; units are "1" by default."""
     return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
 
 
@@ -51,7 +51,7 @@ def estimates(
         "fragility_median": (median, bounds[:, 0], "median capacity", of_measure),
         "fragility_dispersion": (dispersion, bounds[:, 1], "dispersion of the capacity", {"comment": NO_FIT}),
         "fit_status": (outcome, None, "outcome of the lognormal fit", fit_flags()),
-        MEDIAN_STATUS: (status, None, "where the median lies among the levels", status_attributes()),
+        MEDIAN_STATUS: (status, None, "position of the median among the levels", status_attributes()),
     }
     variables = {"exceeding_samples": variable(_OF_STRIPES, counts.total[-1], "samples exceeding, worst place")}
     for name, (values, bound, meaning, attributes) in rows.items():
@@ -67,10 +67,10 @@ def estimates(
 
 
 def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.ndarray:
-    """Return the levels between which the median lies, whatever the shape of the curve, shape [2, row ...].
+    """Return the levels between which the median is for a curve of any shape, shape [2, row ...].
 
-    Below it is the highest level where the interval of the fraction of exceeding samples lies below one half, above it
-    the lowest level where it lies above; NaN where there is none.
+    The lower one is the highest level at which the interval of the fraction of exceeding samples is below one half, the
+    upper one the lowest level at which it is above; NaN without such a level.
 
     Args:
         levels: Intensity of each stripe, shape [im_level], increasing.
@@ -86,7 +86,7 @@ def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.n
 def with_bounds(
     values: np.ndarray, bounds: np.ndarray | None, meaning: str, confidence: float
 ) -> list[tuple[str, np.ndarray, str]]:
-    """Return name suffix, values and wording of an estimate and, if it has them, of its bounds."""
+    """Return name suffix, values and long name of an estimate and of its bounds, if it has any."""
     parts = [("", values, meaning)]
     for side, bound in zip(("lower", "upper"), () if bounds is None else bounds, strict=bounds is not None):
         parts.append((f"_{side}", bound, f"{meaning}, {side} bound of the {100 * confidence:g} % interval"))
@@ -107,7 +107,7 @@ def curves(
         return (logarithm - of[..., 0, :, None]) * np.exp(-of[..., 1, :, None])
 
     slopes = np.stack([-np.exp(-worst.whole[1])[:, None] + 0 * logarithm, -scores(worst.whole)])
-    interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # without the covariance, which is small
+    interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # the covariance is small
     parts = scores(worst.whole), scores(worst.records), scores(worst.groups)
     spread = spread_of(*parts, interaction, worst.strata)
     with np.errstate(over="ignore"):
@@ -125,8 +125,8 @@ def curves(
 def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int) -> np.ndarray:
     """Return the variance of the logarithms of median and dispersion from the step, shape [2, damage_state].
 
-    Of the median it is the square of the demand's median relative error, by `checked_share` of the run; NaN where the
-    run does not tell it, and of the dispersion.
+    For the median it is the square of the demand's median relative error, by `checked_share` of the run; NaN without
+    it, and for the dispersion.
     """
     variance = np.full((2, states), np.nan)
     if "estimated_relative_error" in dataset and demand in dataset["estimated_relative_error"]["demand"].values:
@@ -135,18 +135,18 @@ def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int
 
 
 def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.ndarray | None = None) -> dict[str, tuple]:
-    """Return the variances of the logarithms of median and dispersion by their source, and what they are without it.
+    """Return the variances of the logarithms of median and dispersion, by source and if samples were independent.
 
     Args:
         left: The fits at one place, the worst.
         has_interval: Whether a damage state has an interval, shape [damage_state].
-        of_discretisation: The variance from the step, shape [2, damage_state]; None where no source has it.
+        of_discretisation: The variance from the step, shape [2, damage_state]; None if unknown.
     """
     by_source, comment = np.where(has_interval, left.spread.by_source, np.nan), "of its logarithm; "
     if of_discretisation is not None:
         by_source = np.concatenate([by_source, of_discretisation[None]])
         comment += "discretisation of the median: square of the demand's median relative error, by `checked_share`; "
-    comment += "record and structure: their interaction, and what is neither's"
+    comment += "record and structure: their interaction, and the rest"
     variables = {}
     for number, name in enumerate(("median", "dispersion")):
         variables[f"{name}_variance"] = variable(
@@ -164,7 +164,7 @@ def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.nda
 def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
     """Return the cluster-robust variances of the logarithms of median and dispersion at one place, the worst.
 
-    A penalised fit has none: its stripes hold no scatter to tell it from.
+    A penalised fit has none, because separated stripes have no scatter.
     """
     found = np.where(outcome == FITTED, left.sandwich, np.nan)
     return {
@@ -172,7 +172,7 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
             "damage_state",
             found[number],
             f"variance of the {name} by the cluster-robust sandwich, with records as clusters",
-            comment="of its logarithm; structures are taken as given",
+            comment="of its logarithm, for the given structures",
         )
         for number, name in enumerate(("median", "dispersion"))
     }
@@ -197,13 +197,13 @@ def fit_flags() -> dict[str, Any]:
 
 
 def intensities_along(highest: float) -> np.ndarray:
-    """Return the intensities at which curves are given, from 0 to the highest, closer together at low levels."""
+    """Return the intensities of curves, from 0 to the highest, closer together at low levels."""
     return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
 
 
 def interval_method(records: int, groups: int, parts: int | None = None, strata: int = 1) -> str:
-    """Return what intervals come from: records, left out in parts and compared within strata, and structures."""
-    nested = f" in {strata} sets, each at levels of its own," if strata > 1 else ""
+    """Return the method of intervals in words: records, in parts and within strata, and structures."""
+    nested = f" in {strata} sets, each at its own levels," if strata > 1 else ""
     in_parts = "" if parts in (None, records) else f" in {parts} parts"
     and_groups = f" and {groups} groups of structures" if groups else ""
     return f"jackknife over {records} records{nested}{in_parts}{and_groups}, less its bias, with Student's t"

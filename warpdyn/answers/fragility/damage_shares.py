@@ -10,6 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.reduced_counts import counts_over, is_reduced
 from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.reductions.limits import BUILDING_NUMBER, DAMAGE_COUNT, limits_by_archetype
@@ -49,31 +50,31 @@ def damage_shares(
 ) -> xr.Dataset:
     """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
 
-    A building is in the last damage state whose limit its largest storey drift ratio is above (strictly), in "none" if
-    it is above no limit, and in the last state of all if it collapsed. Storeys of isolators or of a tuned mass damper
-    do not count, unless `added_storeys` is set.
+    A building is in the heaviest damage state whose limit is below its largest storey drift ratio (strictly), in "none"
+    if it is above no limit, and in the heaviest state of all if it collapsed. Storeys of isolators or of a tuned mass
+    damper do not count, unless `added_storeys` is set.
 
     Args:
-        run: What `simulate` returned of a portfolio, with the recorder "drift"; or its statistics, DamageCounts over
+        run: The result of `simulate` for a portfolio, with the recorder "drift"; or its statistics, DamageCounts over
             ("archetype", "motion") or ("archetype", "event"), with "stripe" if the run has stripes.
-        limits: Of each archetype the storey drift ratio limit [1] of each damage state, from the lightest on; the
-            states' names are the same for all. None for those that counts were made by.
-        events: The event of each motion, shape [motion], as names or whole numbers: if several motions belong to one
-            event, such as both components of a record, the worst of them counts. Or the event of each sample, as a
-            coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None to count every motion by
-            itself, or as counts were made.
-        number: Buildings that each building of the portfolio stands for [1], shape [building]: an inventory's column
-            `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares, and the buildings
-            counted and failed, are of these numbers then. Counts have it from `DamageCounts(number=...)`. None for one
-            building each.
+        limits: Storey drift ratio limit [1] of each damage state, from the lightest to the heaviest, for each
+            archetype; the states' names are the same for all. None for the limits of counts.
+        events: The event of each motion, shape [motion], as names or whole numbers, if several motions belong to one
+            event, such as both components of a record: the worst of them counts. Or the event of each sample, as a
+            coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None: every motion counts
+            separately; for counts, as they were made.
+        number: Number of buildings that each building of the portfolio represents [1], shape [building]: an
+            inventory's column `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares,
+            and counted and failed buildings, are then of these numbers. Counts have it from `DamageCounts(number=...)`.
+            None: each building is one.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building. Counts
             have it from `DamageCounts(added_storeys=...)`.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
-        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`, which are not among
-        the counted: one of their motions failed, and no other left them in the last state. Without `events` the
-        dimension is `motion` instead of `event`; on stripes the dimension `stripe` follows it. Shares among no building
+        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`. Failed buildings are not
+        counted: one of their motions failed, and no other motion left them in the heaviest state. Without `events` the
+        dimension is `motion` instead of `event`; for stripes the dimension `stripe` follows it. Shares of no buildings
         are NaN. The attributes are those of the run.
 
     Raises:
@@ -88,28 +89,25 @@ def damage_shares(
     """
     check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio", argument="run")
     if limits is None and not is_reduced(run):
-        raise TypeError("limits must map each archetype to its limits, got none; only counts have limits of their own")
+        raise TypeError("give limits=, which maps each archetype to its limits; only counts have limits already")
     if is_reduced(run):
         if number is not None:
-            raise ValueError("number= is told to DamageCounts, which adds up the buildings: leave it out")
+            raise ValueError(
+                "these are counts of a run with DamageCounts: give number= to DamageCounts(...) in simulate(), not to "
+                "damage_shares()"
+            )
         if true_or_false("added_storeys", added_storeys):
             raise ValueError(
-                "damage_shares: added_storeys=True has no effect on counts, which are made already: give it to "
-                "DamageCounts(..., added_storeys=True)"
+                "these are counts of a run with DamageCounts: give added_storeys=True to DamageCounts(...) in "
+                "simulate(), not to damage_shares()"
             )
         found = _read(run, limits, events)
     else:
         if not true_or_false("added_storeys", added_storeys):
-            run = without_added_storeys(run)  # of an archetype by itself
+            run = without_added_storeys(run)  # for a single archetype
         found = _count(run, {} if limits is None else limits, events, number, added_storeys)
-    names, states, counts, failures, event_names, levels = (
-        found.names,
-        found.states,
-        found.counts,
-        found.failures,
-        found.event_names,
-        found.levels,
-    )
+    names, states, counts, failures = found.names, found.states, found.counts, found.failures
+    event_names, levels = found.event_names, found.levels
     _check_failures(failures, counts.sum(axis=-1), names, event_names if found.along == "event" else None)
     dims: tuple[str, ...] = (found.along, "stripe", "damage_state")
     if levels is None:
@@ -117,30 +115,17 @@ def damage_shares(
     counted = counts.sum(axis=-1)
     with np.errstate(invalid="ignore", divide="ignore"):
         archetype_shares, of_all = counts / counted[..., None], counts.sum(axis=0) / counted.sum(axis=0)[..., None]
-    units = {"units": "1"}
+    limits_of_states = np.concatenate([np.zeros((len(names), 1)), found.limits], axis=1)
+    of_archetype, of_state = "share of the archetype's buildings in the damage state", ("archetype", "damage_state")
+    above = "storey drift ratio above which a building is in the damage state"
+    not_counted = "buildings not counted, because their integration failed"
     variables: dict[str, Any] = {
-        "damage_share": (dims, of_all, units | {"long_name": "share of all buildings in the damage state"}),
-        "archetype_damage_share": (
-            ("archetype", *dims),
-            archetype_shares,
-            units | {"long_name": "share of the archetype's buildings in the damage state"},
-        ),
-        "counted_buildings": (
-            ("archetype", *dims[:-1]),
-            counted,
-            units | {"long_name": "buildings counted, collapsed ones included, failed ones not"},
-        ),
-        "failed_buildings": (
-            ("archetype", *dims[:-1]),
-            failures,
-            units | {"long_name": "buildings not counted, because their integration failed"},
-        ),
-        "damage_limit": (
-            ("archetype", "damage_state"),
-            np.concatenate([np.zeros((len(names), 1)), found.limits], axis=1),
-            units | {"long_name": "storey drift ratio above which a building is in the damage state"},
-        ),
-        "failed_samples": ((), found.failed_samples, units | {"long_name": "samples that failed"}),
+        "damage_share": variable(dims, of_all, "share of all buildings in the damage state"),
+        "archetype_damage_share": variable(("archetype", *dims), archetype_shares, of_archetype),
+        "counted_buildings": variable(("archetype", *dims[:-1]), counted, "buildings counted, also collapsed ones"),
+        "failed_buildings": variable(("archetype", *dims[:-1]), failures, not_counted),
+        "damage_limit": variable(of_state, limits_of_states, above),
+        "failed_samples": variable((), found.failed_samples, "samples that failed"),
     }
     coordinates = {
         "archetype": ("archetype", names, {"long_name": "name of the archetype"}),
@@ -148,7 +133,7 @@ def damage_shares(
     }
     if found.along == "event":
         is_text = event_names.dtype.kind == "U"
-        coordinates["event"] = ("event", event_names, {"long_name": "event"} | ({} if is_text else units))
+        coordinates["event"] = ("event", event_names, {"long_name": "event"} | ({} if is_text else {"units": "1"}))
     else:
         coordinates["motion"] = motion_numbers(len(event_names))
         if "motion_name" in run:
@@ -168,12 +153,12 @@ class _Counted:
         names: Names of the archetypes.
         states: The damage states, no damage first.
         limits: Limits, shape [archetype, damage_state - 1].
-        counts: Buildings (of `number`, where it is given), shape [archetype, event, stripe, damage_state].
+        counts: Buildings (of `number`, if given), shape [archetype, event, stripe, damage_state].
         failures: Buildings that failed, shape [archetype, event, stripe].
         failed_samples: Samples that failed.
-        along: "event", or "motion" where motions count by themselves.
+        along: "event", or "motion" if motions count separately.
         event_names: Names of the events.
-        levels: Levels of the stripes [g]; None where there are none.
+        levels: Levels of the stripes [g]; None without stripes.
     """
 
     names: np.ndarray
@@ -188,9 +173,9 @@ class _Counted:
 
 
 def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None, added_storeys: bool) -> _Counted:
-    """Count the samples of a run; arguments as of `damage_shares`."""
+    """Count the samples of a run; arguments as in `damage_shares`."""
     if not run.sizes.get("sample", 0):
-        raise ValueError("damage_shares: the run has no samples; give a selection that holds some")
+        raise ValueError("damage_shares: the run has no samples: select at least one")
     names = archetypes_of(run)
     check_samples("damage_shares", run)
     states, table = limits_by_archetype(names.tolist(), limits)
@@ -199,7 +184,7 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
     )
     record, event_names = _events_of(run, events)
     state = _states_of_samples(run, table, added_storeys)
-    failed_samples = int(np.count_nonzero(state == FAILED))  # those that diverged and the like
+    failed_samples = int(np.count_nonzero(state == FAILED))
     is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
     levels, stripe = np.zeros(1), np.zeros(state.size, dtype=np.int64)
     if is_striped:
@@ -210,7 +195,7 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
         _, first, unit = np.unique(key, return_index=True, return_inverse=True)
         worst = np.zeros(first.size, dtype=np.int64)
         np.maximum.at(worst, unit, state)
-        # If a motion failed, the worst state is known only if another motion left the building in the last state.
+        # If a motion failed, the worst state is known only if another motion left the building in the heaviest state.
         failed = unit[state == FAILED]
         worst[failed[worst[failed] < len(states) - 1]] = FAILED
         state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
@@ -232,9 +217,12 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
 
 
 def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
-    """Return what was counted where the samples ran; arguments as of `damage_shares`."""
+    """Return the counts in the statistics of a run; arguments as in `damage_shares`."""
     if events is not None:
-        raise ValueError("events= is told to DamageCounts, which counts the worst of an event's motions: leave it out")
+        raise ValueError(
+            "these are counts of a run with DamageCounts: give events= to DamageCounts(...) in simulate(), not to "
+            "damage_shares()"
+        )
     stripe = ("stripe",) if "stripe" in run.dims else ()
     name = counts_over("damage_shares", run, *((("archetype", along, *stripe)) for along in ("event", "motion")))
     along = "event" if "event" in run[name].dims else "motion"
@@ -244,10 +232,10 @@ def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
         asked = limits_by_archetype(names.tolist(), limits)
         if asked[0] != states or not np.array_equal(asked[1], values):
             raise ValueError(
-                "the buildings were counted by other limits (see damage_limit), and are no longer there to be counted "
-                "by these: leave out `limits`"
+                "the buildings were counted by other limits (see damage_limit), and cannot be counted again: remove "
+                "limits="
             )
-    numbers = name.replace(DAMAGE_COUNT, BUILDING_NUMBER)  # counts as they are where each is one building
+    numbers = name.replace(DAMAGE_COUNT, BUILDING_NUMBER)  # absent if each building is one
     counts = run[numbers if numbers in run else name].transpose("archetype", along, *stripe, "damage_state").values
     failures = run[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure")
     failures = run.get(f"failed_{numbers}", failures).transpose("archetype", along, *stripe)
@@ -259,10 +247,10 @@ def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
 
 
 def _checked_number(number: ArrayLike, building: np.ndarray) -> np.ndarray:
-    """Return how many buildings each of some samples stands for, or raise a ValueError.
+    """Return the number of buildings that each sample represents.
 
     Args:
-        number: Of each building of the portfolio.
+        number: Number of each building of the portfolio.
         building: Building of each sample.
     """
     values = finite_numbers("damage_shares: number", number)
@@ -279,18 +267,18 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
     """Raise an error if too many buildings failed; warn if many of an archetype failed in an event.
 
     Args:
-        failures: Buildings that failed, shape [archetype, event, stripe]; sums of `number` are no integers.
-        counted: Buildings that did not.
+        failures: Buildings that failed, shape [archetype, event, stripe]; they may be sums of `number`.
+        counted: Buildings that did not fail.
         names: Names of the archetypes.
-        events: Names of the events; None if motions are counted by themselves.
+        events: Names of the events; None if motions count separately.
     """
     allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
     if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
-        once = "" if events is None else ", each counted once an event,"
+        once = "" if events is None else ", each counted once per event,"
         unit = "samples" if events is None and failures.dtype.kind in "iu" else f"buildings{once}"
         raise ValueError(
-            f"{failures.sum():,.12g} of {total.sum():,.12g} {unit} failed; at most {allowed} may: take a smaller step "
-            "or another method"
+            f"{failures.sum():,.12g} of {total.sum():,.12g} {unit} failed; at most {allowed} may: simulate with a "
+            "smaller step= or another method="
         )
     failures, total = failures.sum(axis=2), total.sum(axis=2)
     many = np.argwhere(failures > LARGEST_EXCLUDED_FRACTION * total)
@@ -303,21 +291,21 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
         for i, j in worst[:3]
     ]
     warn_caller(
-        f"of {len(many)} archetypes in an event more than {allowed} failed and are not counted: "
-        + "; ".join(shown + ["..."] * (len(worst) > 3))
+        f"of {len(many)} archetypes in an event more than {allowed} failed and are not counted (simulate with a "
+        f"smaller step= or another method=): {'; '.join(shown + ['...'] * (len(worst) > 3))}"
     )
 
 
 def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]:
     """Return the event of each sample as an index, and the names of the events in the order of their first use."""
     if "motion_index" not in run.variables:
-        raise ValueError("the dataset has no 'motion_index': it is not what simulate() returned of a portfolio")
+        raise ValueError("the dataset has no 'motion_index': give the result of simulate() for a portfolio")
     record, motions = run["motion_index"].values, run.sizes["motion"]
     if events is None:
         return record, np.arange(motions)
     if isinstance(events, xr.DataArray) and "sample" in events.dims:
         if events.shape != record.shape:
-            raise ValueError(f"events must lie along sample, {record.size:,} of them, got the shape {events.shape}")
+            raise ValueError(f"events must have the shape [{record.size}] of the samples, got {list(events.shape)}")
         names, place = np.unique(events.values, return_inverse=True)
         return place, names
     of_motion, names = numbered_events(events, motions)
@@ -325,9 +313,9 @@ def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]
 
 
 def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) -> np.ndarray:
-    """Return the damage state of every sample, 0 for no damage; FAILED if the sample failed."""
+    """Return the damage state of every sample: 0 for no damage, FAILED for a failed sample."""
     if "peak_storey_drift_ratio" not in run:
-        raise ValueError("the run has no 'peak_storey_drift_ratio': leave 'drift' in what is recorded")
+        raise ValueError("the run has no 'peak_storey_drift_ratio': add 'drift' to Scene(recorders=...)")
     status, archetype = decoded_status(run["status"]), run["archetype_index"].values
     states = np.empty(status.size, dtype=np.int8)
     is_added = None
@@ -338,7 +326,7 @@ def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) 
         drift = run["peak_storey_drift_ratio"][part].values
         if is_added is not None:
             drift = np.where(is_added[archetype[part]], np.nan, drift)
-        worst = np.fmax.reduce(drift.astype(np.float64), axis=1)  # NaN are storeys that a building does not have
+        worst = np.fmax.reduce(drift.astype(np.float64), axis=1)  # NaN: the building has fewer storeys
         bad = np.flatnonzero(np.isnan(worst) & (status[part] == OK))
         if bad.size:
             raise ValueError(f"sample {first + bad[0]} is 'ok', but its peak_storey_drift_ratio is NaN at every storey")

@@ -1,4 +1,4 @@
-"""Which damage states the samples of a run have reached."""
+"""Damage states that the samples of a run have reached."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ class Damage:
 
     Args:
         passed: Number of damage states that each sample has reached, shape [column, sample]; a state is reached if one
-            of its limits or of a later state's is exceeded. The last column is the worst of all places.
-        dim: Dimension of the places, such as "storey"; "" where only the worst is known.
+            of its limits, or of a heavier state's, is exceeded. The last column is the worst of all places.
+        dim: Dimension of the places, such as "storey"; "" if only the worst is known.
         places: Their labels, shape [column - 1].
     """
 
@@ -29,22 +29,17 @@ class Damage:
 
 
 def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> None:
-    """Raise a ValueError of a run of several archetypes.
-
-    Args:
-        function: The public function, which takes one archetype.
-        dataset: The run.
-        others: What else is told, of functions that take all.
-    """
-    if "archetype_index" in dataset and "archetype" in dataset:  # a run of one archetype does not name them all
+    """Raise a ValueError for a run of several archetypes; `others` names functions that take all archetypes."""
+    if "archetype_index" in dataset and "archetype" in dataset:
         raise ValueError(
             f"this is a run of a portfolio of several archetypes: {function}() takes one archetype, "
-            f"select_archetype(run, name){others}: {', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+            f"select_archetype(run, name){others}. The names are "
+            f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
         )
 
 
 def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
-    """Return which damage states the samples of a run have reached; collapsed ones have reached all.
+    """Return the damage states that the samples of a run have reached; collapsed samples have reached all.
 
     Args:
         dataset: The run.
@@ -52,12 +47,10 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
         status: Outcome of each sample, as an index into `STATUS_MEANINGS`.
 
     Raises:
-        ValueError: If a demand is not in the run, has other dimensions than the samples' and one more, or is not
-            finite, or a negative peak, in a sample that is ok.
+        ValueError: If a demand is not in the run, has more than one dimension besides the samples, or is not finite, or
+            negative, in a sample that is ok.
     """
-    refuse_portfolio(
-        "fragility", dataset, ", and damage_shares(run, limits) counts all, with limits for each of the archetypes"
-    )
+    refuse_portfolio("fragility", dataset, " (damage_shares(run, limits) counts all, with limits of each archetype)")
     single, dim, places = limits.single, "", np.arange(0)
     worst = np.zeros(status.size, dtype=np.uint8)
     columns: list[np.ndarray] = []
@@ -76,11 +69,11 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
 
 
 def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """Return the number of the last state whose limit each value exceeds, shape [sample]."""
+    """Return the number of the heaviest state whose limit each value exceeds, shape [sample]."""
     reached = np.zeros(demand.shape, dtype=np.uint8)
     for number, limit in enumerate(limits, start=1):
         if np.isfinite(limit):
-            # Values of single precision exceed a limit if they exceed the largest such number that is not above it.
+            # float32 values exceed a limit if they exceed the largest float32 number that is not above it.
             bound = demand.dtype.type(limit)
             if bound > limit:
                 bound = np.nextafter(bound, demand.dtype.type(0))
@@ -92,25 +85,25 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
     """Return a demand by place without its sign, shape [place, sample]."""
     if name not in dataset:
         known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
-        advice = "leave its recorder in the scene's" + (f"; the run has {', '.join(known)}" if known else "")
-        # A recorder's name, as "drift", is a word of the variable that it fills.
+        advice = "add its recorder to Scene(recorders=...)" + (f"; the run has {', '.join(known)}" if known else "")
+        # The name of a recorder, such as "drift", is a word of its variable's name.
         named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
         hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
         raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")
     variable = dataset[name]
     if "sample" not in variable.dims or variable.ndim > 2:
-        of_one = "; take one event by `select_event`" if "event" in variable.dims else ""
+        of_one = ": select one event by select_event(run, name)" if "event" in variable.dims else ""
         raise ValueError(
-            f"{name!r} has dimensions {variable.dims}; they must be 'sample' and at most one more, as ('sample', "
+            f"{name!r} has dimensions {variable.dims}; they must be 'sample' and at most one more, such as ('sample', "
             f"'storey'){of_one}"
         )
     if not np.issubdtype(variable.dtype, np.floating):
-        raise ValueError(f"{name!r} holds no demand: its values are of type {variable.dtype}")
+        raise ValueError(f"{name!r} is not a demand: its values are of type {variable.dtype}")
     if variable.size == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     values = variable.transpose("sample", ...).values
     values = magnitudes(name, np.ascontiguousarray(values.reshape(len(values), -1).T))
-    # What a sample that failed or collapsed holds is not read.
+    # Values of failed and collapsed samples are not used.
     is_good = np.ones(status.size, dtype=bool)
     for row in values:
         is_good &= (row >= 0) & (row < np.inf)
@@ -122,6 +115,6 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
         )
         raise ValueError(
             f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite, "
-            f"and a peak not negative ({bad.size} of {status.size} samples)"
+            f"and a peak must not be negative ({bad.size} of {status.size} samples)"
         )
     return values

@@ -1,4 +1,4 @@
-"""Fragility curves from the demands of a run: stripe fractions, fitted curves, and their intervals."""
+"""Multiple stripe analysis: fractions of exceeding samples, fitted fragility curves, and their intervals."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from warpdyn.answers.fragility.stripe_counts import StripeCounts, count_stripes
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
 from warpdyn.campaigns.running.selections import without_added_storeys
 from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.output_variables import measure_of_dataset
 from warpdyn.foundations.core.units import unit_attributes
@@ -56,56 +56,55 @@ def fragility(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Fit a lognormal fragility curve to every damage state of a run on stripes, with intervals.
+    """Fit a lognormal fragility curve to every damage state by multiple stripe analysis, with intervals.
 
     A sample exceeds a damage state if its demand is above the state's limit (strictly) at the worst place: the storey
-    or floor where it is largest. Storeys of isolators or of a tuned mass damper do not count, nor the floors above
-    them, unless `added_storeys` is set. A collapsed sample exceeds every state, also if the isolators failed. Curves
+    or floor where it is largest. Storeys of isolators or of a tuned mass damper, and the floors above them, do not
+    count unless `added_storeys` is set. A collapsed sample exceeds every state, also if the isolators failed. Curves
     maximise the binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
 
-    Intervals cover what was sampled, the records and the structures, by a jackknife over both with Student's t. Where
-    each structure runs under one record alone, records tell all. `median_variance` and `dispersion_variance` say where
-    the variance comes from.
+    Intervals are over the sampled records and structures, by a jackknife over both with Student's t; if each structure
+    runs under only one record, over records alone. `median_variance` and `dispersion_variance` give the variance by its
+    source.
 
-    The result has the dimension `stripe`, because `im_level` lies along `sample` in the run:
-    `run.merge(result, combine_attrs="no_conflicts")` keeps both, with the attributes of both, in one dataset.
+    The result has the dimension `stripe`, because `im_level` has the dimension `sample` in the run:
+    `run.merge(result, combine_attrs="no_conflicts")` combines both, with the attributes of both, in one dataset.
 
     Args:
         dataset: A run on stripes, as `simulate` returned it: a demand over (sample) or (sample, storey) or the like,
             the flag variable `status(sample)`, and the coordinates `motion_index`, `im_level` and `structure` (or
             `building`) of each sample; or the statistics of a run, DamageCounts over ("motion", "stripe",
-            "structure_group"), from which the same curves follow.
-        limits: Of each damage state, from the lightest on, the limit of the demand in the units of its variable, such
-            as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, of which the worst decides:
-            `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has reached
-            a state has reached those before it; `math.inf` is passed by collapse alone. A warning names drift limits
-            that seem to be in percent or mm. None for the limits that counts were made by.
-        demand: Variable of the run that plain limits are of; of one with a sign, such as the residual drift ratio, the
-            absolute value is compared.
+            "structure_group"), which give the same curves.
+        limits: Limit of the demand of each damage state, from the lightest to the heaviest, in the units of its
+            variable, such as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, and the worst
+            decides: `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has
+            reached a state has reached all lighter ones; only collapse passes `math.inf`. A warning names drift limits
+            that seem to be in percent or mm. None for the limits of counts.
+        demand: Variable of the run that plain limits are of; of a signed variable, such as the residual drift ratio,
+            the absolute value is compared.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
-            cannot cross). Where stripes are separated, the first two penalise the likelihood (Firth 1993) and say so:
-            the interval of the median is then that of the levels where the fractions are surely below and above one
-            half, and the dispersion, which such stripes hardly tell, has none.
-        intervals_over: "records and structures", or "records" to take the structures as given.
+            cannot cross). If stripes are separated, the first two penalise the likelihood (Firth 1993), with a warning:
+            the interval of the median is then that of the levels at which the fractions are surely below and above one
+            half, and the dispersion, which such stripes do not determine, has no interval.
+        intervals_over: "records and structures", or "records" for intervals of the given structures.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building.
-        replicates: Number of draws from the joint sampling distribution of all medians and dispersions, which risks and
-            losses carry on.
+        replicates: Number of draws from the joint sampling distribution of all medians and dispersions, from which
+            rates and losses get their intervals.
         confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:
         Fractions by stripe, medians [g, or the unit of the levels], dispersions [1] and curves, each with its interval,
         for the worst place and (named `storey_...`, or after its dimension) for each. A median and a dispersion are NaN
-        if the stripes have no fit (see `fit_lognormal`; `fit_status` gives the case), or if the median lies outside the
-        levels and the data do not determine it. `median_status` marks medians outside the levels that they do
-        determine as extrapolated, and a warning gives their values. Bounds are also NaN where the
-        stripes without one of the records have no fit, or there is only one record.
+        if the stripes have no fit (`fit_status` gives the reason), or if the median is outside the levels and the data
+        do not determine it. `median_status` marks other medians outside the levels as extrapolated, and a warning gives
+        their values. Bounds are also NaN if the stripes without one of the records have no fit, or with one record.
 
     Raises:
-        ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or holds
+        ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or has
             an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
             step; if limits are not positive and increasing; if another argument is out of its range.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> curves = wd.fragility(run, {"slight": 0.005, "complete": 0.015})
@@ -131,10 +130,10 @@ def fragility(
     marked = mark(left, outcome, *ends)
     left, outcome = marked.left, marked.outcome
     has_interval = trusted(left, outcome)
-    told = few_groups(left.worst, has_interval[-1], checked.states)
+    remarks = few_groups(left.worst, has_interval[-1], checked.states)
     of_worst = marked.status[-1], outcome[-1], marked.fitted[-1]
-    told += sentences(checked.states, *of_worst, *ends, counts.units)
-    _warn(checked, counts, outcome, has_interval, told)
+    remarks += sentences(checked.states, *of_worst, *ends, counts.units)
+    _warn(checked, counts, outcome, has_interval, remarks)
     variables = estimates(counts, left, outcome, marked.status, has_interval, confidence, over_structures)
     curve, intensity = curves(counts, left, has_interval, confidence, chosen.shape)
     variables |= curve
@@ -145,7 +144,7 @@ def fragility(
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     variables |= {
         "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),
-        "excluded_samples": variable((), sum(counts.excluded.values()), "samples kept out", comment=kept_out),
+        "excluded_samples": variable((), sum(counts.excluded.values()), "samples that failed", comment=kept_out),
     }
     if checked.single:
         of_demand = {"units": str(labels[checked.single].attrs.get("units", "1")), "demand": checked.single}
@@ -163,9 +162,9 @@ def fragility(
         "source": ("source", np.array([*SOURCES, DISCRETISATION]), {"long_name": "source of variance"}),
     }
     if counts.dim:
-        said = labels[counts.dim].attrs if counts.dim in labels.coords else {}
+        given = labels[counts.dim].attrs if counts.dim in labels.coords else {}
         words = {"long_name": f"{counts.dim}, from the ground up", "units": "1"}
-        coordinates[counts.dim] = (counts.dim, counts.places, words | said)
+        coordinates[counts.dim] = (counts.dim, counts.places, words | given)
     if not checked.single:
         of_each = [str(labels[name].attrs.get("units", "1")) for name in checked.demands]
         of_limit = "limited_demand"  # a run may have the dimension `demand`
@@ -188,36 +187,36 @@ def fragility(
 
 
 def _warn(
-    limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray, few: list[str]
+    limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray, remarks: list[str]
 ) -> None:
-    """Warn once of curves without a fit or an interval, and of what else is told (`few`)."""
-    said, states = [*few], limits.states
+    """Warn of limits above the collapse drift, of curves without a fit or an interval, and of further remarks."""
+    found, states = [*remarks], limits.states
     if np.isfinite(counts.least_drift):
         drifts = zip(states, limits.values[limits.demands.index(DRIFT)], strict=True)
         beyond = [f"{value:g} of {name!r}" for name, value in drifts if counts.least_drift < value < np.inf]
         if beyond:
-            said.append(
-                f"the limit {', '.join(beyond)} lies above the drift at which samples collapsed "
-                f"({counts.least_drift:.3g}): every collapse counts as exceeding it"
+            found.append(
+                f"the limit {', '.join(beyond)} is above the least drift ratio at which samples collapsed "
+                f"({counts.least_drift:.3g}), so every collapse counts as exceeding it: choose a smaller limit or a "
+                "larger Scene(collapse_drift_ratio=...)"
             )
     if len(counts.valid) == 1:
-        said.append("the run has one record: there is no variance among records, and no interval")
+        found.append("the run has only one record, so the variance among records is unknown: no intervals")
     for state, name in enumerate(states):
         if outcome[-1, state] not in (FITTED, UNDETERMINED):
-            meaning = FIT_MEANINGS[outcome[-1, state]]
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             if np.isinf(limits.values[:, state]).all() and outcome[-1, state] == NO_EXCEEDANCE:
                 advice += (
-                    "; only collapse passes its infinite limit: the scene needs a collapse_drift_ratio, or the "
-                    "building a drift_capacity or drift_ratio_capacity"
+                    ". Only collapse passes its infinite limit: give Scene(collapse_drift_ratio=...), or the building "
+                    "a drift_capacity or drift_ratio_capacity"
                 )
-            what = f" has no lognormal fit: {meaning}"
+            what = f" has no lognormal fit: {FIT_MEANINGS[outcome[-1, state]]}"
             if outcome[-1, state] == PENALISED:
                 what = (
-                    f": its stripes are {FIT_MEANINGS[SEPARATED]}, and the curve is fitted by penalised likelihood; "
-                    "the interval of the median is that of the levels around it, and the dispersion has no interval"
+                    f": its stripes are {FIT_MEANINGS[SEPARATED]}, so the curve is fitted by penalised likelihood. The "
+                    "interval of the median is that of the levels around it; the dispersion has no interval"
                 )
-            said.append(f"damage state {name!r}{what}{'; ' if advice else ''}{advice}")
+            found.append(f"damage state {name!r}{what}{'; ' if advice else ''}{advice}")
     lacking = (outcome == FITTED) & ~has_interval
     if len(counts.valid) > 1 and lacking.any():
         names = [
@@ -226,9 +225,8 @@ def _warn(
             for place in np.flatnonzero(lacking[:, state])[::-1]
         ]
         some = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
-        said.append(
-            f"no interval is given of damage state {some}: without one of the records (or structures) it has no "
-            "lognormal fit; add records, or levels where some samples exceed it and some do not"
+        found.append(
+            f"there is no interval of {some}: without one of the records (or structures) the curve has no lognormal "
+            "fit. Add records, or levels at which some samples exceed the state and some do not"
         )
-    if said:
-        warn_caller("\n- ".join(["fragility:", *said]) if len(said) > 1 else f"fragility: {said[0]}")
+    warn_of_all("fragility", found)

@@ -1,4 +1,4 @@
-"""Lognormal curves through binomial stripe counts: maximum likelihood, all rows of counts at once."""
+"""Lognormal curves fitted to binomial stripe counts by maximum likelihood, for many rows of counts at once."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from numbers import Real
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.special import betaincinv, ndtr, ndtri
+from scipy.special import ndtr, ndtri
 
 from warpdyn.answers.fragility.maximum_likelihood.links import PROBIT, likelihood
 from warpdyn.answers.fragility.maximum_likelihood.newton import maximise
@@ -14,31 +14,7 @@ from warpdyn.answers.fragility.maximum_likelihood.newton import maximise
 FIT_MEANINGS = ("fitted", "no_exceedance", "all_exceeding", "separated", "not_increasing", "no_finite_median")
 FITTED, NO_EXCEEDANCE, ALL_EXCEEDING, SEPARATED, NOT_INCREASING, NO_FINITE_MEDIAN = range(len(FIT_MEANINGS))
 
-_BLOCK = 1 << 14  # rows fitted at a time, which bounds the memory of large bootstraps and fits in cache
-
-
-def clopper_pearson(exceeding: ArrayLike, total: ArrayLike, confidence: float = 0.95) -> tuple[np.ndarray, np.ndarray]:
-    """Return the exact binomial interval of a probability, from beta quantiles (Clopper and Pearson 1934).
-
-    Args:
-        exceeding: Number of exceedances, any shape.
-        total: Number of trials, broadcast with `exceeding`; where it is 0 the interval is [0, 1].
-        confidence: Probability that the interval covers, between 0 and 1.
-
-    Returns:
-        Lower and upper bound [1], of the broadcast shape.
-
-    Raises:
-        ValueError: If a count is not finite, is negative or exceeds its total, or the confidence is not in (0, 1).
-    """
-    exceeding, total = _checked_counts(exceeding, total)
-    check_confidence(confidence)
-    tail = 0.5 * (1.0 - confidence)
-    passing = total - exceeding
-    # The beta quantiles do not exist at the ends; ones replace their arguments there and are not used.
-    lower = betaincinv(np.where(exceeding > 0, exceeding, 1.0), passing + 1.0, tail)
-    upper = betaincinv(exceeding + 1.0, np.where(passing > 0, passing, 1.0), 1.0 - tail)
-    return np.where(exceeding > 0, lower, 0.0), np.where(passing > 0, upper, 1.0)
+_BLOCK = 1 << 14  # rows fitted at a time, which limits the memory and fits in the cache
 
 
 def probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
@@ -53,49 +29,33 @@ def probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) 
         return ndtr((np.log(intensity) - np.log(median)) / dispersion)
 
 
-def fit_lognormal(levels: ArrayLike, exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Fit a lognormal curve to stripe counts by maximum binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
-
-    Rows without a finite maximum at a positive dispersion are NaN in both results: no exceedance at all, exceedance
-    everywhere, separated stripes (at most one stripe is partial, none below it exceeds and all above it do: the
-    likelihood grows as the dispersion goes to 0), and counts that do not increase with the level (the best slope is
-    zero or negative, or so close to zero that the median is beyond floating point). `fit_stripes` says which.
-
-    Args:
-        levels: Intensity of each stripe, shape [im_level].
-        exceeding: Number of exceedances, shape [..., im_level].
-        total: Number of trials, broadcast with `exceeding`; stripes with 0 trials have no effect.
-
-    Returns:
-        Median, in the unit of `levels`, and dispersion [1], both of the leading shape.
-
-    Raises:
-        ValueError: If there are fewer than two distinct levels, a level is not finite and positive, shapes do not
-            match, or a count is not finite, is negative or exceeds its total.
-    """
-    return fit_stripes(levels, exceeding, total)[:2]
-
-
 def fit_stripes(
     levels: ArrayLike,
     exceeding: ArrayLike,
     total: ArrayLike,
     start: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit as `fit_lognormal` does, and return the outcome of the fit for each row.
+    """Fit a lognormal curve to stripe counts by maximum binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
+
+    Median and dispersion are NaN without a finite maximum at a positive dispersion: no exceedance, exceedance
+    everywhere, separated stripes (at most one stripe is partial, none below it exceeds and all above it do: the
+    likelihood increases as the dispersion goes to 0), and counts that do not increase with the level (the best slope is
+    zero or negative, or so close to zero that the median is beyond the range of floating-point numbers).
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., im_level].
-        total: Number of trials, broadcast with `exceeding`.
-        start: Median and dispersion that the search starts from, broadcast to the leading shape; where they are NaN,
-            or if it is None, it starts from the flat curve. The likelihood has one maximum; a start nearby saves steps.
+        total: Number of trials, broadcast with `exceeding`; stripes with 0 trials have no effect.
+        start: Median and dispersion at which the search starts, broadcast to the leading shape; NaN or None for the
+            flat curve. The likelihood has one maximum; a start near it saves steps.
 
     Returns:
-        Median, dispersion, and the outcome as an index into `FIT_MEANINGS`, all of the leading shape.
+        Median, in the unit of `levels`, dispersion [1], and the outcome as an index into `FIT_MEANINGS`, all of the
+        leading shape.
 
     Raises:
-        ValueError: As `fit_lognormal`.
+        ValueError: If there are fewer than two distinct levels, a level is not finite and positive, shapes do not
+            match, or a count is not finite, is negative or exceeds its total.
     """
     levels = np.asarray(levels, dtype=np.float64)
     if levels.ndim != 1 or np.unique(levels).size < 2:
@@ -110,7 +70,7 @@ def fit_stripes(
     exceeding = exceeding.reshape(-1, levels.size)
     passing = total.reshape(-1, levels.size) - exceeding
 
-    # Centred and scaled logarithms, so that the two parameters are of one size and nearly uncorrelated.
+    # Centred and scaled logarithms, so that the two parameters have similar sizes and little correlation.
     logarithm = np.log(levels)
     centre, scale = logarithm.mean(), logarithm.std()
     position = (logarithm - centre) / scale
@@ -124,11 +84,11 @@ def fit_stripes(
     for begin in range(0, rows.size, _BLOCK):
         block = rows[begin : begin + _BLOCK]
         parameters[block] = _maximise(position, exceeding[block], passing[block], parameters[block])
-        lost = block[np.isnan(parameters[block, 0])]  # the start was too far away; the flat curve may succeed
+        lost = block[np.isnan(parameters[block, 0])]  # the start was too far away: try the flat curve
         if start is not None and lost.size:
             parameters[lost] = _maximise(position, exceeding[lost], passing[lost], parameters[lost])
     parameters[outcome != FITTED] = np.nan
-    # A slope just above zero can put the median beyond the floating-point range; that is no fit either.
+    # A slope just above zero can give a median beyond the floating-point range.
     with np.errstate(all="ignore"):
         median = np.exp(centre - scale * parameters[:, 0] / parameters[:, 1])
         dispersion = scale / parameters[:, 1]
@@ -139,29 +99,21 @@ def fit_stripes(
 
 
 def check_confidence(confidence: float) -> None:
-    """Raise an error unless a confidence is between 0 and 1.
-
-    Args:
-        confidence: Probability that an interval covers.
-
-    Raises:
-        ValueError: If it is not strictly between 0 and 1.
-    """
+    """Raise a ValueError unless a confidence is strictly between 0 and 1."""
     if not isinstance(confidence, Real) or not 0.0 < confidence < 1.0:
-        raise ValueError(f"confidence must be a number between 0 and 1, as 0.95, got {confidence!r}")
+        raise ValueError(f"confidence must be a number between 0 and 1, such as 0.95, got {confidence!r}")
 
 
 def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, units: str = "g") -> str:
-    """Return which levels would give a lognormal fit to stripes that have none: where some samples exceed, not all.
+    """Return a sentence with levels at which some samples exceed and some do not, for stripes without a lognormal fit.
+
+    It is "" if exceedances do not increase with the level, because more levels do not help.
 
     Args:
         levels: Intensity of each stripe [units], increasing, shape [stripe].
         exceeding: Samples that exceed at each, shape [stripe].
         total: Samples at each, shape [stripe].
         units: Units of the levels.
-
-    Returns:
-        A sentence; "" where exceedances do not increase with the level, which more levels do not mend.
     """
     counted = total > 0
     levels, exceeding, passing = levels[counted], exceeding[counted], (total - exceeding)[counted]
@@ -174,12 +126,12 @@ def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, 
         return f"add levels between {highest_passing:g} and {lowest_exceeding:g} {units}, where some samples exceed it"
     if highest_passing > lowest_exceeding:
         return ""
-    # One level alone has both: another beside it makes a slope.
+    # Only one level has both: another level next to it gives a slope.
     at = f"{highest_passing:g}"
     below, above = levels[levels < highest_passing], levels[levels > highest_passing]
-    beside = [f"between {below[-1]:g} and {at} {units}"] if below.size else [f"below {at} {units}"]
-    beside += [f"between {at} and {above[0]:g} {units}"] if above.size else [f"above {at} {units}"]
-    return f"only at {at} {units} some samples exceed it and some do not: add levels {' or '.join(beside)}"
+    near = [f"between {below[-1]:g} and {at} {units}"] if below.size else [f"below {at} {units}"]
+    near += [f"between {at} and {above[0]:g} {units}"] if above.size else [f"above {at} {units}"]
+    return f"only at {at} {units} some samples exceed it and some do not: add levels {' or '.join(near)}"
 
 
 def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
@@ -199,9 +151,9 @@ def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray,
 
 
 def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
-    """Return whether the likelihood of each row has a finite maximum with a positive slope, before it is fitted.
+    """Return the outcome of each row before the fit: whether the likelihood has a finite maximum with positive slope.
 
-    A finite maximum exists exactly where exceeding and passing trials overlap in level (Albert and Anderson 1984,
+    A finite maximum exists exactly if exceeding and passing trials overlap in level (Albert and Anderson 1984,
     Biometrika 71). The likelihood is concave, so its slope has the sign of its derivative at the best flat curve.
     """
     lowest_exceeding = np.where(exceeding > 0, position, np.inf).min(axis=1)
@@ -224,10 +176,9 @@ def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) 
 
 
 def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Maximise the probit likelihood of all rows at once.
+    """Return intercept and slope of the probit at the maximum of each row, shape [row, 2]; NaN without convergence.
 
-    The search starts from intercept and slope of the probit, shape [row, 2], or from the flat curve where they are not
-    finite, and returns the same; NaN where it did not converge.
+    The search starts from `start`, or from the flat curve if it is not finite.
     """
     trials = (exceeding + passing).sum(axis=1)
     flat = np.stack([ndtri(exceeding.sum(axis=1) / trials), np.zeros(len(exceeding))], axis=1)

@@ -1,4 +1,4 @@
-"""Posterior samples of fragility curves, by pyFragility's Metropolis sampler."""
+"""Posterior samples of fragility curves by the Metropolis sampler of pyFragility."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.answers.fragility.curve_variables import fit_flags
+from warpdyn.answers.fragility.curve_variables import fit_flags, variable
 from warpdyn.answers.fragility.estimators import ESTIMATORS, FIT_MEANINGS, LOGNORMAL
 from warpdyn.answers.fragility.intervals.extrapolation import sentences, status_attributes
 from warpdyn.answers.fragility.lognormal_fit import FITTED, check_confidence, levels_to_add
@@ -25,7 +25,7 @@ from warpdyn.foundations.core.checks import (
     true_or_false,
     whole_number,
 )
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.output_variables import (
     EXTRAPOLATED,
@@ -36,8 +36,8 @@ from warpdyn.foundations.core.output_variables import (
 )
 from warpdyn.foundations.core.units import unit_attributes
 
-PRIORS = {"median": "theta", "dispersion": "beta"}  # and what pyFragility calls them
-_BURN_IN = 2000  # draws that the sampler adapts in
+PRIORS = {"median": "theta", "dispersion": "beta"}  # with the names in pyFragility
+_BURN_IN = 2000  # draws for the adaptation of the sampler
 
 
 @suggests_names
@@ -56,29 +56,29 @@ def fragility_posterior(
 
     Samples of one record are not independent: the log-likelihood of each damage state is divided by its design effect,
     the mean ratio of the cluster-robust variances of ln median and dispersion to those of independent samples, so that
-    the posterior is as wide as the records allow (a calibrated composite likelihood: Pauli, Racugno and Ventura 2011,
-    Statistica Sinica 21). The sampler is pyFragility's (adaptive random-walk Metropolis).
+    the posterior has the width of the variance among records (a calibrated composite likelihood: Pauli, Racugno and
+    Ventura 2011, Statistica Sinica 21). The sampler is pyFragility's (adaptive random-walk Metropolis).
 
     Args:
-        dataset: A run on stripes, as `fragility` takes it.
-        limits: Limit of each damage state, from the lightest on, as of `fragility`.
+        dataset: A run on stripes, as in `fragility`.
+        limits: Limit of each damage state, from the lightest to the heaviest, as in `fragility`.
         demand: Variable of the run that plain limits are of.
         priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
-            state, as frozen distributions of scipy.stats; what has none has a flat one.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as of `fragility`.
-        draws: Number of draws, after 2,000 that the sampler adapts in.
-        confidence: Probability that the intervals hold [1].
+            state, as frozen distributions of scipy.stats; flat priors by default.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count, as in `fragility`.
+        draws: Number of draws, after 2,000 for the adaptation of the sampler.
+        confidence: Probability of the credible intervals [1].
         seed: Seed of the sampler.
 
     Returns:
         `fragility_median` and `fragility_dispersion`, the medians of the draws, with their credible intervals;
-        `replicate_median` and `replicate_dispersion`, the draws; `design_effect` and `effective_draws`, the number of
-        independent draws that they are worth. A damage state without a fit by maximum likelihood, which the sampler
-        starts from, has none.
+        `replicate_median` and `replicate_dispersion`, the draws; `design_effect` and `effective_draws`, the equivalent
+        number of independent draws. A damage state without a maximum-likelihood fit, at which the sampler starts, has
+        no posterior.
 
     Raises:
         ImportError: If pyFragility is not installed.
-        ValueError, TypeError: As `fragility`; or if a prior is of another name, or no distribution.
+        ValueError, TypeError: As in `fragility`; or if a prior has another name, or is not a distribution.
 
     Example:
         >>> from scipy.stats import lognorm
@@ -116,7 +116,7 @@ def fragility_posterior(
     influences, independent = estimator.influences(counts.levels, cells, counts.valid, *fit[:2])
     variance = np.einsum("iis->is", covariance_of_influences(influences.sum(axis=1)))
     ratio = (variance / independent).mean(axis=0)
-    effect = np.where(outcome == FITTED, np.where(ratio > 1.0, ratio, 1.0), np.nan)  # also of one record, without any
+    effect = np.where(outcome == FITTED, np.where(ratio > 1.0, ratio, 1.0), np.nan)  # 1 for a single record too
     effective = np.full(outcome.size, np.nan)
     found = np.full((2, draws, outcome.size), np.nan)
     for state in np.flatnonzero(outcome == FITTED):
@@ -129,7 +129,7 @@ def fragility_posterior(
         def log_prior(
             parameters: np.ndarray, best: Any = best, prior: Any = prior, share: float = 1.0 / effect[state]
         ) -> float:
-            # pyFragility adds the whole log-likelihood to this, of which a share is wanted.
+            # pyFragility adds the whole log-likelihood, but only a share of it counts.
             return prior(parameters) - (1.0 - share) * best.likelihood.loglik(parameters)
 
         posterior = best.posterior(log_prior=log_prior, n_samples=draws, burn_in=_BURN_IN, seed=seed)
@@ -143,21 +143,18 @@ def fragility_posterior(
     return _labelled(checked, counts, found, outcome, status, effect, effective, confidence, seed, labels)
 
 
-def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, told: list[str]) -> None:
-    said = [*told]
+def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, remarks: list[str]) -> None:
+    found = [*remarks]
     if len(counts.valid) == 1:
-        said.append("the run has one record: its samples are taken as independent, which they are not")
+        found.append("the run has only one record: its samples count as independent, which they are not")
     for state, name in enumerate(limits.states):
         if outcome[state] != FITTED:
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
-            said.append(
-                f"damage state {name!r} has no posterior, as no fit by maximum likelihood: "
+            found.append(
+                f"damage state {name!r} has no posterior, because it has no maximum-likelihood fit: "
                 f"{FIT_MEANINGS[outcome[state]]}{'; ' if advice else ''}{advice}"
             )
-    if said:
-        warn_caller(
-            "\n- ".join(["fragility_posterior:", *said]) if len(said) > 1 else f"fragility_posterior: {said[0]}"
-        )
+    warn_of_all("fragility_posterior", found)
 
 
 def _labelled(
@@ -174,27 +171,14 @@ def _labelled(
 ) -> xr.Dataset:
     """Return the dataset of the draws, shape [2, draw, damage_state]."""
     of_measure = unit_attributes(counts.units)
+    state, of_draws = "damage_state", ("replicate", "damage_state")
+    start, position = "outcome of the fit at which the sampler starts", "position of the median among the levels"
+    divisor = "divisor of the log-likelihood, because samples share records"
     variables: dict[str, tuple] = {
-        "fit_status": (
-            "damage_state",
-            outcome,
-            {"long_name": "outcome of the fit that it starts from"} | fit_flags(),
-        ),
-        MEDIAN_STATUS: (
-            "damage_state",
-            status,
-            {"long_name": "where the median lies among the levels"} | status_attributes(),
-        ),
-        "design_effect": (
-            "damage_state",
-            effect,
-            {"long_name": "what the log-likelihood is divided by, for samples that share records", "units": "1"},
-        ),
-        "effective_draws": (
-            "damage_state",
-            effective,
-            {"long_name": "independent draws that the draws are worth", "units": "1"},
-        ),
+        "fit_status": variable(state, outcome, start, **fit_flags()),
+        MEDIAN_STATUS: variable(state, status, position, **status_attributes()),
+        "design_effect": variable(state, effect, divisor),
+        "effective_draws": variable(state, effective, "equivalent number of independent draws"),
     }
     tail = 0.5 - 0.5 * confidence
     for name, values, of_unit in zip(("median", "dispersion"), found, (of_measure, {"units": "1"}), strict=True):
@@ -204,9 +188,8 @@ def _labelled(
             ("_lower", low, f"lower bound of the {100 * confidence:g} % credible interval of the"),
             ("_upper", high, f"upper bound of the {100 * confidence:g} % credible interval of the"),
         ):
-            variables[f"fragility_{name}{suffix}"] = "damage_state", part, {"long_name": f"{words} {name}"} | of_unit
-        said = {"long_name": f"posterior draw of the {name}"} | of_unit
-        variables[f"replicate_{name}"] = ("replicate", "damage_state"), values, said
+            variables[f"fragility_{name}{suffix}"] = variable(state, part, f"{words} {name}", **of_unit)
+        variables[f"replicate_{name}"] = variable(of_draws, values, f"posterior draw of the {name}", **of_unit)
     return xr.Dataset(
         variables,
         {"damage_state": ("damage_state", np.array(limits.states), {"long_name": "damage state"})},

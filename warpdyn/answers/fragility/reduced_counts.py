@@ -1,4 +1,4 @@
-"""Counts that a run was reduced to, read in place of the run that they are of."""
+"""Damage counts in the statistics of a run, read instead of its samples."""
 
 from __future__ import annotations
 
@@ -16,37 +16,33 @@ _STATE, _FAILURE = "damage_state", "failure"
 
 
 def is_reduced(dataset: xr.Dataset) -> bool:
-    """Return whether a dataset holds damage counts of a run, and no samples."""
+    """Return whether a dataset has damage counts of a run, and no samples."""
     return "sample" not in dataset.dims and any(str(name).startswith(DAMAGE_COUNT) for name in dataset.data_vars)
 
 
 def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -> str:
-    """Return the name of the damage counts over one of some choices of dimensions.
-
-    Raises:
-        ValueError: If there are none.
-    """
+    """Return the name of the damage counts over one of the given choices of dimensions, or raise a ValueError."""
     for dims in choices:
         for name, variable in dataset.data_vars.items():
             if str(name).startswith(DAMAGE_COUNT) and set(variable.dims) == {*dims, _STATE}:
                 return str(name)
     if not is_reduced(dataset):
         raise ValueError(
-            f"{function}: the dataset holds no damage counts: it is not what simulate(..., "
-            f"statistics=DamageCounts(limits, over={choices[0]!r})) returned"
+            f"{function}: the dataset has no damage counts: give the result of simulate(..., "
+            f"statistics=DamageCounts(limits, over={choices[0]!r}))"
         )
     over = " or ".join(str(dims) for dims in choices)
     found = [f"{name}{variable.dims}" for name, variable in dataset.data_vars.items() if DAMAGE_COUNT in str(name)]
     raise ValueError(
-        f"{function}: the statistics have no damage counts over {over}, only {', '.join(found)}: name these in "
-        "DamageCounts(limits, over=...)"
+        f"{function}: the statistics have no damage counts over {over}, only {', '.join(found)}: simulate with "
+        f"DamageCounts(limits, over={choices[0]!r})"
     )
 
 
 def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] | None:
-    """Return a part of the scene that a run is of, or None if its text has not some other text at its begin.
+    """Return a part of the JSON text of a run's scene, or None if it does not have `holds` in its first 200 characters.
 
-    Only this part is read, as the places of a million buildings in another one are long.
+    Only this part is parsed, because another one may list a million buildings.
 
     Args:
         dataset: The dataset.
@@ -62,24 +58,24 @@ def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] 
 
 
 def archetype_counts(dataset: xr.Dataset) -> dict[str, int] | None:
-    """Return the number of buildings of each archetype of a portfolio's run; None of another one."""
+    """Return the number of buildings of each archetype of a portfolio's run; None for other runs."""
     structure = part_of_scene(dataset, "structure", '"archetypes"')
     return None if structure is None else {name: int(each["count"]) for name, each in structure["archetypes"].items()}
 
 
 def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: str) -> DamageLimits:
-    """Return checked limits, or those that a run of one structure, or one archetype, was counted by.
+    """Return checked limits; those of counts must be the same, or None.
 
     Args:
         dataset: A run, or its counts.
-        limits: Limits that are asked for; None for those counted by.
+        limits: Given limits; None for the limits of counts.
         demand: Variable that plain limits are of.
 
     Raises:
-        ValueError, TypeError: If limits are not valid, or others than those counted by.
+        ValueError, TypeError: If limits are invalid, or are not those of the counts.
     """
     if not is_reduced(dataset):
-        return DamageLimits.of(limits, demand)  # type: ignore[arg-type]  # it refuses None
+        return DamageLimits.of(limits, demand)  # type: ignore[arg-type]  # refuses None
     counts_over("fragility", dataset, OF_STRIPES)
     given = dataset["damage_limit"]
     states = tuple(str(state) for state in given[_STATE].values if state != NO_DAMAGE)
@@ -91,13 +87,13 @@ def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: s
         if not same or not np.array_equal(asked.values, found.values, equal_nan=True):
             raise ValueError(
                 f"the samples were counted by the limits {dict(zip(states, values[0].tolist(), strict=True))} of "
-                f"{', '.join(found.demands)}, and are no longer there to be counted by others: leave out `limits`"
+                f"{', '.join(found.demands)}, and cannot be counted again: remove limits="
             )
     return found
 
 
 def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
-    """Return variables without values that have the attributes of the run's demands, levels and places."""
+    """Return variables without values, with the attributes of the run's demands, levels and places."""
     counts = dataset[counts_over("fragility", dataset, OF_STRIPES)]
     demands, units = (str(counts.attrs[name]).split(", ") for name in ("demand", "demand_units"))
     empty: dict[str, Any] = {name: ((), np.nan, {"units": each}) for name, each in zip(demands, units, strict=True)}
@@ -107,9 +103,9 @@ def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any]:
-    """Return the fields of `StripeCounts` but for those that they are checked by.
+    """Return the fields of `StripeCounts`, with failures by status instead of those computed later by `_counted`.
 
-    `exceeding` and `valid` still hold records and levels without samples; `failed` has their failures by status.
+    `exceeding` and `valid` still contain records and levels without samples.
     """
     name = counts_over("fragility", dataset, OF_STRIPES)
     table = dataset[name].transpose(*OF_STRIPES, _STATE).values
@@ -118,7 +114,7 @@ def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any
     tables, places = table[..., None, :], np.arange(0)
     if dim:
         of_places = dataset[f"{dim}_{name}"].transpose(*OF_STRIPES, dim, _STATE).values
-        is_there = of_places.any(axis=(0, 1, 2, 4)) | ~table.any()  # an archetype may be lower than others
+        is_there = of_places.any(axis=(0, 1, 2, 4)) | ~table.any()  # an archetype may have fewer storeys
         places = dataset[dim].values[is_there]
         tables = np.concatenate([of_places[..., is_there, :], tables], axis=-2)
     has_samples = table.any(axis=(0, 2, 3)) | failed.values.any(axis=(0, 2, 3))
@@ -128,7 +124,7 @@ def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any
         "units": str(dataset["stripe"].attrs.get("units", "g")),
         "dim": dim,
         "places": places,
-        # A sample that has reached a state has reached those before it.
+        # A sample that has reached a state has reached all lighter ones.
         "exceeding": tables[:, :groups, ..., ::-1].cumsum(axis=-1)[..., ::-1][..., 1:],
         "valid": table.sum(axis=-1)[:, :groups],
         "failed": failed.values[:, :groups],

@@ -19,13 +19,13 @@ from warpdyn.campaigns.running.joining.duplicates import check_samples
 from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 
-MOST_LEVELS = 4096  # of single observations, each of which is a level
-# Tables of counts that estimators and intervals have at a time: measured, 2.8 kB for each pair of a record and a level
-# at 5 storeys and 3 damage states.
+MOST_LEVELS = 4096  # single observations, each at its own level
+# Tables of counts in memory at a time: measured, 2.8 kB per pair of a record and a level for 5 storeys and 3 damage
+# states.
 TABLES = 20
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, or to single observations at up to "
-    f"{MOST_LEVELS:,} levels; for a larger cloud take fragility_of_cloud"
+    f"{MOST_LEVELS:,} levels; for a larger cloud use fragility_of_cloud(dataset, limits)"
 )
 
 
@@ -36,14 +36,14 @@ class StripeCounts:
     Args:
         levels: Intensity of each stripe, shape [im_level], increasing.
         units: Its units.
-        dim: Dimension of the places where a demand is known, such as "storey"; "" where only the worst is.
+        dim: Dimension of the places of a demand, such as "storey"; "" if only the worst is known.
         places: Their labels, shape [place].
         exceeding: Exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the worst place is last.
         valid: Samples counted, shape [record, group, im_level].
-        excluded: Number of samples kept out, by status.
+        excluded: Number of excluded samples, by status.
         records: Labels of the records, shape [record].
-        is_crossed: Whether the same structures run under every record; else each structure runs under one.
-        least_drift: Least drift ratio at which a sample collapsed [1]; infinite where none did, or no limit is a drift
+        is_crossed: Whether the same structures run under every record; otherwise each structure runs under one.
+        least_drift: Least drift ratio at which a sample collapsed [1]; infinite without collapses or drift limits.
     """
 
     levels: np.ndarray
@@ -74,7 +74,7 @@ class StripeCounts:
 
     @cached_property
     def strata(self) -> np.ndarray:
-        """Stratum of each record: those that were selected for one level, or for some, are one, shape [record]."""
+        """Stratum of each record, shape [record]; records of one level are one stratum."""
         return strata_of_records(self.valid.sum(axis=1) > 0)
 
     @cached_property
@@ -87,11 +87,11 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     """Count the samples of each record and stripe that exceed each limit, at each place and the worst.
 
     Args:
-        dataset: A run on stripes, as `warpdyn.answers.fragility.fragility_curves.fragility` takes it, or its counts.
-        limits: Limits of the damage states; of counts those that they were made by.
+        dataset: A run on stripes, as in `fragility`, or its counts.
+        limits: Limits of the damage states, also those of counts.
 
     Raises:
-        ValueError: If the dataset is not such a run, or more than 1 % of its samples failed (diverged and the like).
+        ValueError: If the dataset is not such a run, or more than 1 % of its samples failed.
     """
     if is_reduced(dataset):
         return _counted(stripe_counts_of(dataset, limits))
@@ -100,7 +100,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
         raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
-    if status.size < 2 * levels.size:  # before the table of records, groups and levels, which would fill the memory
+    if status.size < 2 * levels.size:  # before the large table
         _check_pairs(np.unique(record_index * levels.size + stripe).size, levels.size, records.size)
     excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
     kept = status <= COLLAPSED
@@ -111,7 +111,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     own = structure_label(dataset)
     structure = np.arange(status.size) if own is None else own.values
     sampling = "" if own is None else str(own.attrs.get("sampling", ""))
-    # A structure whose samples are all excluded does not change the groups of the others.
+    # Excluded structures do not change the groups of the others.
     is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
     if not kept.all():
         passed, group = passed[:, kept], group[kept]
@@ -124,7 +124,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     check_memory(
         f"fragility of {records.size:,} records at {levels.size:,} levels",
         8.0 * TABLES * cells * len(passed) * states,
-        "take fragility_of_cloud, or fewer records or damage states",
+        "use fragility_of_cloud, or fewer records or damage states",
     )
     valid = np.bincount(cell, minlength=cells).reshape(records.size, groups, levels.size)
     _check_stripes(valid)
@@ -152,7 +152,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
 
 
 def _counted(parts: dict[str, Any]) -> StripeCounts:
-    """Return what `count_stripes` returns, from counts that were made where the samples ran."""
+    """Return the counts of `count_stripes` from the statistics of a run."""
     failed, valid, records, levels = (parts.pop(name) for name in ("failed", "valid", "records", "levels"))
     exceeding, failures, is_crossed = parts.pop("exceeding"), parts.pop("failures"), parts.pop("is_crossed")
     if levels.size < 2:
@@ -174,7 +174,7 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
     return StripeCounts(
         levels=levels[stripe],
         records=records[record],
-        # Sums of what follows depend on the order in memory, in their last bits.
+        # The last bits of later sums depend on the order in memory.
         exceeding=np.ascontiguousarray(exceeding),
         valid=np.ascontiguousarray(valid),
         excluded=excluded,
@@ -186,10 +186,7 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
 def structure_groups(
     structure: np.ndarray, record: np.ndarray, records: int, sampling: str
 ) -> tuple[bool, int, np.ndarray]:
-    """Return whether structures are crossed with records, the number of groups of structures, and each sample's group.
-
-    See `group_numbers` for what a group is.
-    """
+    """Return whether structures are crossed with records, the number of `group_numbers`, and each sample's group."""
     distinct, index = _indexed(structure)
     if records == 1:
         return False, 1, np.zeros(structure.size, dtype=np.int64)
@@ -202,14 +199,14 @@ def structure_groups(
 
 
 def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
-    """Return which structure each sample is of: a drawn one, or a building of a portfolio; None if that is unknown."""
+    """Return the drawn structure, or the building of a portfolio, of each sample; None if unknown."""
     return next((dataset[name] for name in ("structure", "building") if name in dataset.coords), None)
 
 
 def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
-    """Return the least drift ratio at which a storey of the run collapsed: every collapse exceeds every limit."""
+    """Return the least drift ratio at which a storey of the run collapsed; infinite without one."""
     collapsed = status == COLLAPSED
-    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # another one may have, as isolators
+    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # not isolators that were left out
         collapsed &= np.isin(dataset["storey_of_collapse"].values, dataset["storey"].values)
     if DRIFT not in limits.demands or not collapsed.any():
         return np.inf
@@ -226,10 +223,10 @@ def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, sa
         places.append(f"{what} " + ", ".join(f"{found[i]} ({number[i]})" for i in most))
     total = sum(excluded.values())
     return (
-        f"{total} of {samples} samples ({100 * total / samples:.2f} %) are kept out "
+        f"{total} of {samples} samples ({100 * total / samples:.2f} %) failed "
         f"({', '.join(f'{number} {status}' for status, number in excluded.items())}); at most "
-        f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Most are in {'; and in '.join(places)} {units}. "
-        "Take a smaller step or another method"
+        f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may. Most are in {'; and in '.join(places)} {units}. Simulate with a "
+        "smaller step= or another method="
     )
 
 
@@ -237,12 +234,7 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
     """Return status as an index into `STATUS_MEANINGS`, motion and level of every sample, and the level's units."""
     if "im_level" not in dataset:
         raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
-    for name in ("status", "motion_index", "im_level"):
-        if name not in dataset:
-            raise ValueError(f"the dataset has no {name!r}; needed are a demand, status, motion_index, im_level")
-        if dataset[name].dims != ("sample",):
-            of_one = "; take one event by `select_event`" if "event" in dataset[name].dims else ""
-            raise ValueError(f"{name!r} has dimensions {dataset[name].dims}; they must be ('sample',){of_one}")
+    check_labels(dataset)
     if dataset.sizes["sample"] == 0:
         raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
     record, level = dataset["motion_index"].values, dataset["im_level"].values.astype(np.float64)
@@ -253,6 +245,16 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
             f"'im_level' of sample {bad[0]} is {level[bad[0]]}; every level must be finite and above 0 {units}"
         )
     return decoded_status(dataset["status"]), record, level, units
+
+
+def check_labels(dataset: xr.Dataset, begin: str = "") -> None:
+    """Raise a ValueError, whose message begins with `begin`, unless samples have a status, a motion and a level."""
+    for name in ("status", "motion_index", "im_level"):
+        if name not in dataset:
+            raise ValueError(f"{begin}the dataset has no {name!r}; needed are a demand, status, motion_index, im_level")
+        if dataset[name].dims != ("sample",):
+            of_one = ": select one event by select_event(run, name)" if "event" in dataset[name].dims else ""
+            raise ValueError(f"{begin}{name!r} has dimensions {dataset[name].dims}; they must be ('sample',){of_one}")
 
 
 def _check_stripes(valid: np.ndarray) -> None:
@@ -270,12 +272,12 @@ def _check_pairs(pairs: int, levels: int, records: int) -> None:
 def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the distinct values, sorted, and the index of each value among them."""
     if np.issubdtype(values.dtype, np.integer) and values.size and int(np.ptp(values)) < values.size:
-        # Numbers of records and structures are counted, which takes a third of the time of hashing them.
+        # Counting takes a third of the time of hashing.
         index = (values - values.min()).astype(np.int64, copy=False)
         is_there = np.bincount(index) > 0
         distinct = np.flatnonzero(is_there) + values.min()
         return distinct, index if is_there.all() else (np.cumsum(is_there) - 1)[index]
-    index, distinct = pd.factorize(values)  # hashes, where numpy would sort
+    index, distinct = pd.factorize(values)  # hashing is faster than numpy's sorting
     order = np.argsort(distinct, kind="stable")
     rank = np.empty(order.size, dtype=np.int64)
     rank[order] = np.arange(order.size)
@@ -283,14 +285,15 @@ def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def decoded_status(status: xr.DataArray) -> np.ndarray:
-    """Return the status by the meanings of the flags, whatever codes a file has for them."""
+    """Return the status as an index into STATUS_MEANINGS, for any codes of the flags."""
     meanings = str(status.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(status.attrs.get("flag_values", ()))
     known = {"ok", "collapsed"} <= set(meanings) <= set(STATUS_MEANINGS) and len(set(meanings)) == len(meanings)
     if not known or len(codes) != len(meanings):
         raise ValueError(
             f"'status' has flag_meanings {meanings} and flag_values {list(codes)}; "
-            f"it needs a value for each of those it has among {', '.join(STATUS_MEANINGS)}, ok and collapsed at least"
+            "it needs one value per meaning, and the meanings ok, collapsed and any of "
+            f"{', '.join(STATUS_MEANINGS[2:])}"
         )
     decoded = np.full(status.shape, -1, dtype=np.int8)
     for code, meaning in zip(codes, meanings, strict=True):

@@ -1,4 +1,4 @@
-"""Collapse margins as FEMA P-695 evaluates them: spectral shape, total uncertainty, acceptable margins."""
+"""Collapse margins by FEMA P-695: spectral shape, total uncertainty, acceptable margins."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.foundations.core.checks import finite_numbers, one_of
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -16,7 +17,7 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 SOURCE = "FEMA P-695 (2009), chapters 6 and 7, appendix B"
 RATINGS = {"A": 0.10, "B": 0.20, "C": 0.35, "D": 0.50}  # tables 3-1, 3-2 and 5-3
-# Target epsilon: table 7-1a is of design categories B, C and Dmin, table 7-1b of Dmax (section B.3.2).
+# Target epsilon: table 7-1a is for design categories B, C and Dmin, table 7-1b for Dmax (section B.3.2).
 TARGET_EPSILON = {"B": 1.0, "C": 1.0, "Dmin": 1.0, "Dmax": 1.5}
 RECORD_SETS = ("far_field", "near_field")
 MOST_DUCTILITY = 8.0  # the tables' last column: "at least 8"
@@ -27,19 +28,20 @@ ROUNDED_TO = 0.025  # total uncertainty of tables 7-2 and 7-3
 def spectral_shape_factor(
     period: ArrayLike, ductility: ArrayLike, design_category: str = "Dmax", *, record_set: str = "far_field"
 ) -> np.ndarray:
-    """Return the spectral shape factor of FEMA P-695, by the formulas that its tables are of.
+    """Return the spectral shape factor of FEMA P-695, by the formulas behind its tables.
 
-    Records of rare intensities have another shape than those scaled to them: SSF = exp(beta_1 (eps_0 - eps(T))), with
-    beta_1 = 0.14 (mu_T - 1)^0.42 (equations B-3 and B-4), eps(T) of the record set (equations B-1 and B-6).
+    Records of rare intensities have another spectral shape than records scaled to these intensities:
+    SSF = exp(beta_1 (eps_0 - eps(T))), with beta_1 = 0.14 (mu_T - 1)^0.42 (equations B-3 and B-4) and eps(T) of the
+    record set (equations B-1 and B-6).
 
     Args:
         period: Fundamental period of the archetype [s], any shape.
-        ductility: Period-based ductility mu_T [1], at least 1; counted as 8 above, as in the tables.
+        ductility: Period-based ductility mu_T [1], at least 1; larger values count as 8, as in the tables.
         design_category: Seismic design category "B", "C", "Dmin" or "Dmax".
         record_set: The records of the collapse analyses, "far_field" or "near_field" of FEMA P-695.
 
     Raises:
-        ValueError: If a period is not positive, a ductility below 1, or a name unknown.
+        ValueError: If a period is not positive, a ductility is below 1, or a name is unknown.
 
     Example:
         >>> float(wd.spectral_shape_factor(1.5, 8.0).round(2))
@@ -80,19 +82,19 @@ def collapse_margin(
     model: str = "B",
     names: Sequence[str] | None = None,
 ) -> xr.Dataset:
-    """Evaluate the collapse margins of the archetypes of a performance group as FEMA P-695 does.
+    """Evaluate the collapse margins of the archetypes of a performance group by FEMA P-695.
 
-    The margin ratio of each archetype, times its spectral shape factor, is compared with the acceptable ones: each must
-    reach that of 20 % probability of collapse, and their mean that of 10 %, under the maximum considered earthquake.
-    The total uncertainty, beta = sqrt(beta_RTR^2 + beta_DR^2 + beta_TD^2 + beta_MDL^2) with beta_RTR = 0.1 + 0.1 mu_T,
-    at most 0.4 (section 7.3), is rounded to 0.025 as in tables 7-2 and 7-3.
+    The adjusted margin of an archetype is its collapse margin ratio times its spectral shape factor. Each must reach
+    the acceptable margin of 20 % probability of collapse under the maximum considered earthquake, and the group's mean
+    that of 10 %. The total uncertainty, beta = sqrt(beta_RTR^2 + beta_DR^2 + beta_TD^2 + beta_MDL^2) with beta_RTR =
+    0.1 + 0.1 mu_T, at most 0.4 (section 7.3), is rounded to 0.025 as in tables 7-2 and 7-3.
 
     Args:
-        collapse_median: Median collapse intensity S_CT of each archetype [g], as `fragility_median` of collapse; a
-            number or shape [archetype].
+        collapse_median: Median collapse intensity S_CT of each archetype [g], such as `fragility_median` of collapse;
+            a number or shape [archetype].
         design_intensity: Spectral acceleration S_MT of the maximum considered earthquake at the archetype's period [g].
-        period: Fundamental period of each archetype [s], which FEMA P-695 takes to be at least 0.25 s.
-        ductility: Period-based ductility mu_T of each archetype [1], of its pushover.
+        period: Fundamental period of each archetype [s]; in FEMA P-695 at least 0.25 s.
+        ductility: Period-based ductility mu_T of each archetype [1], from its pushover.
         design_category: Seismic design category of the group: "B", "C", "Dmin" or "Dmax".
         record_set: "far_field" or "near_field".
         design_requirements: Rating of the design requirements: "A" superior, "B" good, "C" fair, "D" poor.
@@ -101,14 +103,14 @@ def collapse_margin(
         names: Names of the archetypes; numbers from 1 by default.
 
     Returns:
-        Along `archetype`: `collapse_margin_ratio`, `spectral_shape_factor`, `adjusted_collapse_margin_ratio`,
+        Over `archetype`: `collapse_margin_ratio`, `spectral_shape_factor`, `adjusted_collapse_margin_ratio`,
         `total_uncertainty`, `acceptable_margin_10`, `acceptable_margin_20` [1], `probability_of_collapse` under the
-        design intensity, by the adjusted margin [1], and `is_acceptable`; of the group `mean_adjusted_margin`,
+        design intensity, by the adjusted margin [1], and `is_acceptable`; for the group `mean_adjusted_margin`,
         `mean_acceptable_margin_10` and `group_is_acceptable`.
 
     Raises:
-        TypeError: If a Dataset is given in place of intensities.
-        ValueError: If a value is not positive, a rating or a name is unknown, or shapes do not go together.
+        TypeError: If an intensity is a Dataset.
+        ValueError: If a value is not positive, a rating or a name is unknown, or shapes do not match.
 
     Example:
         >>> found = wd.collapse_margin(2.4, 1.5, period=0.7, ductility=6.0, model="C")
@@ -120,10 +122,10 @@ def collapse_margin(
             states = value["damage_state"].values.ravel().tolist() if "damage_state" in value else []
             state = str(states[-1]) if states else "collapse"
             raise TypeError(
-                f"collapse_margin: {what} takes intensities [g], a number or one of each archetype, and got a Dataset; "
-                f"of curves give the median of one state, curves['fragility_median'].sel(damage_state={state!r})"
+                f"collapse_margin: {what} takes intensities [g], one number or one per archetype, but got a Dataset; "
+                f"give the median of one damage state: curves['fragility_median'].sel(damage_state={state!r})"
             )
-    # Ratings of one group are of the system, not of an archetype.
+    # Ratings belong to the system of the group, not to an archetype.
     ratings = {"design_requirements": design_requirements, "test_data": test_data, "model": model}
     for what, rating in ratings.items():
         one_of(f"rating of {what}", rating, RATINGS)
@@ -141,11 +143,14 @@ def collapse_margin(
         median, design, periods, ductilities = np.broadcast_arrays(*arrays.values())
     except ValueError as error:
         shapes = ", ".join(f"{what} {array.shape}" for what, array in arrays.items())
-        raise ValueError(f"give one value for all archetypes or one for each: {shapes}") from error
+        raise ValueError(f"give one value for all archetypes or one per archetype; shapes are {shapes}") from error
     if median.ndim != 1:
         raise ValueError(f"archetypes must be a row, got values of shape {median.shape}")
     if np.any(periods < 0.25):
-        warn_caller("FEMA P-695 takes periods of at least 0.25 s, for the design intensity too")
+        warn_caller(
+            f"the shortest period is {periods.min():g} s; FEMA P-695 takes periods of at least 0.25 s, also for the "
+            "design intensity: give period=np.maximum(period, 0.25) and the design_intensity at this period"
+        )
     labels = np.arange(1, median.size + 1) if names is None else np.array(list(names), dtype=str)
     if labels.shape != median.shape:
         raise ValueError(f"{labels.size} names for {median.size} archetypes")
@@ -155,19 +160,19 @@ def collapse_margin(
     adjusted = ratio * shape
     record_to_record = np.minimum(0.1 + 0.1 * ductilities, 0.4)
     of_system = sum(RATINGS[rating] ** 2 for rating in ratings.values())
-    # Halves are rounded up, which is the cautious way.
+    # Halves are rounded up, which is conservative.
     beta = np.floor(np.sqrt(record_to_record**2 + of_system) / ROUNDED_TO + 0.5) * ROUNDED_TO
     acceptable = {share: np.exp(-ndtri(share) * beta) for share in (0.1, 0.2)}
     each = adjusted >= acceptable[0.2]
     mean, needed = adjusted.mean(), acceptable[0.1].mean()
-    along, unit = "archetype", {"units": "1"}
+    along = "archetype"
     rows = {
         "collapse_margin_ratio": (ratio, "collapse margin ratio S_CT / S_MT"),
         "spectral_shape_factor": (shape, "spectral shape factor"),
         "adjusted_collapse_margin_ratio": (adjusted, "adjusted collapse margin ratio"),
         "total_uncertainty": (beta, "total system collapse uncertainty, rounded to 0.025"),
-        "acceptable_margin_10": (acceptable[0.1], "acceptable margin of 10 % probability of collapse"),
-        "acceptable_margin_20": (acceptable[0.2], "acceptable margin of 20 % probability of collapse"),
+        "acceptable_margin_10": (acceptable[0.1], "acceptable margin for 10 % probability of collapse"),
+        "acceptable_margin_20": (acceptable[0.2], "acceptable margin for 20 % probability of collapse"),
         "probability_of_collapse": (
             ndtr(-np.log(adjusted) / beta),
             "probability of collapse under the design intensity",
@@ -175,17 +180,18 @@ def collapse_margin(
     }
     group = {
         "mean_adjusted_margin": (mean, "mean adjusted collapse margin ratio of the group"),
-        "mean_acceptable_margin_10": (needed, "mean acceptable margin of 10 % probability of collapse"),
+        "mean_acceptable_margin_10": (needed, "mean acceptable margin for 10 % probability of collapse"),
     }
+    is_acceptable = bool(each.all() and mean >= needed)
     return xr.Dataset(
-        {name: (along, row, unit | {"long_name": words}) for name, (row, words) in rows.items()}
-        | {name: ((), value, unit | {"long_name": words}) for name, (value, words) in group.items()}
+        {name: variable(along, row, words) for name, (row, words) in rows.items()}
+        | {name: variable((), value, words) for name, (value, words) in group.items()}
         | {
-            "is_acceptable": (along, each, {"long_name": "the archetype reaches the margin of 20 %"}),
+            "is_acceptable": (along, each, {"long_name": "the archetype reaches the margin for 20 %"}),
             "group_is_acceptable": (
                 (),
-                bool(each.all() and mean >= needed),
-                {"long_name": "every archetype reaches the margin of 20 %, and their mean that of 10 %"},
+                is_acceptable,
+                {"long_name": "every archetype reaches the margin for 20 %, and their mean that for 10 %"},
             ),
         },
         {along: (along, labels, {"long_name": "archetype"})},

@@ -1,19 +1,19 @@
-"""What intensities, and what records, contribute to the annual rates of damage states."""
+"""Disaggregation of annual rates of damage states by intensity and by record."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from warpdyn.answers.risk.annual_rates import EXTRAPOLATED_SHARE, warn_of_extrapolation
-from warpdyn.answers.risk.curves import Curves, check_hazard, curves_of
+from warpdyn.answers.fragility.curve_variables import variable
+from warpdyn.answers.risk.curves.curve_set import CurveSet, check_hazard
+from warpdyn.answers.risk.curves.curve_warnings import EXTRAPOLATED_SHARE, warn_of_extrapolation
 from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.foundations.core.checks import check_dataset, real_number, whole_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 
-MISSED_SHARE = 0.1  # of a rate that comes from outside of the bins: with more a warning is given
-
+MISSED_SHARE = 0.1  # largest share of a rate that may come from outside the bins without a warning
 MOST_BINS = 10**5
 
 
@@ -21,11 +21,11 @@ MOST_BINS = 10**5
 def disaggregate(
     curves: xr.Dataset, hazard: Hazard, *, bins: int = 40, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
-    """Return what each range of intensities contributes to the annual rate of each damage state.
+    """Return the contribution of each range of intensities to the annual rate of each damage state.
 
     Args:
-        curves: As of `annual_rates`.
-        hazard: The hazard of the curves' intensity measure; the mean over the branches of a logic tree is taken.
+        curves: Fragility curves, as in `annual_rates`.
+        hazard: The hazard, of the same intensity measure as the curves; of a logic tree the mean over its branches.
         bins: Number of bins, equal in the logarithm of the intensity.
         lowest: Lower edge of the first bin [units of the hazard]; by default the first point of the hazard.
         highest: Upper edge of the last bin [units of the hazard]; by default the last point of the hazard.
@@ -35,23 +35,24 @@ def disaggregate(
         the whole rate [1], `contribution_density(damage_state, intensity)`, that share over the width of the bin in
         logarithms [1], by the middle `intensity` of the bins, whose edges are `intensity_lower` and `intensity_upper`;
         `modal_intensity(damage_state)`, the middle of the bin that contributes most, and `share_below_bins` and
-        `share_above_bins(damage_state)`. A warning names states of which more than 10 % comes from outside of the bins.
+        `share_above_bins(damage_state)`. A warning names states with more than 10 % from outside the bins.
 
     Raises:
-        TypeError, ValueError: As of `annual_rates`; if the edges do not increase.
+        TypeError, ValueError: As in `annual_rates`; if the edges do not increase.
 
     Example:
         >>> wd.disaggregate(curves, hazard)["modal_intensity"].round(2).values  # g
         array([0.53, 1.13])
     """
     tree = branches_of("disaggregate", hazard)
-    return contributions(curves_of("disaggregate", curves, tree), tree, bins=bins, lowest=lowest, highest=highest)
+    found = CurveSet.from_dataset("disaggregate", curves, tree)
+    return contributions(found, tree, bins=bins, lowest=lowest, highest=highest)
 
 
 def contributions(
-    found: Curves, tree: HazardLogicTree, *, bins: int, lowest: float | None = None, highest: float | None = None
+    found: CurveSet, tree: HazardLogicTree, *, bins: int, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
-    """Return what `disaggregate` does, of curves and a hazard that are checked."""
+    """Return the result of `disaggregate` for checked curves and a checked hazard."""
     bins = whole_number("bins", bins, 2, MOST_BINS)
     low = min(each.intensity[0] for each in tree.curves) if lowest is None else real_number("lowest", lowest, above=0)
     high = (
@@ -74,40 +75,32 @@ def contributions(
     if missed:
         warn_caller(
             f"disaggregate: {', '.join(missed)} comes from intensities outside of the bins ({low:.3g} to {high:.3g} "
-            f"{tree.units}), so that the mode is that of the rest: take bins, and a hazard curve, that reach further"
+            f"{tree.units}), which the mode ignores: choose lowest=, highest= and a hazard curve that reach further"
         )
     middle = np.sqrt(edges[:-1] * edges[1:])
-    state, along, unit = "damage_state", ("damage_state", "intensity"), {"units": "1"}
-    length = {"units": tree.units}
+    state, along, units = "damage_state", ("damage_state", "intensity"), tree.units
+    density = share / np.diff(np.log(edges))
     return xr.Dataset(
         {
-            "annual_rate": (state, whole, {"units": "year-1", "long_name": "annual rate of the damage state"}),
-            "annual_rate_of_bin": (
-                along,
-                rate,
-                {"units": "year-1", "long_name": "annual rate from the bin's intensities"},
+            "annual_rate": variable(state, whole, "annual rate of the damage state", units="year-1"),
+            "annual_rate_of_bin": variable(along, rate, "annual rate from the bin's intensities", units="year-1"),
+            "contribution": variable(along, share, "share of the annual rate from the bin's intensities"),
+            "contribution_density": variable(
+                along, density, "share of the annual rate per unit of the logarithm of the intensity"
             ),
-            "contribution": (along, share, unit | {"long_name": "share of the annual rate from the bin's intensities"}),
-            "contribution_density": (
-                along,
-                share / np.diff(np.log(edges)),
-                unit | {"long_name": "share of the annual rate per unit of the logarithm of the intensity"},
+            "modal_intensity": variable(
+                state, middle[np.argmax(share, axis=1)], "middle of the bin that contributes most", units=units
             ),
-            "modal_intensity": (
-                state,
-                middle[np.argmax(share, axis=1)],
-                length | {"long_name": "middle of the bin that contributes most"},
-            ),
-            "share_below_bins": (state, below / whole, unit | {"long_name": "share from intensities below the bins"}),
-            "share_above_bins": (state, above / whole, unit | {"long_name": "share from intensities above the bins"}),
-            "intensity_lower": ("intensity", edges[:-1], length | {"long_name": "lower edge of the bin"}),
-            "intensity_upper": ("intensity", edges[1:], length | {"long_name": "upper edge of the bin"}),
+            "share_below_bins": variable(state, below / whole, "share from intensities below the bins"),
+            "share_above_bins": variable(state, above / whole, "share from intensities above the bins"),
+            "intensity_lower": variable("intensity", edges[:-1], "lower edge of the bin", units=units),
+            "intensity_upper": variable("intensity", edges[1:], "upper edge of the bin", units=units),
         },
         {
             state: (state, np.array(found.names), {"long_name": "damage state"}),
-            "intensity": ("intensity", middle, length | {"long_name": "middle of the bin of intensities"}),
+            "intensity": variable("intensity", middle, "middle of the bin of intensities", units=units),
         },
-        {"intensity_measure": tree.measure or found.measure, "rate_method": found.shape.method},
+        {"intensity_measure": tree.measure or found.measure, "rate_method": found.limited.method},
     )
 
 
@@ -115,26 +108,26 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     """Return the annual rate of each damage state from capacities, without a fitted curve, and each record's part.
 
     The rate is the mean over structures and records of the rate at which their capacity is exceeded. An infinite
-    capacity, which was not reached up to the highest level, counts with a rate of 0; one below the lowest level (0)
-    with that of the upper end of its bracket; one whose search failed (NaN) is left out. Warnings tell of those that
-    matter, and of rates that are extrapolated.
+    capacity, which was not reached up to the highest level, counts with a rate of 0; a capacity of 0, below the lowest
+    level, with the rate of the upper end of its bracket; failed searches (NaN) do not count. Warnings name states in
+    which such capacities matter, and rates that are extrapolated.
 
     Args:
         capacities: `capacity(structure, motion, damage_state)`, the intensity at which each state is first reached,
             with its bracket `capacity_lower` and `capacity_upper`.
-        hazard: The hazard of the capacities' intensity measure; the mean over the branches of a logic tree is taken.
+        hazard: The hazard, of the same intensity measure; of a logic tree the mean over its branches.
 
     Returns:
-        `annual_rate(damage_state)` [1/year], with `annual_rate_lower` and `annual_rate_upper`, within which it lies
-        whatever the capacities in their brackets; `standard_error(damage_state)` over the records, as a sample of
-        records [1/year], NaN of one record; `record_annual_rate` [1/year] and `contribution(motion, damage_state)`, the
-        share of each record in the rate [1]; `censored_share` and `failed_share(damage_state)`, the shares of the
-        capacities above the highest level and of those whose search failed [1].
+        `annual_rate(damage_state)` [1/year], with its bounds `annual_rate_lower` and `annual_rate_upper` for
+        capacities anywhere in their brackets; `standard_error(damage_state)` over the records as a sample of records
+        [1/year], NaN for one record; `record_annual_rate` [1/year] and `contribution(motion, damage_state)`, the share
+        of each record in the rate [1]; `censored_share` and `failed_share(damage_state)`, the shares of the
+        capacities above the highest level and of failed searches [1].
 
     Raises:
-        TypeError: If `capacities` is no Dataset or `hazard` no hazard.
+        TypeError: If `capacities` is not a Dataset or `hazard` not a hazard.
         ValueError: If variables are missing, a capacity is negative, a state has no known capacity under a record, or
-            the hazard is of another unit or measure.
+            the hazard has another unit or measure.
 
     Example:
         >>> by_record = wd.rates_by_record(wd.capacities(scene, limits, highest=4.0), hazard)
@@ -148,14 +141,11 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
         name, capacities, *needed, advice="give what capacities(scene, limits) returned", argument="capacities"
     )
     tree = branches_of(name, hazard)
-    if set(capacities["capacity"].dims) != set(dims):
-        raise ValueError(f"{name}: capacity must lie along {', '.join(dims)}, got {capacities['capacity'].dims}")
-    check_hazard(
-        name,
-        tree,
-        str(capacities["capacity"].attrs.get("units", "g")),
-        str(capacities.attrs.get("intensity_measure", "")),
-    )
+    given = capacities["capacity"]
+    if set(given.dims) != set(dims):
+        raise ValueError(f"{name}: capacity must have the dimensions {', '.join(dims)}, got {given.dims}")
+    measure = str(capacities.attrs.get("intensity_measure", ""))
+    check_hazard(name, tree, str(given.attrs.get("units", "g")), measure)
     capacity, lower, upper = (capacities[each].transpose(*dims).values.astype(np.float64) for each in needed)
     states = [str(state) for state in capacities["damage_state"].values]
     failed, censored, below = np.isnan(capacity), np.isposinf(capacity), capacity == 0
@@ -164,7 +154,7 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     for motion, place in np.argwhere(failed.all(axis=1)):
         raise ValueError(f"{name}: damage state {states[place]!r} has no known capacity under motion {motion}")
     capacity = np.where(below, upper, capacity)
-    # A bracket that reaches down to no motion at all is exceeded as often as the hazard's least intensity.
+    # A bracket from 0 on is exceeded as often as the hazard's least intensity.
     lower = np.maximum(lower, min(each.intensity[0] for each in tree.curves))
 
     def rates(values: np.ndarray) -> np.ndarray:
@@ -180,36 +170,30 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     warn_of_extrapolation(tuple(states), np.nan_to_num(np.array(outside)), tree.curves, "annual rate by record")
     for which, what in ((censored, "above the highest level"), (below, "below the lowest level")):
         shares = which.mean(axis=(0, 1))
-        # What the brackets of these capacities alone may add to the rate.
         added = (np.nanmean(np.where(which, rates(lower) - rates(capacity), 0.0), axis=1)).mean(axis=0)
         for i in np.flatnonzero(added > EXTRAPOLATED_SHARE * rate):
             warn_caller(
                 f"annual rate by record: {float(f'{100 * shares[i]:.2g}'):g} % of the capacities of {states[i]!r} are "
-                f"{what}; the rate of {rate[i]:.3g} a year may be up to {added[i]:.2g} larger by that"
+                f"{what}, so the rate of {rate[i]:.3g} per year may be up to {added[i]:.2g} higher. "
+                + ("Raise capacities(..., highest=)" if which is censored else "Run capacities() at lower levels")
             )
-    state, per_year, unit = "damage_state", {"units": "year-1"}, {"units": "1"}
-    of_rate = "annual rate of reaching the damage state"
+    state, of_record, of_rate = "damage_state", ("motion", "damage_state"), "annual rate of reaching the damage state"
     rows = {
-        "annual_rate": (rate, per_year | {"long_name": of_rate}),
-        "annual_rate_lower": (bounds[0], per_year | {"long_name": f"{of_rate}, least by the capacities' brackets"}),
-        "annual_rate_upper": (bounds[1], per_year | {"long_name": f"{of_rate}, largest by the capacities' brackets"}),
-        "standard_error": (error, per_year | {"long_name": "standard error of the annual rate over the records"}),
-        "censored_share": (
-            censored.mean(axis=(0, 1)),
-            unit | {"long_name": "share of the capacities above the highest level"},
-        ),
-        "failed_share": (
-            failed.mean(axis=(0, 1)),
-            unit | {"long_name": "share of the capacities whose search failed"},
-        ),
+        "annual_rate": (rate, of_rate),
+        "annual_rate_lower": (bounds[0], f"{of_rate}, least by the capacities' brackets"),
+        "annual_rate_upper": (bounds[1], f"{of_rate}, largest by the capacities' brackets"),
+        "standard_error": (error, "standard error of the annual rate over the records"),
     }
-    of_records = {
-        "record_annual_rate": (record, per_year | {"long_name": "annual rate by the capacities under the record"}),
-        "contribution": (contribution, unit | {"long_name": "share of the record in the rate"}),
-    }
+    by_record = "annual rate by the capacities under the record"
+    censored_share, failed_share = (which.mean(axis=(0, 1)) for which in (censored, failed))
     return xr.Dataset(
-        {key: (state, values, about) for key, (values, about) in rows.items()}
-        | {key: (("motion", state), values, about) for key, (values, about) in of_records.items()},
+        {key: variable(state, values, words, units="year-1") for key, (values, words) in rows.items()}
+        | {
+            "censored_share": variable(state, censored_share, "share of the capacities above the highest level"),
+            "failed_share": variable(state, failed_share, "share of the capacities whose search failed"),
+            "record_annual_rate": variable(of_record, record, by_record, units="year-1"),
+            "contribution": variable(of_record, contribution, "share of the record in the rate"),
+        },
         {key: capacities[key] for key in (state, "motion") if key in capacities.coords},
         {"intensity_measure": tree.measure, "rate_method": "mean rate of exceedance of the capacities"},
     )

@@ -1,4 +1,4 @@
-"""Losses of a city event by event, and how often they are exceeded."""
+"""Losses of a city in each event, and how often they are exceeded."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.reduced_counts import archetype_counts
 from warpdyn.answers.risk.losses import RETURN_PERIODS, checked_periods
 from warpdyn.foundations.core.checks import check_dataset, finite_numbers
@@ -15,7 +16,7 @@ from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 _FUNCTION = "event_losses"
-EARTHQUAKE = "earthquake"  # of MotionsAtSites, which each building has in several draws
+EARTHQUAKE = "earthquake"  # dimension of MotionsAtSites, in which a building may have several draws per earthquake
 MONEY = {"units": "1", "comment": "in the unit of replacement_values"}
 
 
@@ -24,34 +25,34 @@ def event_losses(
 ) -> xr.Dataset:
     """Return the loss of all buildings together in each event, and how often it is exceeded.
 
-    Each building counts with its own replacement value, which for a row of an inventory that stands for several
-    buildings is that of them all.
+    Each building counts with its replacement value; the value of a row of an inventory that represents several
+    buildings is that of all of them.
 
     Args:
-        counted: What `simulate` returned with `statistics=[DamageLoss(..., over="event")]` (or over "motion", where
-            each motion is an event of its own), in which each building has one sample in each event. Motions at sites
-            need `over="earthquake"`: a building has a sample in each draw of an earthquake, and the loss is the mean
-            over the draws. Name the motions of one record by `DamageLoss(events=...)`, so that of its components the
-            worse counts; without, both count as draws.
-        event_rates: Annual rate of each event [1/year], shape [event], in the order of the losses (of earthquakes that
-            of the design), or a DataArray along `event` (or `earthquake`), which goes by their names; None where all
+        counted: The result of `simulate` with `statistics=[DamageLoss(..., over="event")]` (or over "motion", if each
+            motion is one event), in which each building has one sample per event. Motions at sites need
+            `over="earthquake"`: a building has a sample in each draw of an earthquake, and the loss is the mean over
+            the draws. If motions are components of one record, name the records by `DamageLoss(events=...)`, so that
+            the worse component counts; otherwise both count as draws.
+        event_rates: Annual rate of each event [1/year], shape [event], in the order of the losses (earthquakes in the
+            order of the design), or a DataArray over `event` (or `earthquake`), which is matched by name. None: all
             events are equally likely draws of one earthquake.
         return_periods: Return periods [year] of the loss, if events have rates.
 
     Returns:
-        `loss(event)` and `loss_deviation(event)`, the standard deviation that the scatter of the loss ratios alone
-        makes, independent from building to building (of a single draw, where there are several); `counted_buildings`
-        and `failed_buildings(event)`, whose losses are not in it (both the mean over the draws). The dimension is that
+        `loss(event)` and `loss_deviation(event)`, the standard deviation from the scatter of the loss ratios alone,
+        independent between buildings (of a single draw if there are several); `counted_buildings` and
+        `failed_buildings(event)`, whose losses are not included (both the mean over the draws). The dimension is that
         of `over`. Without rates `exceedance_probability(event)` [1], the share of the events with a larger loss. With
-        rates `expected_annual_loss`, `loss_exceedance_rate(event)` [1/year], at which losses above that of
-        the event occur, and `return_period_loss(return_period)`, the least loss of an event that is exceeded no more
-        often (0 where events are rarer). `plots.loss_exceedance` draws either.
+        rates `expected_annual_loss`, `loss_exceedance_rate(event)` [1/year] of losses above that of the event, and
+        `return_period_loss(return_period)`, the least loss of an event that is exceeded at most once per return period
+        on average (0 if events are rarer). `plots.loss_exceedance` draws either.
 
     Raises:
-        ValueError: If there are no losses by event, events have different numbers of samples or each building several
-            in an event, an earthquake has no draw, more than 1 % of an event's samples failed, or rates are not one for
-            each event, or negative.
-        TypeError: If `counted` is no Dataset.
+        ValueError: If there are no losses by event, events have different numbers of samples, a building has several
+            samples in an event, an earthquake has no draw, more than 1 % of an event's samples failed, or rates are not
+            one per event, or negative.
+        TypeError: If `counted` is not a Dataset.
 
     Example:
         >>> costs = stock.replacement_costs(inventory)
@@ -65,8 +66,8 @@ def event_losses(
     along = next((dim for dim in (EARTHQUAKE, "event", "motion") if f"loss_sum_by_{dim}" in counted), "")
     if not along or counted[f"loss_sum_by_{along}"].dims != (along,):
         raise ValueError(
-            f"{_FUNCTION}: the dataset has no losses by event, motion or earthquake alone: {advice}, of MotionsAtSites "
-            f"over={EARTHQUAKE!r}"
+            f"{_FUNCTION}: the dataset has no losses by event, motion or earthquake alone: {advice}; for "
+            f"MotionsAtSites over={EARTHQUAKE!r}"
         )
     buildings, failed = counted[f"counted_count_by_{along}"], counted[f"failed_count_by_{along}"].sum("failure")
     draws = _draws_of_events(counted, along, buildings.values, failed.values)
@@ -85,38 +86,37 @@ def event_losses(
         rates = checked_event_rates(_FUNCTION, loss, event_rates)
         return result.merge(rates_of_losses(loss, rates, return_periods))
     larger = (loss.values[:, None] < loss.values).mean(axis=1)
-    said = {"units": "1", "long_name": "share of the events with a larger loss"}
-    return result.assign(exceedance_probability=(along, larger, said))
+    return result.assign(exceedance_probability=variable(along, larger, "share of the events with a larger loss"))
 
 
 def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLike) -> np.ndarray:
     """Return the annual rates of events in the order of their losses.
 
     Args:
-        function: The public function, in errors.
+        function: The public function, for messages.
         loss: Loss of each event, with its labels.
-        event_rates: The rates [1/year], as of `event_losses`.
+        event_rates: The rates [1/year], as in `event_losses`.
 
     Raises:
-        ValueError: As of `event_losses`.
+        ValueError: As in `event_losses`.
     """
     (along,) = map(str, loss.dims)
     if isinstance(event_rates, xr.DataArray) and along in event_rates.coords and event_rates.dims == (along,):
         if not loss.indexes[along].is_unique:
             raise ValueError(
-                f"{function}: {along}s have a name twice: give event_rates in the order of the {along}s, without names"
+                f"{function}: two {along}s have one name: give event_rates in the order of the {along}s, without names"
             )
         if set(event_rates[along].values.tolist()) != set(loss[along].values.tolist()):
             raise ValueError(
-                f"{function}: event_rates are of the {along}s {event_rates[along].values.tolist()}, and the losses of "
-                f"{loss[along].values.tolist()}"
+                f"{function}: event_rates are of the {along}s {event_rates[along].values.tolist()}, but the losses are "
+                f"of {loss[along].values.tolist()}: give one rate for each of these"
             )
-        event_rates = event_rates.sel({along: loss[along].values})  # by label, as xarray goes together
+        event_rates = event_rates.sel({along: loss[along].values})  # in the order of the losses
     rates = np.atleast_1d(finite_numbers("event_rates", event_rates))
     if rates.shape != loss.shape or np.any(rates < 0):
         raise ValueError(
-            f"{function}: event_rates must hold the annual rate of each of the {loss.size} events, none "
-            f"below 0, got {rates}"
+            f"{function}: event_rates must be the annual rate of each of the {loss.size} events, at least 0, got "
+            f"{rates}"
         )
     findings = PlausibilityFindings()
     findings.add("event_rate", rates)
@@ -125,7 +125,7 @@ def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLik
 
 
 def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Sequence[float]) -> xr.Dataset:
-    """Return the expected loss of a year, the rates at which losses are exceeded and the losses of return periods.
+    """Return the expected annual loss, the rates at which losses are exceeded and the losses of return periods.
 
     Args:
         loss: Loss of each event.
@@ -139,32 +139,26 @@ def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Seque
     ordered = np.sort(np.append(values, 0.0))
     rate_above = rates @ (values[:, None] > ordered[None, :])
     at_periods = [ordered[np.argmax(rate_above <= 1 / period)] for period in periods]
+    exceedance = "annual rate of losses above that of the event"
+    at_least = "least loss of an event exceeded at most once per return period"
     return xr.Dataset(
         {
-            "expected_annual_loss": ((), rates @ values, MONEY | {"long_name": "expected loss of a year"}),
-            "loss_exceedance_rate": (
-                along,
-                exceeded,
-                {"units": "year-1", "long_name": "annual rate of losses above that of the event"},
-            ),
-            "return_period_loss": (
-                "return_period",
-                at_periods,
-                MONEY | {"long_name": "least loss of an event that is exceeded at most once in the return period"},
-            ),
+            "expected_annual_loss": variable((), rates @ values, "expected annual loss", **MONEY),
+            "loss_exceedance_rate": variable(along, exceeded, exceedance, units="year-1"),
+            "return_period_loss": variable("return_period", at_periods, at_least, **MONEY),
         },
-        {"return_period": ("return_period", periods, {"units": "year", "long_name": "return period"})},
+        {"return_period": variable("return_period", periods, "return period", units="year")},
     )
 
 
 def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, failed: np.ndarray) -> np.ndarray:
-    """Return how many samples each building has in each event; raise a ValueError if not all have as many.
+    """Return the number of samples of each building in each event, or raise a ValueError if they differ.
 
     Args:
-        counted: As of `event_losses`.
+        counted: The losses, as in `event_losses`.
         along: The dimension of the events.
         buildings: Samples of each event that have a loss.
-        failed: Those that failed.
+        failed: Samples of each event that failed.
     """
     total, counts = buildings + failed, archetype_counts(counted)
     least, most = int(total.min()), int(total.max())
@@ -172,13 +166,13 @@ def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, fai
         size = 0 if counts is None else sum(counts.values())
         if not size or not least or np.any(total % size):
             raise ValueError(
-                f"{_FUNCTION}: earthquakes have {least:,} to {most:,} samples of {size:,} buildings, and each building "
-                "of a portfolio must have the same number of draws, and at least one, of each earthquake"
+                f"{_FUNCTION}: earthquakes have {least:,} to {most:,} samples of {size:,} buildings; each building of "
+                "a portfolio must have the same number of draws, and at least one, of each earthquake"
             )
     elif least < most or (counts is not None and most != sum(counts.values())):
         raise ValueError(
-            f"{_FUNCTION}: {along}s have {least:,} to {most:,} samples, and each building must have one in "
-            "each: name the events of motions by DamageLoss(events=...), take one level of stripes by itself, and of "
+            f"{_FUNCTION}: {along}s have {least:,} to {most:,} samples; each building must have one sample in each. "
+            "Name the events of motions by DamageLoss(events=...), simulate the levels of stripes one by one, and of "
             f"MotionsAtSites take the losses over={EARTHQUAKE!r}"
         )
     many = failed > LARGEST_EXCLUDED_FRACTION * total

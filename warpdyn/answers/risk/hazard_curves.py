@@ -1,4 +1,4 @@
-"""Hazard curves of a site: annual rates of exceedance, interpolated in logarithms, and logic trees of curves."""
+"""Hazard curves of a site (annual rates of exceedance, interpolated in logarithms) and logic trees of curves."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.measures.names import same_measure, warn_unless_compared
 
-WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with some seven digits
+WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with about seven digits
 
 
 @with_suggestions
@@ -26,26 +26,25 @@ WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files wri
 class HazardCurve(FrozenArrays):
     """The seismic hazard of a site: the annual rate at which each intensity is exceeded.
 
-    Between its points the logarithm of the rate is linear in the logarithm of the intensity, and beyond its first and
-    last point it goes on with the slope of the segment there. What is computed from a curve says how much of it comes
-    from beyond.
+    The logarithm of the rate is linear in the logarithm of the intensity between the points. Beyond the first and the
+    last point the slope of the end segment continues; answers report the share that comes from there.
 
-    A warning tells of a curve that lies above the highest hazard of any site, as curves in m/s2 for g or cm/s for m/s
-    and probabilities in 50 years for annual rates do at active sites. At quiet sites either mistake makes the curve of
-    an active one, which nothing in it tells.
+    A warning names a curve above the highest hazard of any site: m/s2 instead of g, cm/s instead of m/s, or
+    probabilities in 50 years instead of annual rates often cause it. At quiet sites these mistakes are not detected,
+    because the wrong curve looks like that of an active site.
 
     Args:
         intensity: Intensity measure [units], shape [point], positive and increasing.
         annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it never rises.
-        measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)"; curves of another
-            measure are refused then, and a name that is not understood is warned of. Empty if it is not to be checked.
-        units: Units of the intensity, "g" or SI as in "m s-1" ("m/s" is read too, and "cm/s" is converted); those of
-            the fragility curves must be the same. None is "g", of accelerations alone.
+        measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)". Fragility curves of
+            another measure are then refused; a warning names a measure that is not understood. Empty: no check.
+        units: Units of the intensity, "g" or SI such as "m s-1" ("m/s" is read too, "cm/s" is converted); the same as
+            those of the fragility curves. None is "g", which only accelerations may omit.
 
     Raises:
         ValueError: If there are fewer than two points, values are not positive and finite, intensities do not increase,
-            rates rise, or the last two rates are equal, so that the curve has no end; if the measure is never in the
-            units.
+            rates rise, or the last two rates are equal, so that the rate would never fall to 0; if the measure does not
+            have these units.
         TypeError: If `measure` or `units` is not text.
 
     Example:
@@ -83,8 +82,8 @@ class HazardCurve(FrozenArrays):
             )
         if rate[-1] == rate[-2]:
             raise ValueError(
-                f"the last two annual rates are equal ({rate[-1]:g}), so that every larger intensity would be exceeded "
-                "as often: leave out the last point"
+                f"the last two annual rates are equal ({rate[-1]:g}), so the rate would be the same at every larger "
+                "intensity: remove the last point"
             )
         warn_of_implausible_hazard(intensity, rate, measure, units)
         for name, values in (("intensity", intensity), ("annual_rate", rate)):
@@ -97,17 +96,17 @@ class HazardCurve(FrozenArrays):
     def from_probabilities(
         cls, intensity: ArrayLike, probability: ArrayLike, years: float, *, measure: str = "", units: str | None = None
     ) -> HazardCurve:
-        """Make a curve from probabilities of exceedance in a number of years, by a Poisson process.
+        """Return a curve from probabilities of exceedance in a number of years, by a Poisson process.
 
         Args:
             intensity: Intensity measure [units], shape [point].
             probability: Probability of at least one exceedance in these years [1], shape [point].
             years: The investigation time [year].
-            measure: As of the class.
-            units: As of the class.
+            measure: As in the class.
+            units: As in the class.
 
         Raises:
-            ValueError: As of the class; if a probability is not above 0 and below 1.
+            ValueError: As in the class; if a probability is not above 0 and below 1.
 
         Example:
             >>> hazard = wd.HazardCurve.from_probabilities([0.1, 0.5], [0.39, 0.02], years=50)
@@ -118,8 +117,8 @@ class HazardCurve(FrozenArrays):
         values = _positive_points("probability", probability)
         for i in np.flatnonzero(values >= 1):
             raise ValueError(
-                f"probability[{i}] is {values[i]:g}; it must be below 1: give annual rates to HazardCurve itself, and "
-                "leave out points whose probability is rounded to 1"
+                f"probability[{i}] is {values[i]:g}; it must be below 1: give annual rates to HazardCurve(...), and "
+                "remove points whose probability is rounded to 1"
             )
         return cls(intensity, -np.log1p(-values) / years, measure=measure, units=units)
 
@@ -128,18 +127,18 @@ class HazardCurve(FrozenArrays):
         """Read a hazard curve that the OpenQuake engine exported, such as `hazard_curve-mean-SA(0.75)_1.csv`.
 
         Probabilities in the file's investigation time become annual rates of a Poisson process. Points of probability
-        0 (beyond the largest motion) and 1 (to the file's digits) are left out. Accelerations are in g; velocities and
-        displacements, in cm/s and cm in the file, are in SI units.
+        0 (beyond the largest motion) and 1 (to the file's digits) are omitted. Accelerations are in g; velocities and
+        displacements, in cm/s and cm in the file, are converted to SI units. A warning names a file of a quantile or
+        the maximum over the logic tree.
 
         Args:
             path: The file.
             site: Longitude and latitude [degree]; needed if the file has several sites.
 
         Raises:
-            ValueError: If the file lacks the first line with investigation_time and imt or its columns `poe-...`, is of
-                kind='std', a number is broken, or no site is at `site` (within 0.001 degrees); as of the class. A
-                file of a quantile or the maximum over the logic tree gives a warning.
-            FileNotFoundError: If there is no file.
+            ValueError: If the first line has no investigation_time and imt, the columns `poe-...` are missing, the file
+                is of kind='std', a number is broken, or no site is at `site` (within 0.001 degrees); as in the class.
+            FileNotFoundError: If the file does not exist.
 
         Example:
             >>> hazard = wd.HazardCurve.from_openquake_csv("hazard_curve-mean-PGA_1.csv", site=(-122.4, 37.8))
@@ -155,18 +154,19 @@ class HazardCurve(FrozenArrays):
     ) -> HazardCurve:
         """Read a hazard curve of the USGS: JSON of its web services, or CSV of its program nshmp-haz.
 
-        Files hold annual rates of exceedance and intensities in g. Points without hazard are left out. Of a JSON file
-        the component "Total" is taken.
+        Files contain annual rates of exceedance and intensities in g. Points without hazard are omitted. Of a JSON
+        file the component "Total" is read.
 
         Args:
-            path: The file; of CSV the folder's name is the measure, as in `curves/SA0P2/total.csv`.
-            measure: The intensity measure, such as "PGA" or "SA(0.2)"; needed of JSON with several, and of CSV in a
-                folder of another name.
-            site: Name, or longitude and latitude [degree], of the site of a CSV file that has several.
+            path: The file; the folder's name of a CSV file is the measure, as in `curves/SA0P2/total.csv`.
+            measure: The intensity measure, such as "PGA" or "SA(0.2)"; needed for a JSON file with several measures,
+                and for a CSV file in a folder of another name.
+            site: Name, or longitude and latitude [degree], of the site; needed for a CSV file with several sites.
 
         Raises:
-            ValueError: If the file is neither, has not the measure or the site, or a number is broken; as of the class.
-            FileNotFoundError: If there is no file.
+            ValueError: If the file has another format, the measure or the site is missing, or a number is broken; as in
+                the class.
+            FileNotFoundError: If the file does not exist.
             TypeError: If `measure` is not text.
 
         Example:
@@ -183,7 +183,7 @@ class HazardCurve(FrozenArrays):
     def _of_file(
         cls, path: str | Path, intensity: np.ndarray, rate: np.ndarray, measure: str, units: str | None
     ) -> HazardCurve:
-        """Return the curve of a file, which the message of an error names."""
+        """Return the curve of a file; errors name the file."""
         try:
             return cls(intensity, rate, measure=measure, units=units)
         except ValueError as error:
@@ -213,14 +213,14 @@ class HazardCurve(FrozenArrays):
             return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
 
     def intensity_of(self, rate: ArrayLike) -> np.ndarray:
-        """Return the intensities that are exceeded at annual rates [1/year]; where the curve is level, the largest.
+        """Return the intensities that are exceeded at annual rates [1/year]; the largest where the rate is constant.
 
         Args:
-            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning tells of rates beyond the
+            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning names rates beyond the
                 points.
 
         Raises:
-            ValueError: If a rate is not above 0, or above the first of a curve that begins level.
+            ValueError: If a rate is not above 0, or above the first rate of a curve whose first two rates are equal.
         """
         values = real_numbers("rate", rate)
         if not np.all(values > 0):
@@ -228,11 +228,13 @@ class HazardCurve(FrozenArrays):
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
         v = np.log(values)
         if np.any((values > self.annual_rate[0]) & (self.slopes[0] == 0)):
-            raise ValueError(f"no intensity is exceeded more often than {self.annual_rate[0]:g} times a year")
+            raise ValueError(
+                f"no intensity is exceeded more often than {self.annual_rate[0]:g} times per year: give a smaller rate"
+            )
         if np.any((values > self.annual_rate[0] * (1 + 1e-12)) | (values < self.annual_rate[-1] * (1 - 1e-12))):
             warn_caller(
-                f"the hazard curve has rates from {self.annual_rate[-1]:.3g} to {self.annual_rate[0]:.3g} a year: the "
-                "intensities of others are extrapolated"
+                f"the hazard curve has rates from {self.annual_rate[-1]:.3g} to {self.annual_rate[0]:.3g} per year: "
+                "intensities of other rates are extrapolated; give a hazard curve that reaches further"
             )
         segment = np.clip(np.searchsorted(-log_rate, -v, side="right") - 1, 0, log_x.size - 2)
         return np.exp(log_x[segment] - (v - log_rate[segment]) / self.slopes[segment])
@@ -241,16 +243,16 @@ class HazardCurve(FrozenArrays):
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class HazardLogicTree(FrozenArrays):
-    """Several hazard curves of one site with weights: what is not known of its hazard.
+    """Several hazard curves of one site with weights, which describe the uncertainty of its hazard.
 
     Args:
         curves: The end branches, of one intensity measure and unit; their points may differ.
         weights: Weight of each branch [1], positive, of sum 1.
 
     Raises:
-        ValueError: If there is no curve, a weight for each is missing, weights are not positive or do not sum to 1, or
-            the curves are of several measures or units.
-        TypeError: If `curves` is no row, or a branch is no HazardCurve.
+        ValueError: If there is no curve, the number of weights differs, weights are not positive or do not sum to 1, or
+            the curves have several measures or units.
+        TypeError: If `curves` is not a row, or a branch is not a HazardCurve.
 
     Example:
         >>> low, high = wd.HazardCurve([0.1, 1.0], [5e-3, 2e-5]), wd.HazardCurve([0.1, 1.0], [2e-2, 2e-4])
@@ -281,8 +283,8 @@ class HazardLogicTree(FrozenArrays):
         for each in branches[1:]:
             if each.units != first.units or same_measure(each.measure, first.measure) is False:
                 raise ValueError(
-                    f"the curves of a logic tree are of one measure and unit, got {first.measure!r} in {first.units} "
-                    f"and {each.measure!r} in {each.units}"
+                    f"the curves of a logic tree must have one measure and unit, got {first.measure!r} in "
+                    f"{first.units} and {each.measure!r} in {each.units}"
                 )
             warn_unless_compared("HazardLogicTree: two curves", each.measure, first.measure)
         values /= values.sum()
@@ -316,7 +318,7 @@ Hazard = HazardCurve | HazardLogicTree
 
 
 def branches_of(function: str, hazard: Hazard) -> HazardLogicTree:
-    """Return a hazard as a logic tree, which has one branch of a curve."""
+    """Return a hazard as a logic tree; a single curve becomes its only branch."""
     if isinstance(hazard, HazardCurve):
         return HazardLogicTree([hazard], [1.0])
     check_kind(function, "a HazardCurve or a HazardLogicTree as hazard", hazard, HazardLogicTree)
@@ -324,10 +326,10 @@ def branches_of(function: str, hazard: Hazard) -> HazardLogicTree:
 
 
 def _positive_points(what: str, values: ArrayLike) -> np.ndarray:
-    """Return a row of positive finite numbers, or raise a ValueError that names the first that is not."""
+    """Return a row of positive finite numbers; an error names the first bad one."""
     array = finite_numbers(what, values)
     if array.ndim != 1 or not array.size:
         raise ValueError(f"{what} must be a row of numbers, got an array of shape {array.shape}")
     for i in np.flatnonzero(array <= 0):
-        raise ValueError(f"{what}[{i}] is {array[i]:g}; it must be above 0 (leave out points without hazard)")
+        raise ValueError(f"{what}[{i}] is {array[i]:g}; it must be above 0 (remove points without hazard)")
     return array

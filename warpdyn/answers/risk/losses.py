@@ -1,4 +1,4 @@
-"""Losses of a building: expected annual loss, loss exceedance curve, return-period losses."""
+"""Losses of a building: expected annual loss, loss exceedance curve, and losses of return periods."""
 
 from __future__ import annotations
 
@@ -9,9 +9,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
-from warpdyn.answers.risk.annual_rates import warn_of_extrapolation, warned_shares, weighted_bounds
-from warpdyn.answers.risk.curves import check_hazard, curves_of, interval_attributes, warn_of_crossing
+from warpdyn.answers.risk.annual_rates import warned_shares, weighted_bounds
+from warpdyn.answers.risk.curves.curve_set import CurveSet, check_hazard
+from warpdyn.answers.risk.curves.curve_warnings import CUT_SHARE, warn_of_crossing, warn_of_extrapolation
 from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year, part_above
 from warpdyn.answers.risk.vulnerability import rates_in_states
@@ -23,8 +25,8 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 RETURN_PERIODS: tuple[float, ...] = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
 _POINTS = 201  # of a loss exceedance curve
-CUT_SHARE = 0.05  # of the expected loss that a function's first or last intensity decides: with more a warning is given
-_HALVINGS = 30  # of half a per cent of the replacement value, to find a return-period loss
+_HALVINGS = 30  # of an interval of 0.5 % of the replacement value, to find a return-period loss
+_MONEY = {"units": "1", "comment": "in the unit of replacement_value"}
 
 
 @suggests_names
@@ -39,30 +41,30 @@ def annual_losses(
 ) -> xr.Dataset:
     """Return the expected annual loss of a building, its loss exceedance curve and the losses of return periods.
 
-    Losses follow from the annual rates of the damage states: the expected loss is the sum of rate times mean ratio of
-    each state, and the rate at which a loss is exceeded the sum of rate times probability of exceedance, by the beta
-    distribution of the state's ratio. Ratios without a coefficient of variation make a curve of steps. Occurrences are
-    a Poisson process, and the building is repaired between them. Intervals are those of `annual_rates`. As in
-    `vulnerability`, a heavier state is never likelier than a lighter one at any intensity: where fitted curves cross,
-    the lower probability holds for both, a warning names them, and rates are those of these probabilities.
+    The expected loss is the sum over the damage states of annual rate times mean loss ratio. The rate at which a loss
+    is exceeded is the sum of annual rate times probability of exceedance, by the beta distribution of the state's
+    ratio; ratios without a coefficient of variation give a curve of steps. Occurrences are a Poisson process, and the
+    building is repaired after each. Intervals are those of `annual_rates`. A heavier state is at most as likely as a
+    lighter one at every intensity, as in `vulnerability`: where fitted curves cross, the lower probability counts for
+    both, and a warning names them.
 
     Args:
-        curves: As of `annual_rates`.
-        hazard: The hazard of the curves' intensity measure.
-        loss_ratios: As of `vulnerability`.
+        curves: Fragility curves, as in `annual_rates`.
+        hazard: The hazard, of the same intensity measure as the curves.
+        loss_ratios: Loss ratios of the damage states, as in `vulnerability`.
         replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
         return_periods: Return periods [year], such as 475.
         confidence: Probability that the intervals cover [1].
 
     Returns:
-        `expected_annual_loss` and `deviation_of_annual_loss` [as the value, a year]; `contribution(damage_state)`, the
-        share of each state in the expected loss [1], and `annual_rate_of_state(damage_state)`, of damage that comes to
-        this state and no further [1/year]; `loss_exceedance_rate(loss)` [1/year];
-        `return_period_loss(return_period)` [as the value], the least loss that is exceeded no more often (0 where
-        damage is rarer). Losses, rates and return-period losses with `_lower` and `_upper`.
+        `expected_annual_loss` and `deviation_of_annual_loss` [currency/year]; `contribution(damage_state)`, the share
+        of each state in the expected loss [1], and `annual_rate_of_state(damage_state)`, of damage of exactly this
+        state [1/year]; `loss_exceedance_rate(loss)` [1/year]; `return_period_loss(return_period)` [currency], the
+        least loss that is exceeded at most once per return period on average (0 if damage is rarer). Losses, rates and
+        return-period losses have `_lower` and `_upper`.
 
     Raises:
-        TypeError, ValueError: As of `annual_rates` and `vulnerability`.
+        TypeError, ValueError: As in `annual_rates` and `vulnerability`.
 
     Example:
         >>> losses = wd.annual_losses(curves, hazard, {"slight": 0.05, "complete": 1.0}, replacement_value=12e6)
@@ -70,7 +72,7 @@ def annual_losses(
         1030.0
     """
     tree = branches_of("annual_losses", hazard)
-    found = curves_of("annual_losses", curves, tree)
+    found = CurveSet.from_dataset("annual_losses", curves, tree)
     ratios = checked_ratios("annual_losses", loss_ratios, found.names)
     value = real_number("replacement_value", replacement_value, above=0)
     check_confidence(confidence)
@@ -82,7 +84,7 @@ def annual_losses(
     in_state_sampled = rates_in_states(found.sampled_rates(tree, ordered=True))
 
     def rate_of_loss(side: int, ratio: float) -> float:
-        """Return estimate or bound of the rate at which a loss ratio is exceeded."""
+        """Return the rate at which a loss ratio is exceeded: the estimate (side 0) or a bound (1, 2)."""
         exceeding = ratios.exceeding(ratio)
         if side == 0:
             return float(in_state @ exceeding)
@@ -104,61 +106,44 @@ def annual_losses(
         ]
     )
 
-    money = {"units": "1", "comment": "in the unit of replacement_value"}
+    share = in_state * ratios.mean / mean if mean > 0 else np.full(in_state.shape, np.nan)
+    of_state = "annual rate of damage of exactly this state"
     variables: dict[str, tuple] = {
-        "deviation_of_annual_loss": (
-            (),
-            value * deviation,
-            money | {"long_name": "standard deviation of the loss of a year"},
-        ),
-        "contribution": (
-            "damage_state",
-            in_state * ratios.mean / mean if mean > 0 else np.full(in_state.shape, np.nan),
-            {"units": "1", "long_name": "share of the state in the expected annual loss"},
-        ),
-        "annual_rate_of_state": (
-            "damage_state",
-            in_state,
-            {"units": "year-1", "long_name": "annual rate of damage that comes to this state and no further"},
-        ),
+        "deviation_of_annual_loss": variable((), value * deviation, "standard deviation of the annual loss", **_MONEY),
+        "contribution": variable("damage_state", share, "share of the state in the expected annual loss"),
+        "annual_rate_of_state": variable("damage_state", in_state, of_state, units="year-1"),
     }
+    exceeded, at_least = (
+        "annual rate at which the loss is exceeded",
+        "least loss exceeded at most once per return period",
+    )
     for side, suffix in enumerate(("", "_lower", "_upper")):
         words = f", {suffix[1:]} bound" if suffix else ""
         loss = mean if side == 0 else mean_bounds[side - 1]
         variables |= {
-            f"expected_annual_loss{suffix}": (
-                (),
-                value * loss,
-                money | {"long_name": f"expected loss of a year{words}"},
-            ),
-            f"loss_exceedance_rate{suffix}": (
-                "loss",
-                exceedance[side],
-                {"units": "year-1", "long_name": f"annual rate at which the loss is exceeded{words}"},
-            ),
-            f"return_period_loss{suffix}": (
-                "return_period",
-                value * at_periods[side],
-                money | {"long_name": f"least loss that is exceeded at most once in the return period{words}"},
+            f"expected_annual_loss{suffix}": variable((), value * loss, f"expected annual loss{words}", **_MONEY),
+            f"loss_exceedance_rate{suffix}": variable("loss", exceedance[side], f"{exceeded}{words}", units="year-1"),
+            f"return_period_loss{suffix}": variable(
+                "return_period", value * at_periods[side], f"{at_least}{words}", **_MONEY
             ),
         }
     return xr.Dataset(
         variables,
         {
-            "loss": ("loss", value * grid, money | {"long_name": "loss"}),
-            "return_period": ("return_period", periods, {"units": "year", "long_name": "return period"}),
+            "loss": variable("loss", value * grid, "loss", **_MONEY),
+            "return_period": variable("return_period", periods, "return period", units="year"),
             "damage_state": ("damage_state", np.array(found.names), {"long_name": "damage state"}),
         },
         {
             "intensity_measure": tree.measure or found.measure,
             "replacement_value": value,
-            **interval_attributes(found, len(tree.curves), confidence),
+            **found.interval_attributes(len(tree.curves), confidence),
         },
     )
 
 
 def checked_periods(return_periods: ArrayLike) -> np.ndarray:
-    """Return a row of return periods [year], with a warning of what seem to be rates."""
+    """Return a row of return periods [year]; warn of values that seem to be rates."""
     periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
     if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
@@ -172,27 +157,27 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
 
 @suggests_names
 def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
-    """Return the expected annual loss of a vulnerability function, as of storey losses or of another tool's file.
+    """Return the expected annual loss of a vulnerability function, such as that of storey losses or of another tool.
 
-    The integral of the mean loss ratio, which is linear between its intensities, over the hazard curve, a power law
-    between its points, is exact. Intensities below the first of the function cost nothing (of a
-    function that begins at 0, those below the first point of the hazard), those above the last one as much as it.
-    A warning tells where that decides more than 5 % of the answer, and where more than 1 % is from beyond the hazard.
+    The integral of the mean loss ratio, linear between its intensities, over the hazard curve, a power law between its
+    points, is exact. Intensities below the first one of the function cost nothing (if it begins at 0: those below the
+    first point of the hazard); intensities above the last one cost as much as the last. A warning states if that
+    decides more than 5 % of the answer, and if more than 1 % comes from beyond the points of the hazard.
 
     Args:
-        vulnerability: `mean_loss_ratio(intensity)` [1], as `vulnerability`, `storey_losses` of a run on stripes and
+        vulnerability: `mean_loss_ratio(intensity)` [1], as `vulnerability`, `storey_losses` for a run on stripes and
             `read_nrml_vulnerability` return it.
-        hazard: The hazard of the function's intensity measure.
+        hazard: The hazard, of the same intensity measure as the function.
         replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
 
     Returns:
-        `expected_annual_loss` [as the value, a year]; `branch_expected_annual_loss(branch)` of a logic tree, of which
-        it is the mean; `share_above_intensities`, the share that comes from intensities above the last [1].
+        `expected_annual_loss` [currency/year], for a logic tree the mean of `branch_expected_annual_loss(branch)`;
+        `share_above_intensities`, the share from intensities above the last one of the function [1].
 
     Raises:
-        TypeError: If `vulnerability` is no Dataset or `hazard` no hazard.
-        ValueError: If the function is missing, has fewer than two intensities, which do not increase, or ratios that
-            are unknown or not from 0 to 1, or the hazard is of another unit or measure.
+        TypeError: If `vulnerability` is not a Dataset or `hazard` not a hazard.
+        ValueError: If the function is missing, has fewer than two increasing intensities, or ratios that are unknown or
+            not from 0 to 1, or the hazard has another unit or measure.
 
     Example:
         >>> losses = wd.vulnerability(curves, {"slight": 0.05, "complete": 1.0})
@@ -200,20 +185,14 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
         1030.0
     """
     name = "expected_annual_loss"
-    check_dataset(
-        name,
-        vulnerability,
-        "mean_loss_ratio",
-        "intensity",
-        advice="give what vulnerability() returned",
-        argument="vulnerability",
-    )
+    needed, advice = ("mean_loss_ratio", "intensity"), "give what vulnerability() returned"
+    check_dataset(name, vulnerability, *needed, advice=advice, argument="vulnerability")
     tree = branches_of(name, hazard)
     value = real_number("replacement_value", replacement_value, above=0)
     levels = finite_numbers(f"{name}: intensity", vulnerability["intensity"].values)
     mean = finite_numbers(f"{name}: mean_loss_ratio", vulnerability["mean_loss_ratio"].values)
     if levels.size < 2 or mean.shape != levels.shape or np.any(levels < 0) or np.any(np.diff(levels) <= 0):
-        raise ValueError(f"{name}: the function must have at least two intensities, which increase, each with a ratio")
+        raise ValueError(f"{name}: the function must have at least 2 increasing intensities, each with a loss ratio")
     if np.any((mean < 0) | (mean > 1)):
         raise ValueError(f"{name}: mean loss ratios must lie from 0 to 1, got {mean.min():g} to {mean.max():g}")
     units = str(vulnerability["intensity"].attrs.get("units", "g"))
@@ -225,50 +204,47 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
     above = mean[-1] * float(tree.rate_of(levels[-1]))
     if whole > 0:
         _warn_of_ends(tree, levels, mean, units, whole)
-    money = {"units": "1", "comment": "in the unit of replacement_value"}
+    share = above / whole if whole > 0 else np.nan
+    by_branch = "expected annual loss by each branch of the hazard"
     return xr.Dataset(
         {
-            "expected_annual_loss": ((), value * whole, money | {"long_name": "expected loss of a year"}),
-            "branch_expected_annual_loss": (
-                "branch",
-                value * ratios,
-                money | {"long_name": "expected loss of a year by each branch of the hazard"},
-            ),
-            "share_above_intensities": (
-                (),
-                above / whole if whole > 0 else np.nan,
-                {"units": "1", "long_name": "share from intensities above the last of the function"},
-            ),
+            "expected_annual_loss": variable((), value * whole, "expected annual loss", **_MONEY),
+            "branch_expected_annual_loss": variable("branch", value * ratios, by_branch, **_MONEY),
+            "share_above_intensities": variable((), share, "share from intensities above the last of the function"),
         },
         attrs={"intensity_measure": tree.measure, "replacement_value": value},
     )
 
 
 def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, units: str, whole: float) -> None:
-    """Warn of a function that is cut off where it still matters, and of what the hazard's points do not reach."""
+    """Warn of a function that ends where it still matters, and of losses from beyond the hazard's points."""
     begins = [begin_of(one, levels) for one in tree.curves]
     at_begin = [np.interp(x, levels, mean) * float(one.rate_of(x)) for x, one in zip(begins, tree.curves, strict=True)]
     begin, first = max(begins), float(tree.weights @ at_begin) / whole
-    # What it would add to go on as steeply, in the logarithm of the intensity, as it ends.
+    # The loss that it would add if it continued with its last slope in the logarithm of the intensity.
     slope = (mean[-1] - mean[-2]) / np.log(levels[-1] / levels[-2]) if levels[-2] > 0 else mean[-1] - mean[-2]
     further = sum(
         w * float(one.rate_of(levels[-1])) / one.slopes[-1] for w, one in zip(tree.weights, tree.curves, strict=True)
     )
     last = min(slope * further, (1 - mean[-1]) * float(tree.rate_of(levels[-1]))) / whole
-    said = []
+    found = []
     if first > CUT_SHARE:
-        said.append(
-            f"it begins at {begin:g} {units} with a loss ratio of {np.interp(begin, levels, mean):.3g}, which makes "
-            f"{100 * first:.0f} % of the expected loss, and intensities below cost nothing: "
-            + ("begin where the loss is next to none" if levels[0] > 0 else "give a hazard curve that begins lower")
+        found.append(
+            f"it begins at {begin:g} {units} with a loss ratio of {np.interp(begin, levels, mean):.3g}, and lower "
+            f"intensities count as free of loss, although this step alone is {100 * first:.0f} % of the expected loss: "
+            + (
+                "start the function where its loss is near 0"
+                if levels[0] > 0
+                else "give a hazard curve that begins lower"
+            )
         )
     if last > CUT_SHARE:
-        said.append(
-            f"it ends at {levels[-1]:g} {units}, where it still rises: as steep beyond, it would add {100 * last:.0f} "
-            "% to the expected loss: go on to higher intensities"
+        found.append(
+            f"it ends at {levels[-1]:g} {units}, where it still rises; with the same slope beyond, it would add "
+            f"{100 * last:.0f} % to the expected loss: give the function up to higher intensities"
         )
-    if said:
-        warn_caller("expected_annual_loss: the function is cut off: " + "; ".join(said))
+    if found:
+        warn_caller("expected_annual_loss: the function is cut off: " + "; ".join(found))
     outside = np.zeros((2, 1))
     for weight, one in zip(tree.weights, tree.curves, strict=True):
         start, end = one.intensity[[0, -1]]
@@ -278,7 +254,7 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, u
 
 
 def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:
-    """Return the least loss ratio that is exceeded at most at a rate, by halving between two points of the curve.
+    """Return the least loss ratio that is exceeded at most at a rate, by bisection between two points of the curve.
 
     Args:
         rate_of_loss: Rate at which a loss ratio is exceeded.
@@ -288,7 +264,7 @@ def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates:
     """
     if np.isnan(rates[0]):
         return np.nan
-    first = int(np.argmax(rates <= rate))  # no loss is above 1, whose rate is 0
+    first = int(np.argmax(rates <= rate))  # the rate of a loss above 1 is 0
     if first == 0:
         return 0.0
     low, high = grid[first - 1], grid[first]

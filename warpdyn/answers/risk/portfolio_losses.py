@@ -1,4 +1,4 @@
-"""Losses of a portfolio: damage shares, damage-to-loss ratios and replacement values put together, event by event."""
+"""Losses of a portfolio in each event, from damage shares, damage-to-loss ratios and replacement values."""
 
 from __future__ import annotations
 
@@ -27,29 +27,29 @@ def portfolio_losses(
 ) -> xr.Dataset:
     """Return the losses of a portfolio in each event, by archetype and in total, and of a year if events have rates.
 
-    Buildings of an archetype are taken to be of equal value. Undamaged ones cost nothing.
+    The buildings of an archetype have equal values. Undamaged buildings cost nothing.
 
     Args:
-        shares: What `damage_shares` returned.
-        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation, the same for
-            all archetypes; or of each archetype such a mapping.
+        shares: The result of `damage_shares`.
+        loss_ratios: Mean loss ratio of each damage state [1], or mean and coefficient of variation, the same for all
+            archetypes; or such a mapping for each archetype.
         replacement_values: Value of all buildings of each archetype together [currency].
         event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares, or a
-            DataArray along it, which goes by its labels; None for losses of events alone.
+            DataArray over the events, which is matched by label; None for the losses of the events alone.
         return_periods: Return periods [year] of the total loss, if events have rates.
 
     Returns:
         `archetype_loss_ratio` [1] and `archetype_loss(archetype, event)`, `loss(event)` and `loss_ratio(event)` of the
-        portfolio, and `loss_deviation(event)`, the standard deviation that the scatter of the loss ratios alone makes,
-        independent from building to building; on stripes the dimension `stripe` follows. With `event_rates`
-        `archetype_expected_annual_loss(archetype)`, `expected_annual_loss`, `loss_exceedance_rate(event)`, at which
-        losses above that of the event occur, and `return_period_loss(return_period)`, the least loss of an event that
-        is exceeded no more often (0 where events are rarer).
+        portfolio, and `loss_deviation(event)`, the standard deviation from the scatter of the loss ratios alone,
+        independent between buildings; for stripes the dimension `stripe` follows. With `event_rates`
+        `archetype_expected_annual_loss(archetype)`, `expected_annual_loss`, `loss_exceedance_rate(event)` of losses
+        above that of the event, and `return_period_loss(return_period)`, the least loss of an event that is exceeded
+        at most once per return period on average (0 if events are rarer).
 
     Raises:
-        TypeError: If `shares` is no Dataset or ratios or values are no mappings.
+        TypeError: If `shares` is not a Dataset, or ratios or values are not mappings.
         ValueError: If a state or an archetype is missing or unknown, a value is not positive, an archetype has no
-            counted building in an event, or rates are not one for each event, are negative, or are given on stripes.
+            counted building in an event, or rates are not one per event, are negative, or are given for stripes.
 
     Example:
         >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
@@ -69,8 +69,8 @@ def portfolio_losses(
     if not (counted > 0).all():
         archetype, event = (int(place[0]) for place in np.nonzero(~(counted > 0).values)[:2])
         raise ValueError(
-            f"{_FUNCTION}: archetype {names[archetype]!r} has no counted building in {along} {event}: its loss "
-            "is unknown"
+            f"{_FUNCTION}: archetype {names[archetype]!r} has no counted building in {along} {event}, so its loss is "
+            "unknown: leave the event out, or simulate with a smaller step"
         )
 
     def by_state(rows: np.ndarray) -> xr.DataArray:
@@ -102,13 +102,15 @@ def portfolio_losses(
     if event_rates is None:
         return result
     if "stripe" in total.dims:
-        raise ValueError(f"{_FUNCTION}: event_rates are of events as they were, and these shares are on stripes")
+        raise ValueError(
+            f"{_FUNCTION}: event_rates are of recorded events, but these shares are on stripes: remove event_rates"
+        )
     per_event = total.assign_coords({along: shares[along]})
     rates = checked_event_rates(_FUNCTION, per_event, event_rates)
     of_archetypes = (loss * xr.DataArray(rates, dims=along)).sum(along)
     return result.assign(
         archetype_expected_annual_loss=of_archetypes.assign_attrs(
-            money, long_name="expected loss of a year of the archetype's buildings"
+            money, long_name="expected annual loss of the archetype's buildings"
         )
     ).merge(rates_of_losses(per_event, rates, return_periods))
 

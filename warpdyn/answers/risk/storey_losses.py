@@ -1,4 +1,4 @@
-"""Losses storey by storey: storey loss functions of drifts and floor accelerations, added up for every sample."""
+"""Storey-based losses: storey loss functions of drifts and floor accelerations, summed for every sample."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.demands import refuse_portfolio
 from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.running.joining.duplicates import check_samples
@@ -25,12 +26,12 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY, unit_attributes
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
 _FUNCTION = "storey_losses"
-# Units in which a run may have its demands, first that of its loss function, and the factor to that.
+# Units that the demands of a run may have, first the unit of the loss function, with the factor to that unit.
 FACTORS = {
     "peak_storey_drift_ratio": {"1": 1.0, "percent": 0.01, "%": 0.01, "rad": 1.0},
     "peak_floor_acceleration": {"m s-2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01},
 }
-SMALL_DRIFT_RATIO = 0.01  # up to which the first drift of a loss function is not judged
+SMALL_DRIFT_RATIO = 0.01  # the first drift of a loss function is checked for plausibility only above this value
 
 
 @suggests_names
@@ -41,35 +42,35 @@ def storey_losses(
     *,
     collapse_loss: float = 1.0,
 ) -> xr.Dataset:
-    """Return the loss ratio of every sample: storey losses by their drifts and floor accelerations, added up.
+    """Return the loss ratio of every sample: the sum of storey losses by drifts and floor accelerations.
 
     A storey loss function is the expected repair cost of a storey's components at a demand, over the replacement value
-    of the building; between its points it is linear, above the last one level. A collapsed sample loses
-    `collapse_loss`, and no sample loses more. Losses of samples that failed are NaN. Storeys of isolators or of a tuned
-    mass damper, and the floors above them, have no losses.
+    of the building; it is linear between its points and constant above the last one. A collapsed sample loses
+    `collapse_loss`, and no sample loses more. Losses of failed samples are NaN. Storeys of isolators or of a tuned mass
+    damper, and the floors above them, have no losses.
 
     Source: Ramirez and Miranda (2009), "Building-specific loss estimation methods and tools for simplified
     performance-based earthquake engineering", Blume Center report 171, chapter 3.
 
     Args:
         run: A run of a ShearBuilding with the recorders "drift" and, for `acceleration_loss`, "acceleration".
-        drift_loss: Peak storey drift ratios [1], shape [point], and the loss of a storey at them [1], shape [point] or,
-            where storeys differ, [storey, point]. The first loss is 0, losses do not fall.
-        acceleration_loss: Peak floor accelerations [m/s2] and the loss at a floor at them [1], likewise. A run whose
-            accelerations are in g by their attribute `units` is converted.
+        drift_loss: Peak storey drift ratios [1], shape [point], and the storey's loss at them [1], shape [point] or, if
+            storeys differ, [storey, point]. The first loss is 0, and losses do not fall.
+        acceleration_loss: Peak floor accelerations [m/s2] and the floor's loss at them [1], of the shapes of
+            `drift_loss`. Accelerations of a run in g (attribute `units`) are converted.
         collapse_loss: Loss of a collapsed sample [1].
 
     Returns:
-        `loss_ratio(sample)` [1] and, of samples that stand, its parts `drift_loss_ratio(sample, storey)` and
-        `acceleration_loss_ratio(sample, floor)`. Of a run on stripes also `mean_loss_ratio(intensity)`,
+        `loss_ratio(sample)` [1] and, for samples without collapse, its parts `drift_loss_ratio(sample, storey)` and
+        `acceleration_loss_ratio(sample, floor)`. For a run on stripes also `mean_loss_ratio(intensity)`,
         `coefficient_of_variation(intensity)` (over all samples of the stripe, with divisor n - 1) and
         `collapsed_share(intensity)`, which `plots.vulnerability` draws.
 
     Raises:
-        TypeError: If `run` is no Dataset.
+        TypeError: If `run` is not a Dataset.
         ValueError: If no function is given, a demand is not recorded or in units that cannot be converted, points do
             not increase, losses fall, do not begin at 0 or are above 1, `collapse_loss` is above 1, the run has several
-            archetypes or events or no samples, or more than 1 % of the samples failed.
+            archetypes or events, or no samples, or more than 1 % of the samples failed.
 
     Example:
         >>> drift_loss = [0.0, 0.004, 0.01, 0.03], [0.0, 0.02, 0.1, 0.3]  # of each of two equal storeys
@@ -83,7 +84,7 @@ def storey_losses(
     if "event" in run.dims:
         raise ValueError(f"{_FUNCTION}: the run has several events; take one by select_event(run, name)")
     if not run.sizes.get("sample", 0):
-        raise ValueError(f"{_FUNCTION}: the run has no samples; give a selection that holds some")
+        raise ValueError(f"{_FUNCTION}: the run has no samples: select at least one")
     check_samples(_FUNCTION, run)
     worst = real_number("collapse_loss", collapse_loss, above=0)
     if worst > 1:
@@ -100,37 +101,35 @@ def storey_losses(
     failed = status > COLLAPSED
     if failed.sum() > LARGEST_EXCLUDED_FRACTION * status.size:
         raise ValueError(
-            f"{failed.sum()} of {status.size} samples failed; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: take "
-            "a smaller step or another method"
+            f"{failed.sum()} of {status.size} samples failed; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: "
+            "simulate with a smaller step or another method"
         )
-    unit = {"units": "1"}
     variables: dict[str, tuple] = {}
     total = np.zeros(status.size)
-    for recorder, (variable, dim, function) in given.items():
+    for recorder, (demanded, dim, function) in given.items():
         if function is None:
             continue
-        if variable not in run:
-            raise ValueError(f"{_FUNCTION}: the run has no {variable}: record {recorder!r}")
-        demand = _in_units_of_losses(run[variable]) * run[variable].transpose("sample", dim).values.astype(np.float64)
+        if demanded not in run:
+            raise ValueError(f"{_FUNCTION}: the run has no {demanded}: add {recorder!r} to Scene(recorders=...)")
+        demand = _in_units_of_losses(run[demanded]) * run[demanded].transpose("sample", dim).values.astype(np.float64)
         part = _losses_at(f"{recorder}_loss", function, demand)
         if recorder == "drift":
             points = np.asarray(function[0], dtype=np.float64)
-            first = float(points[points > 0][0])  # further points may stand far out, and small drifts are meant
+            first = float(points[points > 0][0])  # later points may be large
             if first > SMALL_DRIFT_RATIO:
                 warn_of_implausible_limits({" of the first loss of drift_loss": first})
         else:
             warn_of_implausible_limits({"": float(np.max(function[0]))}, "last_acceleration_of_losses")
         part[status != 0] = np.nan
         name = f"{recorder}_loss_ratio"
-        variables[name] = ("sample", dim), part, unit | {"long_name": f"loss of the {dim} by its {recorder}"}
+        variables[name] = variable(("sample", dim), part, f"loss of the {dim} by its {recorder}")
         total += part.sum(axis=1)
     total = np.where(status == COLLAPSED, worst, np.minimum(total, worst))
     total[failed] = np.nan
-    variables["loss_ratio"] = "sample", total, unit | {"long_name": "loss over the replacement value"}
+    variables["loss_ratio"] = variable("sample", total, "loss over the replacement value")
     coordinates = {name: run[name] for name in ("sample", "storey", "floor", "im_level") if name in run.coords}
-    result = xr.Dataset(
-        variables, {name: value for name, value in coordinates.items() if set(value.dims) <= _dims(variables)}
-    )
+    result = xr.Dataset(variables)
+    result = result.assign_coords({name: v for name, v in coordinates.items() if set(v.dims) <= set(result.dims)})
     if "im_level" not in run or run["im_level"].attrs.get("design") != STRIPED:
         return result
     levels, stripe = np.unique(run["im_level"].values, return_inverse=True)
@@ -146,17 +145,9 @@ def storey_losses(
     of_stripe = {"long_name": "intensity of the stripe"} | unit_attributes(units)
     return (
         result.assign(
-            mean_loss_ratio=("intensity", mean, unit | {"long_name": "mean loss ratio of the stripe"}),
-            coefficient_of_variation=(
-                "intensity",
-                variation,
-                unit | {"long_name": "coefficient of variation of the loss ratio"},
-            ),
-            collapsed_share=(
-                "intensity",
-                np.array(collapsed),
-                unit | {"long_name": "share of the stripe that collapsed"},
-            ),
+            mean_loss_ratio=variable("intensity", mean, "mean loss ratio of the stripe"),
+            coefficient_of_variation=variable("intensity", variation, "coefficient of variation of the loss ratio"),
+            collapsed_share=variable("intensity", np.array(collapsed), "share of the stripe that collapsed"),
         )
         .assign_coords(intensity=("intensity", levels, of_stripe))
         .assign_attrs(measure_of_dataset(run))
@@ -164,49 +155,43 @@ def storey_losses(
 
 
 def _in_units_of_losses(demand: xr.DataArray) -> float:
-    """Return the factor from the units of a demand to those of its loss function, or raise an error that names them."""
+    """Return the factor from the units of a demand to those of its loss function."""
     units = str(demand.attrs.get("units", next(iter(FACTORS[str(demand.name)]))))
     factors = FACTORS[str(demand.name)]
     if units not in factors:
         raise ValueError(
-            f"{_FUNCTION}: {demand.name} is in {units!r}; allowed are {', '.join(map(repr, factors))}: convert it, and "
-            "its attribute units"
+            f"{_FUNCTION}: {demand.name} is in {units!r}; allowed are {', '.join(map(repr, factors))}: convert the "
+            "values and the attribute units"
         )
     return factors[units]
 
 
-def _dims(variables: dict[str, tuple]) -> set[str]:
-    """Return the dimensions of some variables."""
-    found: set[str] = set()
-    for dims, *_ in variables.values():
-        found |= {dims} if isinstance(dims, str) else set(dims)
-    return found
-
-
 def _losses_at(what: str, function: LossFunction, demand: np.ndarray) -> np.ndarray:
-    """Return the losses at demands of each storey or floor, of the same shape; a storey that is not there loses 0."""
+    """Return the losses at demands of each storey or floor, of the same shape; 0 for a missing storey (NaN)."""
     if not isinstance(function, tuple | list) or len(function) != 2:
-        raise ValueError(f"{what} must be a pair: demands, and losses at them")
+        raise ValueError(
+            f"{what} must be a pair of demands and the losses at them, such as ([0, 0.01, 0.03], [0, 0.1, 0.3])"
+        )
     points, losses = finite_numbers(f"{what}: demands", function[0]), finite_numbers(f"{what}: losses", function[1])
     if points.ndim != 1 or points.size < 2 or points[0] < 0 or np.any(np.diff(points) <= 0):
-        raise ValueError(f"{what}: demands must be a row of at least 2 increasing numbers, none below 0, got {points}")
+        raise ValueError(f"{what}: demands must be a row of at least 2 increasing numbers of at least 0, got {points}")
     places = demand.shape[1]
     if losses.shape not in ((points.size,), (places, points.size)):
         raise ValueError(
-            f"{what}: losses must have the shape [{points.size}] of the demands or [{places}, {points.size}], a row "
-            f"for each storey or floor, got {list(losses.shape)}"
+            f"{what}: losses must have the shape [{points.size}] of the demands or [{places}, {points.size}], one row "
+            f"per storey or floor, got {list(losses.shape)}"
         )
     table = np.broadcast_to(losses, (places, points.size))
     if np.any(table[:, 0] != 0):
         raise ValueError(
-            f"{what}: losses must begin at 0, got {table[:, 0].max():g} at the first demand, {points[0]:g}: begin with "
-            "a demand that costs nothing"
+            f"{what}: the first loss must be 0, got {table[:, 0].max():g} at a demand of {points[0]:g}: begin with a "
+            "demand that causes no loss"
         )
     if np.any(np.diff(table, axis=1) < 0):
         place, point = (int(i) for i in np.argwhere(np.diff(table, axis=1) < 0)[0])
         raise ValueError(
             f"{what}: losses must not fall, but go from {table[place, point]:g} at a demand of {points[point]:g} to "
-            f"{table[place, point + 1]:g} at {points[point + 1]:g}: give the loss of all that is damaged by then"
+            f"{table[place, point + 1]:g} at {points[point + 1]:g}: give the cumulative loss at each demand"
         )
     if np.any(table > 1):
         raise ValueError(

@@ -1,4 +1,4 @@
-"""Estimates of the errors of a run: some samples are run again at half the step and in float64."""
+"""Error estimates of a run: some samples are run again at half the step and in float64."""
 
 from __future__ import annotations
 
@@ -16,39 +16,39 @@ from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.ground_motions.excitation import Assignment
 
 FEWEST_SAMPLES = 30  # fewer give no useful 95 % quantile
-# Statistics of the error over the samples, as quantiles.
+# Quantiles of the error over the samples, by name.
 STATISTICS = {"median": 0.5, "95 %": 0.95, "worst": 1.0}
-# The second run has this many times the steps. The exact method errs only because it evaluates peaks at steps, and half
-# the step may miss a peak in the same way; an adaptive method also gets a tighter tolerance.
+# Steps of the second run over those of the first. The exact method errs only because it evaluates peaks at steps, and
+# half the step may miss the same peak. An adaptive method also gets a tolerance smaller by TIGHTER.
 FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
 
 
 def relative_errors(
     run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
 ) -> dict[str, np.ndarray]:
-    """Return the relative error of every demand of some samples, from a run at half the step in float64.
+    """Return the relative error of every demand of chosen samples, from a run at half the step in float64.
 
     Args:
         run: The run.
-        outputs: Its outputs for the chosen samples alone, sample last.
+        outputs: Its outputs for the chosen samples, sample last.
         chosen: The samples.
-        reruns: What those before them had run again; None where there are none.
+        reruns: Reruns of earlier samples; None without them.
 
     Returns:
-        By demand, the largest error over its storeys (or degrees of freedom) relative to the largest value, shape
+        For each demand the largest error over its storeys (or degrees of freedom) relative to the largest value, shape
         [sample]; NaN for a sample that failed in either run.
     """
     method = run.model.method
     finer = FINER_EXACT if method.kind == "exact" else FINER
     reference = integrate_guarded(_refined(run, chosen, finer), chosen, reruns)
-    # Correction for the error of the finer run: peaks are evaluated at steps, so that their order is at most 2.
+    # Correction for the error of the finer run. Peaks are evaluated at steps, so their order is at most 2.
     order = 1 if method.kind == "explicit" and method.order == 1 else 2
     errors = compare(run, outputs, reference, chosen)
     return {name: error / (1 - finer**-order) for name, error in errors.items()}
 
 
 def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
-    """Return a run in float64 with so many times the steps for some samples, after the same for all earlier events."""
+    """Return a run of chosen samples in float64 with `finer` times the steps, after the same for all earlier events."""
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     is_adaptive = run.model.method.is_adaptive
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
@@ -62,7 +62,7 @@ def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
 def compare(
     run: Ensemble, outputs: dict[str, np.ndarray], reference: dict[str, np.ndarray], chosen: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return the relative error of every demand against a reference's outputs, as `relative_errors` does."""
+    """Return the relative error of every demand with respect to a reference; see `relative_errors`."""
     failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
     sizes = dict(reference)
     if "peak_storey_drift" in reference:
@@ -71,7 +71,7 @@ def compare(
     for name, variable in run.model.demands.items():
         scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)
         one, other = outputs[name].astype(np.float64), reference[name]
-        # A sample that collapses with both has no residual drift with either.
+        # A sample that collapses in both runs has no residual drift in either.
         difference = _largest(np.where(np.isnan(one) & np.isnan(other), 0.0, one - other))
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(difference == 0, 0.0, difference / scale)
@@ -80,7 +80,7 @@ def compare(
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
-    """Return the largest absolute value over every axis but the last, which is that of the samples."""
+    """Return the largest absolute value over all axes except the last (samples)."""
     return np.abs(values).reshape(-1, values.shape[-1]).max(axis=0)
 
 
@@ -92,10 +92,10 @@ class ErrorEstimate:
         share: Share of the samples that are checked.
         seed: Seed of their choice.
         together: Number of samples that are run again at a time.
-        chosen: The samples that another estimate of the same run has chosen, which takes a while of many.
+        chosen: The chosen samples, if another estimate of the same run has chosen them already.
 
     Attributes:
-        reruns: What the checked samples had run again.
+        reruns: Reruns of the checked samples.
     """
 
     def __init__(self, samples: int, share: float, seed: int, together: int, chosen: np.ndarray | None = None) -> None:
@@ -110,12 +110,7 @@ class ErrorEstimate:
         self._errors: list[dict[str, np.ndarray]] = []
 
     def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
-        """Add the checked samples of a block that did not fail.
-
-        Args:
-            run: The block.
-            outputs: Its outputs, sample last.
-        """
+        """Add the checked samples of a block (outputs with samples last) that did not fail."""
         first, last = np.searchsorted(self.chosen, [run.sample[0], run.sample[-1] + 1])
         own = self.chosen[first:last] - run.sample[0]
         own = own[outputs["status"][own] < DIVERGED]
@@ -134,12 +129,12 @@ class ErrorEstimate:
         self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self.reruns))
 
     def found(self) -> list[dict[str, np.ndarray]]:
-        """Return the errors of the checked samples so far, by demand and part by part, for `include`."""
+        """Return the errors of the checked samples so far, by part and demand, for `include`."""
         self._run_again()
         return self._errors
 
     def include(self, errors: list[dict[str, np.ndarray]]) -> None:
-        """Add errors that were found elsewhere, of the samples after those so far."""
+        """Add errors of later samples that were found in another process."""
         self._errors += errors
 
     def result(self, demands: Sequence[str]) -> xr.Dataset:
@@ -158,8 +153,8 @@ class ErrorEstimate:
             "long_name": "estimated relative error of the demand over the samples",
             "units": "1",
             "comment": f"of {count} samples, by half the step in float64; relative to the sample's largest value of "
-            "the demand over its storeys, of residual drifts to its peak storey drift ratio if that is recorded, of "
-            "energies to its input energy",
+            "the demand over its storeys; residual drifts relative to its peak storey drift ratio if that is recorded, "
+            "energies relative to its input energy",
         }
         return xr.Dataset(
             {"estimated_relative_error": (("demand", "error_statistic"), values, attributes)},
@@ -170,7 +165,7 @@ class ErrorEstimate:
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
     """Return the samples of several blocks of one run as one ensemble, on the device of the last block."""
     first = parts[0]
-    has_rows = bool(first.drawn) or first.before is not None  # else one structure serves all
+    has_rows = bool(first.drawn) or first.before is not None  # otherwise all samples have one structure
     counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)
     starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
     whole = Ensemble(

@@ -1,4 +1,4 @@
-"""What a pilot found: the method chosen, the others that were tried, and what the scene costs."""
+"""Result of a pilot: the chosen method, the other candidates, and the cost of the scene."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class MethodChoice:
     Args:
         method: Integration method.
         dtype: "float32" or "float64".
-        longest_step: Longest integration step [s]; each motion's own is divided into the fewest that are no longer.
+        longest_step: Longest integration step [s]; each motion's step is divided into the fewest steps not longer.
         table: The candidates: over `candidate` the method, dtype, longest step, errors and time per sample.
-        carried: Registers, memory traffic, steps and time that the scene costs with this choice, by names that have
-            their units, as "expected integration time [s]".
+        carried: Registers, memory traffic, steps and time of the scene with this choice, by names that contain their
+            units, such as "expected integration time [s]".
 
     Example:
         >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)

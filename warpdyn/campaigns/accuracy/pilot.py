@@ -1,4 +1,4 @@
-"""The cheapest method that keeps a target error, and what a scene costs in memory and time."""
+"""The cheapest method that keeps a target error, and the memory and time that a scene takes."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
-# The methods that the accuracy study found cheapest, within the scatter of its timings, for some scene and error, and
-# the cheapest method without a stability limit; other methods are tried only if they are asked for.
+# Methods that the accuracy study found cheapest for some scene and error, within the scatter of its timings, and the
+# cheapest method without a stability limit. Other methods are tried only with `method=`.
 CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
-# The share of the target that the pilot's error must stay below: its reference errs a little itself.
+# Largest error of the pilot over the target: the reference has a small error too.
 SHARE_OF_TARGET = 0.9
-# Steps tried, as steps in the first period: half an octave apart.
+# Candidate steps, as steps in the first period, with a ratio of sqrt(2).
 STEPS_PER_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
-REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more below it
-# A candidate that needs this many times more steps for stability than for accuracy is given up.
+REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more for a smaller
+# Reject a candidate whose steps for stability are more than MOST_HELD times those for accuracy.
 MOST_HELD = 20.0
-PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # these fill the lanes of a few threads, or a GPU
+PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # enough for the lanes of a few threads, or a GPU
 TIMINGS = 5  # the shortest counts
 QUANTILE = 0.95
 
@@ -55,10 +55,11 @@ def plan(
 ) -> MethodChoice:
     """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
 
-    For each method the longest of some steps is found that keeps the error, in float32 or, if none does, in float64;
-    then these candidates are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
-    displacement) against a much shorter step in float64, relative to the sample's largest; it must be below the target
-    in 95 % of the pilot's samples. The table also has the worst of them: a sample on a bifurcation may be far off.
+    For each method the longest step that keeps the error is found, in float32 or, if no step does, in float64; then
+    these candidates are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
+    displacement) compared with a much shorter step in float64, relative to the sample's largest value; it must be below
+    the target in 95 % of the pilot's samples. The table also has the worst sample, which may have a large error if it
+    is at a bifurcation.
 
     Args:
         scene: The scene.
@@ -67,12 +68,12 @@ def plan(
         seed: Seed of the pilot's samples.
         method: The method, if it is already chosen; None to try those that can be the cheapest.
         dtype: "float32" or "float64", if it is already chosen.
-        device: As `simulate` takes it; the pilot runs on the first of several.
+        device: As in `simulate`; the pilot runs on the first of several.
         threads: CPU threads; None for every core this process may use.
 
     Raises:
         ValueError: If an argument is out of its range, or no candidate reaches the target.
-        TypeError: If the scene is none.
+        TypeError: If `scene` is not a Scene.
 
     Example:
         >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)
@@ -80,7 +81,7 @@ def plan(
         >>> choice.method, choice.dtype
         ('rk4', 'float32')
     """
-    if not scene.structure.is_many:  # which is refused
+    if not scene.structure.is_many:  # choose_method refuses a portfolio
         warn_of_implausible(scene)
     return choose_method(
         scene,
@@ -105,17 +106,17 @@ def choose_method(
     device: str | collections.abc.Sequence[str] | None,
     threads: int | None,
 ) -> MethodChoice:
-    """Return what `plan` returns, of a scene whose plausibility has been checked; arguments as of `plan`."""
+    """Return the result of `plan` for a scene whose plausibility has been checked; arguments as in `plan`."""
     check_target_error(target_error)
     if scene.structure.is_many:
         raise ValueError(
-            "plan() takes a scene of one structure, got a Portfolio: plan an archetype's scene by itself, or give "
-            "simulate() target_error=, which makes a plan for each group of the portfolio's buildings"
+            "plan() takes a scene of one structure, got a Portfolio: plan the scene of one archetype, or use "
+            "simulate(..., target_error=...), which makes a plan for each group of the portfolio's buildings"
         )
     if len(scene.excitation.event_names) > 1:
         raise ValueError(
-            "target_error chooses the step by a pilot of one event, and the scene has an EventSequence: plan() its "
-            "first event by itself, give simulate() the step, and estimate the errors of all events with checked_share="
+            "target_error chooses the step by a pilot of one event, but the scene has an EventSequence: plan() a scene "
+            "of its first event, use simulate(..., step=...), and estimate the errors of all events by checked_share="
         )
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     law, damping = dynamics_of(scene).fitting_law, scene.structure.damping
@@ -137,9 +138,9 @@ def choose_method(
         raise ValueError(
             f"no method keeps the 95 % error of the peak drift below {target_error:g} with up to "
             f"{STEPS_PER_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): "
-            "ask for a larger error"
+            "choose a larger target_error="
         )
-    # Candidates are timed in turn, several times, so that a slow phase of the machine affects them all.
+    # Time all candidates one after the other, several times, so that a slow phase of the machine affects them all.
     seconds = np.min([[pilot.seconds(row[5]) for row in rows] for _ in range(TIMINGS)], axis=0)
     best = int(seconds.argmin())
     columns = {
@@ -185,7 +186,7 @@ class _Pilot:
         is_linear = first.model.dynamics.fitting_law == "elastic"
         method, step = "exact" if is_linear else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
-        if held > MOST_HELD:  # a mode is so stiff that it does not contribute: a method without stability limit
+        if held > MOST_HELD:  # a stiff mode that does not contribute: take a method without stability limit
             reference, _ = self._run("newmark_average", "float64", step / 2)
         self.reference = integrate_guarded(reference, self.chosen)
 
@@ -210,14 +211,14 @@ class _Pilot:
         return run, float(run.schedule.substeps[self.chosen].mean() / asked)
 
     def _error(self, run: Ensemble) -> tuple[float, float]:
-        """Return the error that 95 % of the samples stay below, and the worst; infinite where a sample fails."""
+        """Return the error that 95 % of the samples stay below, and the worst; infinite for a failed sample."""
         outputs = integrate_guarded(run, self.chosen)
         [errors] = compare(run, outputs, self.reference, self.chosen).values()
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
         return float(ordered[int(np.ceil(QUANTILE * ordered.size)) - 1]), float(ordered[-1])
 
     def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, float, Ensemble] | None:
-        """Return the longest step [s] that keeps the target, its error, the worst, and the run; None if there is none.
+        """Return the longest step [s] that keeps the target, its error, the worst error, and the run; or None.
 
         Args:
             method: Integration method.
@@ -252,11 +253,11 @@ class _Pilot:
 
 
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
-    """Return the registers, the memory traffic, the steps and the time that a scene costs, by name.
+    """Return the registers, memory traffic, steps and time of a scene, by name.
 
     Args:
-        scene: The scene, with what it records.
-        run: A run of its pilot, which records less.
+        scene: The scene, with its recorders.
+        run: A run of its pilot, with fewer recorders.
         structures: Number of structures in the planned run.
         seconds_per_sample: Time per sample in the pilot [s].
     """

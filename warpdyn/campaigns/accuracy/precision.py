@@ -1,4 +1,4 @@
-"""Samples for which float32 is too coarse: they are run again in float64."""
+"""Samples for which float32 is too coarse, which are run again in float64."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.model import Model
 from warpdyn.foundations.core.output_variables import DIVERGED
 
-# float32 rounds the displacement of a floor to 6e-8 of itself: after a move of so many yield drifts, to 6e-6 of a yield
-# drift. A storey above it then reverses its drift by rounding alone. Storeys whose law counts reversals were up to
-# 200 % wrong after 1,000 yield drifts, 17 % after 200, and 0.006 % after less than 100 (at steps from 5 to 0.2 ms).
+# If a floor has moved by this many yield drifts, float32 rounds its displacement (to 6e-8 of it) by 6e-6 of a yield
+# drift, and this rounding alone may reverse the drift of the storey above. Storeys whose law counts reversals had
+# errors up to 200 % after 1,000 yield drifts, 17 % after 200, and 0.006 % after less than 100 (at steps from 5 to 0.2
+# ms).
 MOST_YIELD_DRIFTS = 100.0
 
 
 def may_need_float64(model: Model) -> bool:
-    """Return whether float32 may be too coarse for some samples of a model, which their peak drifts show."""
+    """Return whether float32 may be too coarse for some samples of a model."""
     return model.plan.dtype == "float32" and model.dynamics.counts_reversals
 
 
 def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
-    """Return for which of some samples float32 is too coarse, from their peak drifts, shape [sample].
+    """Return for which samples float32 is too coarse, from their peak drifts, shape [sample].
 
-    It may be for all if their peaks are recorded from a later time on, since the peaks until then are unknown, and if
-    their law (of a user) has no yield force.
+    All completed samples count as too coarse if peaks are recorded only from a later time, because earlier peaks are
+    unknown, and if a user's law has no yield force.
 
     Args:
         run: The run.
@@ -44,9 +45,9 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
 
 
 def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int:
-    """Run those of some samples again for which float32 is too coarse; return their number.
+    """Run samples for which float32 is too coarse again in float64; return their number.
 
-    A sample that fails in float64 has failed, although it did not in float32.
+    A sample that fails in float64 counts as failed.
 
     Args:
         run: The run.

@@ -1,4 +1,4 @@
-"""Flags of unreliable samples, in every run: sensitive samples are run again with a slightly other step and motion."""
+"""Flags of unreliable samples: sensitive samples are run again with a shorter step and a slightly scaled motion."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED
 
 UNRELIABLE = "unreliable"
 NOT_CHECKED, NO, YES = -1, 0, 1
-# Each check is two runs: steps for each step of the run, and the factor on the motion. The second run is for samples at
-# a bifurcation that the scaled motion leaves on the wrong side. Among 20,160 samples of `tests/random_scenes.py` 44
-# were more than 5 % wrong. A change by more than 2 % found 43 of them and flagged 1.7 % of all samples. The sample that
-# was left, 40 % wrong, changes by 1.3 %.
+# Each check is two runs: steps over those of the run, and the factor on the motion. The second run detects samples at a
+# bifurcation for which the scaled motion also gives a wrong result. Among 20,160 samples of `tests/random_scenes.py` 44
+# were more than 5 % wrong. A change by more than 2 % detected 43 of them and flagged 1.7 % of all samples. The
+# remaining sample, 40 % wrong, changes by 1.3 %.
 OTHER_RUNS = ((2, 1.001), (2, 1.0))
 LEAST_SHARE_OF_LARGEST = 0.1  # a storey's change is relative to its own peak, but at least to this share of the largest
-# Samples whose drifts stay below this share of the yield drift and of the clearance are as good as linear: trilinear
-# storeys crack at a third of their yield force or more.
+# Samples whose drifts stay below this share of the yield drift and of the clearance count as linear: trilinear storeys
+# crack at a third of their yield force or more.
 LINEAR_UNTIL = 0.3
-# All sensitive samples are checked in runs of up to so many steps of storeys, which take seconds. In larger runs a
-# share is checked, and the others are flagged as not checked.
+# Runs of up to CHECKED_STEPS steps times storeys, which take seconds, check all sensitive samples. Larger runs check a
+# share of them and flag the others as not checked.
 CHECKED_STEPS, LEAST_CHECKED_SHARE = 1e8, 1 / 16
 GOLDEN = 0x9E3779B97F4A7C15  # 2^64 over the golden ratio: multiples of it are spread evenly over 64 bits
 ATTRIBUTES: dict[str, object] = {
@@ -34,28 +34,28 @@ ATTRIBUTES: dict[str, object] = {
     "units": "1",
     "flag_values": np.array([NOT_CHECKED, NO, YES], dtype=np.int8),
     "flag_meanings": "not_checked no yes",
-    "comment": "yes: at half the step, with the motion as it is or times 1.001, a peak drift changes by more than "
-    f"{100 * LARGEST_CHANGE:g} %; no: it does not, or the structure is of a kind that is not sensitive to the step. An "
-    "event that begins from the final state of an unreliable or unchecked sample is not more reliable",
+    "comment": "yes: at half the step, with the motion unchanged or times 1.001, a peak drift changes by more than "
+    f"{100 * LARGEST_CHANGE:g} %; no: it does not, or structures of this kind are not sensitive to the step. An event "
+    "that begins from the final state of an unreliable or unchecked sample has its flag",
 }
 
 
 def is_checked(model: Model) -> bool:
-    """Return whether some samples of a model are run again to find out whether they are reliable."""
+    """Return whether some samples of a model are checked."""
     return model.dynamics.is_sensitive
 
 
 def checked_share(run: Run, event: int) -> float:
-    """Return the share of a run's sensitive samples that are checked, which depends on the whole run alone."""
+    """Return the share of a run's sensitive samples that are checked; it depends only on the size of the whole run."""
     timeline = run.model.timeline
     steps = float(np.mean(timeline.intervals * timeline.substeps)) * run.model.plan.dofs * run.samples_by_event[event]
     return max(LEAST_CHECKED_SHARE, min(1.0, CHECKED_STEPS / max(steps, 1.0)))
 
 
 def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
-    """Return which of some samples of a sensitive structure may have left their linear range, shape [sample].
+    """Return which samples of a sensitive structure may have left their linear range, shape [sample].
 
-    All may have if their peaks are recorded from a later time on: the peaks until then are unknown.
+    All may have if peaks are recorded only from a later time, because earlier peaks are unknown.
 
     Args:
         run: The run.
@@ -79,7 +79,7 @@ def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np
 
 
 def reliability(run: Ensemble, samples: np.ndarray, outputs: Arrays, share: float) -> np.ndarray:
-    """Return the flag of each of some samples, shape [sample].
+    """Return the flags of samples, shape [sample].
 
     Args:
         run: The run.
@@ -108,11 +108,11 @@ def reliability(run: Ensemble, samples: np.ndarray, outputs: Arrays, share: floa
 
 
 def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Return the flags of an event's samples, none of which is more reliable than the state that it begins from.
+    """Return the flags of an event's samples; none is more reliable than the state from which it begins.
 
     Args:
         flags: Flags from the event alone, shape [sample].
-        earlier: Flags of the samples of the event before, from whose final states they begin, shape [sample].
+        earlier: Flags of the samples of the event before, shape [sample].
     """
     found = np.where((flags == NO) & (earlier == NOT_CHECKED), NOT_CHECKED, flags)
     return np.where((flags != NOT_CHECKED) & (earlier == YES), YES, found).astype(np.int8)
@@ -123,7 +123,7 @@ def _run_again(run: Ensemble, samples: np.ndarray, finer: int, factor: float) ->
     part, everything = run.select(samples), np.arange(samples.size)
     part.assignment = replace(part.assignment, scale=part.assignment.scale * factor)
     part.schedule = part.restepped(everything, finer * part.schedule.substeps)
-    # A sample that fails here is unreliable: it is not run at a still shorter step, whose budget depends on the block.
+    # A sample that fails here is unreliable. It is not run at a shorter step, because the budget depends on the block.
     outputs = part.integrate(everything)
     rerun_in_float64(part, everything, outputs)
     return outputs
@@ -136,7 +136,8 @@ def _largest_change(outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.nd
         for each in (outputs["peak_storey_drift"][:, chosen], again["peak_storey_drift"])
     )
     largest = peak.max(axis=0)
-    # Peaks of a collapse are those until the drift of one storey passes its limit, wherever the others are by then.
+    # Peaks of a collapsed sample end when one storey passes its limit, so those of other storeys depend on that
+    # instant.
     both_collapse = (outputs["status"][chosen] == COLLAPSED) & (again["status"] == COLLAPSED)
     scale = np.where(both_collapse, largest, np.maximum(peak, LEAST_SHARE_OF_LARGEST * largest))
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,4 +1,4 @@
-"""What each sample's answer is worth: its error at the step taken, and whether its motion's last digits decide it."""
+"""Error of each sample at its step, and whether it is sensitive to small changes of the motion."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.stability_guard import integrate_guarded
 from warpdyn.foundations.core.output_variables import DIVERGED
 
-SCALED_BY = 1.001  # the motion of the run that tells whether a sample is sensitive
-UNKNOWN = -1  # whether a sample that failed is sensitive
+SCALED_BY = 1.001  # factor on the motion in the run that detects sensitive samples
+UNKNOWN = -1  # flag of a failed sample
 ERROR, SENSITIVE = "estimated_relative_error_of_sample", "sensitive"
 ATTRIBUTES: dict[str, dict[str, object]] = {
     ERROR: {
         "long_name": "estimated relative error of the sample's peaks",
         "units": "1",
-        "comment": "by half the step in float64, relative to the largest value over the sample's storeys; of the peak "
-        "drift (of a LinearSystem: the peak displacement) if it is recorded, else the largest of all demands",
+        "comment": "by half the step in float64, relative to the largest value over the sample's storeys; for the peak "
+        "drift (of a LinearSystem: the peak displacement) if it is recorded, otherwise the largest of all demands",
     },
     SENSITIVE: {
         "long_name": "whether a motion scaled by 1.001 changes the peaks by more than the error asked for",
@@ -33,7 +33,7 @@ PEAKS = ("peak_storey_drift", "peak_displacement")
 
 
 def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: float) -> tuple[int, int]:
-    """Write the estimated error of every sample, and whether it is sensitive; return how many are off, and sensitive.
+    """Write the estimated error of every sample, and whether it is sensitive; return the numbers above the error asked.
 
     Args:
         run: The samples.
@@ -48,12 +48,11 @@ def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: floa
     part = run.select(own)
     found = {name: values[..., own] for name, values in outputs.items()}
     everything = np.arange(own.size)
-    # A sample that fails at half the step is as far off as one can be.
     error = _worst(relative_errors(part, found, everything))
     scaled = run.select(own)
     scaled.assignment = replace(scaled.assignment, scale=scaled.assignment.scale * SCALED_BY)
     change = _worst(compare(scaled, found, integrate_guarded(scaled, everything), everything))
-    is_sensitive = change > asked + (SCALED_BY - 1)  # by which any peak changes with its motion
+    is_sensitive = change > asked + (SCALED_BY - 1)  # the change of a linear response
     rows[ERROR][own], rows[SENSITIVE][own] = error, is_sensitive
     return int(np.count_nonzero(error > asked)), int(np.count_nonzero(is_sensitive))
 

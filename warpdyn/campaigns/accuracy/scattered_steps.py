@@ -1,4 +1,4 @@
-"""Steps of samples whose period is far below that of the middle of the scatter, which chooses the step of a run."""
+"""Steps of samples whose period is far below the median period, which chooses the step of a run."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.integration.time_grid import STEPS_PER_PERIOD
 from warpdyn.engine.methods.period_error import accurate_step
 
-LARGEST_PHASE_ERROR = 0.05  # radians of the first mode at the end of the vibration, and of its growth or decay
-# The instant at which a storey yields or meets a stop is known to a step: nonlinear samples take at least so many steps
-# in their first period. Samples of sensitive structures (with contact, damage or falling strength) take at most this
-# share of their stable step, too: most of the random samples that were more than 5 % wrong had longer steps.
+LARGEST_PHASE_ERROR = 0.05  # of the first mode at the end of the vibration [rad], and of its growth or decay
+# The instant at which a storey yields or meets a stop is known to within a step, so nonlinear samples take at least
+# FEWEST_STEPS_OF_NONLINEAR steps in their first period. Steps of sensitive structures (with contact, damage or falling
+# strength) are also at most this share of the stable step: most random samples more than 5 % wrong had longer steps.
 FEWEST_STEPS_OF_NONLINEAR = 50
 SHARE_OF_STABLE_STEP_OF_SENSITIVE = 0.2
 
@@ -21,17 +21,17 @@ SHARE_OF_STABLE_STEP_OF_SENSITIVE = 0.2
 def longest_steps(
     run: Ensemble, vibration: Vibration, row: np.ndarray, duration: np.ndarray, *, is_default: bool = False
 ) -> np.ndarray:
-    """Return the longest steps that keep the first mode's error [s], never below the default rule's.
+    """Return the longest steps that keep the first mode's error [s], at least those of the default rule.
 
-    A vibration is remembered for the run's duration, or until it has decayed by e: what is older does not add up.
-    Default steps of nonlinear samples have further bounds.
+    Errors of a vibration add up over the run's duration, or until it has decayed by a factor of e. Default steps of
+    nonlinear samples have further bounds.
 
     Args:
         run: The samples.
         vibration: Vibration of their structures.
         row: Places of some structures, shape [...].
-        duration: Durations that these run for [s], of the same shape.
-        is_default: Whether the caller left the steps to warpdyn.
+        duration: Durations of their runs [s], of the same shape.
+        is_default: Whether warpdyn chooses the steps.
     """
     period, decay = vibration.period[row], vibration.decay[row]
     with np.errstate(divide="ignore"):
@@ -48,17 +48,17 @@ def longest_steps(
 
 
 def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindings, *, divides: bool) -> None:
-    """Divide the steps that are too long for their own sample's period, or count them for a warning.
+    """Divide steps that are too long for the period of their sample, or count them for a warning.
 
     Args:
         run: The samples; their schedule is changed.
         vibration: Vibration of their structures.
         findings: Collects the messages.
-        divides: Whether steps are divided; otherwise they are told of.
+        divides: Whether steps are divided; otherwise they are counted.
     """
     schedule = run.schedule
-    # Most structures keep the error at the longest of their samples' steps for the longest of the durations, and the
-    # bound falls with the duration: only samples of the others are looked at one by one.
+    # First check each structure with the longest step and the longest duration of its samples: the bound falls with the
+    # duration. Check single samples only of structures that fail.
     begins = np.append(0, np.flatnonzero(run.row[1:] != run.row[:-1]) + 1)
     duration = schedule.run_intervals * schedule.substeps * schedule.step
     row, step = run.row[begins], np.maximum.reduceat(schedule.step, begins)

@@ -1,1 +1,1 @@
-"""Incremental dynamic analysis: the intensity at which each limit is first passed, of every structure and motion."""
+"""Incremental dynamic analysis: the intensity at which each structure under each motion first passes each limit."""

@@ -1,4 +1,4 @@
-"""The public function of incremental dynamic analysis: the capacity of every structure under every motion."""
+"""Incremental dynamic analysis: the capacity of every structure under every motion."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ from warpdyn.model.scene.scene import Scene
 PAIRS_AT_A_TIME = 2**16
 LARGEST_LIMIT = 1e9
 LARGEST_LADDER = 10.0  # ratio of neighbouring levels
-BYTES_OF_A_CAPACITY = 64  # its bracket, value, status and resurrections, while they are joined
-FIRST_SHARE = 1e-3  # level of the elastic run, over the middle of the intensities as recorded
-BEYOND_ELASTIC = 4.0  # highest level of a cloud, over the largest that the first structure's elastic response needs
+BYTES_OF_A_CAPACITY = 64  # bracket, value, status and count, while results are joined
+FIRST_SHARE = 1e-3  # level of the elastic run over the median intensity of the unscaled motions
+BEYOND_ELASTIC = 4.0  # highest level of a cloud over the level at which the first structure's elastic response fails
 
 
 @takes_scene
@@ -61,20 +61,20 @@ def capacities(
 ) -> xr.Dataset:
     """Find the intensity at which every structure first passes each limit, under every motion (IDA).
 
-    The demand of each pair of a structure and a motion is evaluated on a ladder of levels, up to the first that passes
-    the last limit; then two levels at a time between the last level that stays within a limit and the first that passes
-    it, where a power law between them passes it, until the bracket is as narrow as the tolerance. All pairs are run at
-    once, in some ten launches, and a history informs every damage state. A limit is passed by a demand above it, and
-    by a collapse. Structures are those that `simulate` draws with the same seed. Where either of two demands brings a
-    damage state about, its capacity is the smaller of two calls.
+    Each pair of a structure and a motion is run at increasing levels up to the first that passes the last limit. Then
+    the bracket between the last level within a limit and the first that passes it is narrowed to the tolerance, by two
+    levels around the point at which a power law between its ends passes the limit. All pairs run at once, in about ten
+    launches, and each history counts for all damage states. A limit is passed by a demand above it and by a collapse.
+    Structures are those that `simulate` draws with the same seed. If either of two demands causes a damage state, its
+    capacity is the smaller one of two calls.
 
-    What a bracket promises: the demand at `capacity_lower` is within the limit, as it is at every lower level that was
-    run, and at `capacity_upper` it is above. A demand need not grow with the intensity: it may pass a limit between two
-    rungs of the ladder and return. Where rungs give a sign of it (a peak or a shoulder near the limit), levels between
-    them are run; a collapse at single levels gives none, and a finer `ladder` sees more of these. Of the README's first
-    study no capacity comes after the first passage on 200 levels, in 11,264 cases; of a frame whose storeys deteriorate
-    a few in a thousand do, at collapse, and none with `ladder=1.03`. Levels above a capacity at which the demand is
-    within the limit again (resurrections) are counted, up to the level that passes the last limit, and warned of.
+    The demand is within the limit at `capacity_lower` and all lower levels that were run, and above it at
+    `capacity_upper`. A demand need not grow with the intensity: it may pass a limit between two levels and return. If
+    neighbouring levels indicate this (a peak or a shoulder near the limit), levels between them are run. A collapse at
+    single levels gives no such indication; a smaller `ladder` detects more of these. In the README's first study no
+    capacity is after the first passage on 200 levels, in 11,264 cases; in a frame whose storeys deteriorate a few per
+    thousand are, at collapse, and none with `ladder=1.03`. A warning gives the number of capacities above which the
+    demand is within the limit again, at levels up to the one that passes the last limit.
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
     Dynamics 31(3); the search is theirs (hunt and fill, 2004, Earthquake Spectra 20(2)) over all pairs at once.
@@ -82,44 +82,44 @@ def capacities(
     Args:
         scene: The scene; its excitation is a Cloud or Stripes, whose motions are scaled and whose measure is the
             intensity. Its recorders are not needed.
-        limits: Limit of each damage state, from the lightest on, in the units of the demand (storey drift ratio [1],
-            floor acceleration [m/s2]). A limit of `math.inf` is passed by collapse alone.
-        structures: Number of structures to draw; None for 1, with a warning if parameters are scattered. Leave it out
-            if Stripes have `structures_per_motion`: then the dimension `structure` numbers the structures of each
-            motion, and `drawn_structure` says which were drawn.
-        demand: Name of a recorded variable, such as "peak_floor_acceleration", of which the worst storey or floor
-            counts, as an absolute value.
+        limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand (storey drift
+            ratio [1], floor acceleration [m/s2]). Only collapse passes a limit of `math.inf`.
+        structures: Number of structures to draw; None for 1, with a warning if parameters are scattered. Omit it if
+            Stripes have `structures_per_motion`: then the dimension `structure` numbers the structures of each motion,
+            and `drawn_structure` is their index.
+        demand: Name of a recorded variable, such as "peak_floor_acceleration"; the largest absolute value over storeys
+            or floors counts.
         tolerance: Relative width of a bracket [1]: capacity_upper / capacity_lower - 1 is at most this.
-        highest: Highest level [g, or SI units of a measure that is no acceleration]: a limit that is not passed there
-            has an infinite capacity. None for the last level of Stripes, and of a Cloud for four times as much as the
-            elastic response of its first structure needs; `math.inf` for this whatever the design.
-        ladder: Ratio of neighbouring levels of the ladder [1], at most 10. Each pair has a ladder of its own, up to
-            the highest level.
+        highest: Highest level [g, or SI units of a measure that is not an acceleration]; a limit that is not passed
+            there has an infinite capacity. None: the last level of Stripes; for a Cloud four times the level at which
+            the elastic response of its first structure passes the limits. `math.inf`: the latter for any design.
+        ladder: Ratio of neighbouring levels [1], at most 10. Each pair has its own levels below the highest.
         reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
-        keep_curves: Whether all levels that were run are part of the dataset, as a table over `sample`.
+        keep_curves: Whether the dataset contains all levels that were run, as a table over `sample`.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building, and the
-            floors above them. A collapse of theirs passes every limit in either case.
+            floors above them. Their collapse passes every limit in either case.
         seed: Seed of every random draw.
-        method: Integration method, as of `simulate`.
-        step: Integration step [s], as of `simulate`.
-        longest_step: Upper bound of the chosen steps [s], as of `simulate`.
-        dtype: "float32" or "float64", as of `simulate`.
-        on_unstable: What is done where the step is beyond a structure's stability limit, as of `simulate`.
-        device: "cpu" or "cuda:0"; of several the first; None for the first GPU, or the CPU where there is none.
+        method: Integration method, as in `simulate`.
+        step: Integration step [s], as in `simulate`.
+        longest_step: Upper bound of the chosen steps [s], as in `simulate`.
+        dtype: "float32" or "float64", as in `simulate`.
+        on_unstable: Action if the step is beyond a structure's stability limit, as in `simulate`.
+        device: "cpu" or "cuda:0"; of several the first; None for the first GPU, or the CPU without a GPU.
         threads: CPU threads; None for every core this process may use.
 
     Returns:
         Dataset over `structure`, `motion` and `damage_state`: `capacity`, the geometric mean of its bracket
-        `capacity_lower` and `capacity_upper` (infinite, as the upper end is, where the limit was not passed up to the
+        `capacity_lower` and `capacity_upper` (infinite, like the upper end, if the limit was not passed up to the
         highest level: right-censored), `capacity_status` (found, above_highest, below_lowest, failed) and
-        `resurrections`, the number of levels above the capacity that were within the limit again. With `keep_curves`
-        over `sample`: `im_level`, the demand, `status`, `structure_index`, `motion_index`, by pair and level.
+        `resurrections`, the number of levels above the capacity at which the demand is within the limit. With
+        `keep_curves` over `sample`: `im_level`, the demand, `status`, `structure_index`, `motion_index`, by pair and
+        level.
 
     Raises:
         ValueError: If an argument is out of its range, limits do not increase, the demand is not recorded, or more than
             1 % of the pairs failed.
-        TypeError: If the scene is none, its excitation is no Cloud or Stripes, or `keep_curves` or `reuse_elastic`
-            is not True or False.
+        TypeError: If `scene` is not a Scene, its excitation is not a Cloud or Stripes, or `keep_curves` or
+            `reuse_elastic` is not True or False.
 
     Example:
         >>> found = wd.capacities(scene, {"slight": 0.005, "complete": 0.015}, structures=2)
@@ -132,7 +132,7 @@ def capacities(
     if not 1e-5 <= tolerance < 1:
         raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, got {tolerance:g}")
     if real_number("ladder", ladder, above=1) > LARGEST_LADDER:
-        raise ValueError(f"ladder must be at most {LARGEST_LADDER:g}, got {ladder:g}: levels between would be missed")
+        raise ValueError(f"ladder={ladder:g} would miss capacities: it must be at most {LARGEST_LADDER:g}")
     for name, choice in {"reuse_elastic": reuse_elastic, "keep_curves": keep_curves}.items():
         true_or_false(name, choice)
     integration = Integration.from_arguments(
@@ -160,8 +160,8 @@ def capacities(
     integration = run.integration
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
-            f"the limit of damage state {names[-1]!r} is infinite, which collapse alone passes, and nothing collapses "
-            "in the scene: give it a collapse_drift_ratio, or the building a drift capacity"
+            f"the limit of damage state {names[-1]!r} is infinite, which only collapse passes, but nothing collapses "
+            "in the scene: give Scene(collapse_drift_ratio=...), or the building a drift_capacity"
         )
     first = FIRST_SHARE * float(np.median(design.intensities))
     if isinstance(highest, float) and highest == np.inf:
@@ -209,7 +209,7 @@ def _design_of(scene: Scene) -> Design:
     """Return the scene's design, or raise an error unless its motions can be scaled."""
     design = scene.excitation
     if scene.structure.is_many:
-        raise TypeError("capacities() takes a scene of one structure, got a Portfolio: give it an archetype's scene")
+        raise TypeError("capacities() takes a scene of one structure, got a Portfolio: give the scene of an archetype")
     if not isinstance(design, Cloud | Stripes):
         raise TypeError(f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}")
     if isinstance(design, Stripes):
@@ -221,12 +221,12 @@ def _design_of(scene: Scene) -> Design:
         )
     bad = np.flatnonzero(~(design.intensities > 0))
     if bad.size:
-        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has no intensity to scale: leave it out")
+        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has no intensity to scale: remove it")
     return design
 
 
 def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
-    """Return names and limits, or raise an error unless they are positive and increase."""
+    """Return names and limits, which must be positive and increase."""
     if not isinstance(limits, Mapping) or not limits:
         raise ValueError(f"limits must map at least one damage state to a limit of the demand, got {limits!r}")
     names = list(state_names(limits))
@@ -234,7 +234,7 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
         if isinstance(value, Mapping):
             raise ValueError(
                 f"the limit of damage state {name!r} is {dict(value)}; capacities() and levels_for() take limits of "
-                "one demand, such as {'slight': 0.005}, with demand= for its variable"
+                "one demand, such as {'slight': 0.005}, with the name of its variable as demand="
             )
     try:
         values = np.array([float(real_numbers("limits", value)) for value in limits.values()])
@@ -256,18 +256,18 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
 
 
 def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -> None:
-    """Warn of drift limits that lie above the drift at which every sample ends."""
+    """Warn of drift limits above the drift ratio of collapse, at which histories end."""
     collapse = scene.collapse_limit
     for where, limit in limits.items():
         if collapse is not None and limit > collapse:
             warn_caller(
-                f"the limit{where}, {limit:g}, lies above the drift ratio of collapse, {collapse:g}: every collapse "
-                "passes it, and nothing else does"
+                f"the limit{where}, {limit:g}, lies above the drift ratio of collapse, {collapse:g}, so only collapses "
+                "pass it: choose a smaller limit or a larger Scene(collapse_drift_ratio=...)"
             )
 
 
 def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
-    """Return the recorders that fill a demand, with that of drifts, which tell what is elastic."""
+    """Return the recorder of a demand and that of drifts, which show whether a response is elastic."""
     table = RECORDERS[scene.structure.family]
     filled = {name: row for row, names in table.items() for name, variable in names.items() if variable.is_demand}
     drift = ("drift",) if "drift" in table else ()
@@ -278,7 +278,7 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
 
 
 def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
-    """Return the highest level of a cloud, from the first structure's elastic response: more of them change nothing."""
+    """Return the highest level of a cloud, from the elastic response of the first structure alone."""
     finite = limit[np.isfinite(limit)]
     needed = [pairs.collapse_level[:motions]] + ([pairs.elastic_level_of(finite[-1])[:motions]] if finite.size else [])
     known = np.concatenate(needed)
@@ -293,17 +293,17 @@ def _refuse_failed(found: Found, run: Run) -> None:
     if not count:
         return
     first = int(failed.ravel().argmax())
-    where = f"{count} of {failed.size} pairs of a structure and a motion failed, the first of them structure "
+    where = f"{count} of {failed.size} pairs of a structure and a motion failed, the first is structure "
     where += f"{first // failed.shape[1]} under motion {first % failed.shape[1]}: {found.reasons()}"
     if count > LARGEST_EXCLUDED_FRACTION * failed.size:
         raise ValueError(
-            f"{where}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may. Take a smaller step or another method"
+            f"{where}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may. Choose a smaller step= or another method="
         )
-    warn_caller(f"{where}; their capacities are NaN. A shorter step may hold")
+    warn_caller(f"{where}; their capacities are NaN. Try a smaller step=")
 
 
 def _warn_of_resurrections(result: xr.Dataset) -> None:
-    """Warn of demands that are within a limit again at a higher level."""
+    """Warn of demands that are within a limit at a level above the capacity."""
     returned = result["resurrections"].values > 0
     if not returned.any():
         return
@@ -313,6 +313,6 @@ def _warn_of_resurrections(result: xr.Dataset) -> None:
         if share
     ]
     warn_caller(
-        "a demand is within its limit again at a higher level, so that the capacity is that of the first passage, in "
-        f"these shares of the pairs: {', '.join(shares)}"
+        "the demand is within the limit again at a stronger level than the capacity, which is the first passage, in "
+        f"these shares of the pairs: {', '.join(shares)}. A smaller ladder= finds earlier passages"
     )

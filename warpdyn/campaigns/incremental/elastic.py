@@ -1,4 +1,4 @@
-"""How far a structure's response is elastic, and at what drift it collapses."""
+"""Drifts up to which storeys are elastic, and drifts at which they collapse."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from warpdyn.model.structures.physics import capacities_of, inverse_drift_capaci
 def elastic_drifts(run: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     """Return the drift up to which each storey is linear, and that at which it collapses [m], [structure, storey].
 
-    The first is 0 where a law is curved from the start, as Bouc and Wen's is, or where anything else is not linear: a
-    device beside the storeys, a damper of a power of the velocity.
+    The first is 0 if a law is curved from the start, such as Bouc and Wen's, or if the structure has another nonlinear
+    part: a device, or a damper with a power of the velocity.
 
     Args:
         run: The structures.

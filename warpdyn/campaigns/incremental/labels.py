@@ -1,4 +1,4 @@
-"""From the levels that were run to the dataset of capacities."""
+"""The dataset of capacities, from the levels that were run."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ from warpdyn.model.ground_motions.motions import motion_names, motion_numbers
 FOUND, ABOVE_HIGHEST, BELOW_LOWEST, FAILED = range(4)
 CAPACITY_MEANINGS = ("found", "above_highest", "below_lowest", "failed")
 PAIR = ("structure", "motion")
-SOURCE = "first passage of each limit on a ladder of levels, bracketed (Vamvatsikos and Cornell 2002)"
+SOURCE = "first passage of each limit on increasing levels, bracketed (Vamvatsikos and Cornell 2002)"
 
 
 @dataclass(eq=False)
 class Found:
-    """What the searches of blocks of structures found.
+    """Results of the searches for all blocks of structures.
 
     Args:
         names: Names of the damage states.
         limit: Their limits.
         demand: Name of the demand.
         tolerance: Relative width of a bracket.
-        ladder: Ratio of neighbouring levels of the ladder.
+        ladder: Ratio of neighbouring levels.
         keep_curves: Whether levels are kept.
     """
 
@@ -66,16 +66,12 @@ class Found:
         self.upper.append(upper.reshape(*shape, self.limit.size))
         self.failures.append(search.failed.reshape(shape))
         self.codes |= pairs.failure_codes
-        # Up to the level that passes the last limit: which levels were run above it depends on the device.
+        # Count only up to the level that passes the last limit: higher levels that were run depend on the device.
         with np.errstate(invalid="ignore"):
             is_counted = levels.level <= np.minimum(upper[:, -1], search.highest)[:, None]
+            is_counted &= levels.demand < np.inf
             counts = [
-                (
-                    is_counted
-                    & (levels.level > upper[:, [state]])
-                    & (levels.demand <= value)
-                    & (levels.demand < np.inf)
-                ).sum(1)
+                (is_counted & (levels.level > upper[:, [state]]) & (levels.demand <= value)).sum(1)
                 for state, value in enumerate(self.limit)
             ]
         self.resurrections.append(np.stack(counts, axis=-1).reshape(*shape, self.limit.size))
@@ -103,9 +99,9 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
     """Return the dataset of capacities.
 
     Args:
-        found: What was found.
+        found: Results of the searches.
         run: The run.
-        integration: How it was integrated.
+        integration: Its integration settings.
         highest: Highest level.
     """
     scene = run.model.scene
@@ -129,7 +125,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
     of_structure = numbers | {"long_name": "index of the drawn structure", "sampling": scene.sampling_of_structures}
     text = f"{design.measure.name} at which the limit is first passed"
     of_limit = {
-        "long_name": f"limit of {found.demand}; infinite: collapse alone passes it",
+        "long_name": f"limit of {found.demand}; infinite: only collapse passes it",
         "units": _demand_units(found.demand, run),
         "demand": found.demand,
     }
@@ -141,7 +137,7 @@ def labelled_capacities(found: Found, run: Run, integration: Integration, highes
         "resurrections": (
             dims,
             np.concatenate(found.resurrections).astype(np.int16),
-            {"long_name": "levels above the capacity at which the demand is within the limit again", "units": "1"},
+            {"long_name": "levels above the capacity at which the demand is within the limit", "units": "1"},
         ),
         "damage_limit": ("damage_state", found.limit, of_limit),
         "motion_name": motion_names(design.motions),

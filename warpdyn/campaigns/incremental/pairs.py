@@ -1,4 +1,4 @@
-"""Pairs of a structure and a motion, whose demand is evaluated at any levels of intensity, in one launch."""
+"""Pairs of a structure and a motion, whose demands are evaluated at any levels of intensity in one launch."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.structures.shear_building import ShearBuilding
 
 DRIFT_RATIO = "peak_storey_drift_ratio"
-# Demands that an elastic response has nothing of, and demands that they never exceed: these tell where to begin.
+# Demands that are zero for an elastic response, each with an upper bound that is not zero; the search starts from the
+# bound.
 NEVER_ABOVE = {"residual_drift_ratio": DRIFT_RATIO, "hysteretic_energy": "input_energy"}
-WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with room for rounding
+WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with a margin for rounding
 
 
 def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
@@ -35,7 +36,7 @@ def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
 
     Args:
         design: The design.
-        structures: Indices of the structures; where each motion has structures of its own, their numbers among these.
+        structures: Indices of the structures; if each motion has its own structures, their numbers for each motion.
     """
     own = design.structures_per_motion
     motions = np.arange(len(design.motions))
@@ -49,26 +50,26 @@ class Pairs:
 
     Args:
         run: The run; its scene's excitation is a design.
-        structures: Indices of the structures, increasing; where each motion has structures of its own, their numbers
-            among those of a motion.
-        demand: Name of the demand, of which the worst storey, floor or degree of freedom counts.
-        integration: How they are integrated.
-        queue: Where they run.
-        first_level: Level at which the elastic response is found, so low that nothing yields.
-        reuse_elastic: Whether the demand below the first yield is scaled from that run.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count.
+        structures: Indices of the structures, increasing; if each motion has its own structures, their numbers for
+            each motion.
+        demand: Name of the demand; its largest value over storeys, floors or degrees of freedom counts.
+        integration: Integration settings.
+        queue: Queue of the device.
+        first_level: Level of the elastic run, so low that nothing yields.
         findings: Collects messages on the stability of the pairs.
         advance: Called with the number of histories done since its last call.
+        reuse_elastic: Whether the demand below the first yield is scaled from the elastic run.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count.
 
     Attributes:
         structures: Index of each pair's structure, shape [structure, motion].
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
-        first_step: First step of each pair's ladder from the highest level downwards, as a share of the others, drawn
-            at random, shape [pair].
+        first_step: First step of each pair's levels from the highest level downwards, as a share of the other steps,
+            drawn at random, shape [pair].
         first_demand: Demand at `first_level`, shape [pair].
         guide: The same, or a demand that it never exceeds, shape [pair].
-        exponent: The demand of an elastic response goes with the level to this power.
-        elastic_level: Level up to which the response is elastic, shape [pair]; 0 where this is not known.
+        exponent: The demand of an elastic response is proportional to the level to this power.
+        elastic_level: Level up to which the response is elastic, shape [pair]; 0 if this is unknown.
         collapse_level: Level at which an elastic response would reach the drift of collapse, shape [pair].
         histories: Number of histories that were run.
         waves: Number of launches.
@@ -121,7 +122,7 @@ class Pairs:
         self._find_elastic_response(first_level, reuse_elastic)
 
     def _find_elastic_response(self, level: float, reuse_elastic: bool) -> None:
-        """Run every pair at a low level, and find how far its response is a multiple of this one."""
+        """Run every pair at a low level, and find the level up to which its response is proportional."""
         variables = self.whole.model.variables
         degree = 2 if self.demand in variables and variables[self.demand].units == "J" else 1
         self.exponent, self.first_level = degree / self.power, level
@@ -141,19 +142,19 @@ class Pairs:
                 self.collapse_level = level * np.nanmin(collapse[row] / peaks, axis=1) ** self.power
         else:  # a LinearSystem
             factor = np.full(self.count, np.inf)
-        # Beyond its first yield the first run is no elastic one.
+        # The first run is not elastic if it goes beyond the first yield.
         known = (factor > 1) & np.isfinite(self.first_demand)
-        # Peaks that are recorded from a later time on do not show whether a storey yields before.
+        # Peaks recorded only from a later time do not show whether a storey yields before.
         if reuse_elastic and self.whole.scene.record_from == 0:
             self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
 
     def elastic_level_of(self, limit: float) -> np.ndarray:
-        """Return the level at which the elastic response would come to a demand, or one it never exceeds, [pair]."""
+        """Return the level at which the elastic response, or its upper bound, would reach a demand, shape [pair]."""
         with np.errstate(divide="ignore"):
             return self.first_level * (limit / self.guide) ** (1 / self.exponent)
 
     def demands(self, pair: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """Return the demand of some pairs at levels [units of the measure]: infinite after a collapse, NaN if failed.
+        """Return the demand of pairs at levels [units of the measure]; infinite after a collapse, NaN if failed.
 
         Args:
             pair: The pairs, which may repeat, shape [evaluation].
@@ -168,7 +169,7 @@ class Pairs:
         return found
 
     def _run(self, pair: np.ndarray, level: np.ndarray) -> Arrays:
-        """Return every recorded variable of some pairs at levels, sample last."""
+        """Return all recorded variables of pairs at levels, sample last."""
         stop_if_asked()
         whole = self.whole
         scale = (level / self.intensities[whole.assignment.motion[pair]]) ** (1 / self.power)
@@ -200,7 +201,7 @@ class Pairs:
         return outputs
 
     def _worst(self, demand: str, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
-        """Return the worst of a demand in each sample, shape [sample]."""
+        """Return the largest value of a demand in each sample, shape [sample]."""
         name = "peak_storey_drift" if demand == DRIFT_RATIO else demand
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
         if demand == DRIFT_RATIO:

@@ -1,4 +1,4 @@
-"""The search for the first level at which each limit is passed: up a ladder of levels, and then between two of them."""
+"""The search for the first level at which each limit is passed: increasing levels, then narrower brackets."""
 
 from __future__ import annotations
 
@@ -8,29 +8,30 @@ import numpy as np
 
 from warpdyn.campaigns.incremental.pairs import Pairs
 
-# The ladder of a pair begins at this share of the level at which its elastic response would reach the first limit.
-# If the demand at the first rung comes to the other share of the limit, the ladder is continued downwards.
+# The levels of a pair begin at START times the level at which its elastic response would reach the first limit. If the
+# demand at the first level is above LOW_ENOUGH times the limit, lower levels are run too.
 START, LOW_ENOUGH = 0.3, 0.6
-# A pair climbs by about this factor at a time, in so many rungs at most; by more where few pairs are left, so that a
-# launch has so many histories, which take no longer than fewer.
-CLIMB, MOST_RUNGS, FULL_LAUNCH = 1.5, 4, {"cpu": 2**4, "cuda": 2**16}
-# Attempts to close a bracket by interpolation, before it is divided into equal parts: a demand may jump. So many parts
-# at most: a ladder's ratio of 1.1 takes five to a tolerance of 2 %, with four histories, as thirds twice would.
+# The levels of a pair rise by about RISE per launch, by at most MOST_LEVELS levels. If few pairs are left, take more
+# levels, because a launch of FULL_LAUNCH histories takes no longer than a smaller one.
+RISE, MOST_LEVELS, FULL_LAUNCH = 1.5, 4, {"cpu": 2**4, "cuda": 2**16}
+# Close a bracket by interpolation INTERPOLATIONS times; then, because a demand may jump, divide it into at most
+# MOST_PARTS: from a ratio of 1.1 to a tolerance of 2 % takes five parts (four histories), as many as dividing by three
+# twice.
 INTERPOLATIONS, MOST_PARTS = 2, 5
-ROUNDING = 0.98  # share of the tolerance that a new bracket takes
+ROUNDING = 0.98  # width of a new bracket over the tolerance
 
 
 @dataclass(eq=False)
 class Levels:
-    """The levels that pairs were evaluated at, with their demands.
+    """The levels at which pairs were evaluated, with their demands.
 
     Args:
         pairs: Number of pairs.
 
     Attributes:
         level: Shape [pair, slot]; infinite where a slot is empty.
-        demand: Likewise; infinite after a collapse, NaN if the history failed.
-        is_run: Whether it was run, and not scaled from an elastic response, likewise.
+        demand: Shape [pair, slot]; infinite after a collapse, NaN if the history failed.
+        is_run: Whether it was run, and not scaled from an elastic response, shape [pair, slot].
         used: Number of slots in use, shape [pair].
     """
 
@@ -53,10 +54,10 @@ class Levels:
         slot = self.used[pair] + np.arange(pair.size) - np.repeat(begins, counts)
         missing = int(slot.max(initial=-1)) + 1 - self.level.shape[1]
         if missing > 0:
-            room = ((0, 0), (0, missing))
-            self.level = np.pad(self.level, room, constant_values=np.inf)
-            self.demand = np.pad(self.demand, room, constant_values=np.nan)
-            self.is_run = np.pad(self.is_run, room)
+            padding = ((0, 0), (0, missing))
+            self.level = np.pad(self.level, padding, constant_values=np.inf)
+            self.demand = np.pad(self.demand, padding, constant_values=np.nan)
+            self.is_run = np.pad(self.is_run, padding)
         self.level[pair, slot], self.demand[pair, slot], self.is_run[pair, slot] = level, demand, is_run
         self.used[pair[begins]] += counts
 
@@ -69,13 +70,13 @@ class Levels:
 
         Returns:
             Lower and upper levels and their demands, each [row, damage_state]; the level 0 has the demand 0, and the
-            upper level is infinite where the limit was not passed.
+            upper level is infinite if the limit was not passed.
         """
         level, demand = self.level[rows], self.demand[rows]
         found = np.empty((4, rows.size, limit.size))
         place = np.arange(rows.size)
         for state, value in enumerate(limit):
-            # A limit that is infinite is passed by collapse alone.
+            # Only collapse passes an infinite limit.
             passes = demand > value if np.isfinite(value) else np.isposinf(demand)
             above = np.where(passes, level, np.inf)
             first = above.argmin(axis=1)
@@ -88,21 +89,21 @@ class Levels:
             found[3, :, state] = np.where(np.isfinite(upper), demand[place, first], np.nan)
         return found[0], found[1], found[2], found[3]
 
-    def beside_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
-        """Return levels between which and their neighbours a demand may pass a limit and return.
+    def near_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
+        """Return levels near which a demand may pass a limit and return.
 
-        They stand on both sides of a demand that is higher than its neighbours and hardly within the limit: it is taken
-        to rise from there by no more than in proportion to the level. And in the middle of two levels between which the
-        demand rises less than half as steeply as before, where it would pass the limit halfway if it went on as before.
+        They are on both sides of a demand that is higher than its neighbours and so close to the limit that it would
+        pass it if it rose from there in proportion to the level; and in the middle between two levels between which the
+        demand rises less than half as steeply as before, if it would pass the limit halfway at the former slope.
 
         Args:
             rows: The pairs, shape [row].
             limit: The limits, shape [damage_state].
             upper: The first level that passes each of them, shape [row, damage_state].
-            narrowest: Logarithm of the ratio of two levels that are not told apart any more.
+            narrowest: Logarithm of the least ratio of two levels between which another one is run.
 
         Returns:
-            Levels halfway to the neighbours, shape [row, any], NaN where none is needed.
+            Levels halfway to the neighbours, shape [row, any]; NaN if none is needed.
         """
         order = np.argsort(self.level[rows], axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -133,13 +134,13 @@ class Search:
         pairs: The pairs.
         limit: Limits of the damage states, increasing, shape [damage_state]; infinite for collapse.
         highest: Highest level.
-        ratio: Ratio of neighbouring levels of the ladder, which ends at the highest level.
+        ratio: Ratio of neighbouring levels below the highest.
         tolerance: Relative width of a bracket.
 
     Attributes:
         levels: The levels that were evaluated.
-        failed: Pairs of which a history failed below the first passage of the last limit, shape [pair].
-        rungs_at_a_time: Number of rungs that a pair climbs at a time, at least.
+        failed: Pairs with a failed history below the first passage of the last limit, shape [pair].
+        levels_at_a_time: Least number of levels of a pair in a launch.
     """
 
     pairs: Pairs
@@ -149,104 +150,104 @@ class Search:
     tolerance: float
     levels: Levels = field(init=False)
     failed: np.ndarray = field(init=False)
-    rungs_at_a_time: int = field(init=False)
+    levels_at_a_time: int = field(init=False)
 
     def __post_init__(self) -> None:
         pairs = self.pairs
-        self.rungs_at_a_time = int(np.clip(round(np.log(CLIMB) / np.log(self.ratio)), 1, MOST_RUNGS))
+        self.levels_at_a_time = int(np.clip(round(np.log(RISE) / np.log(self.ratio)), 1, MOST_LEVELS))
         self.levels, everything = Levels(pairs.count), np.arange(pairs.count)
         self.failed = np.isnan(pairs.first_demand)
         first = np.full(pairs.count, pairs.first_level)
         self.levels.add(everything, first, pairs.first_demand, np.ones(pairs.count, dtype=bool))
 
     def run(self) -> None:
-        """Climb the ladder, and then narrow every bracket."""
-        self._climb()
+        """Run increasing levels, and then narrow every bracket."""
+        self._increase()
         self._narrow()
 
     def _evaluate(self, pair: np.ndarray, level: np.ndarray) -> None:
-        """Evaluate some pairs, in order, at levels in one launch."""
+        """Evaluate pairs, in order, at levels in one launch."""
         demand = self.pairs.demands(pair, level)
         self.levels.add(pair, level, demand, level > self.pairs.elastic_level[pair])
         bad = np.isnan(demand)
         if bad.any():
-            # How far a pair climbs beyond its last passage depends on the others of its launch; what fails there is no
-            # failure of the pair.
+            # The levels of a pair above its last passage depend on the other pairs of the launch, so failures there do
+            # not count.
             last = self.levels.brackets(pair[bad], self.limit[-1:])[1][:, 0]
             self.failed[pair[bad][level[bad] < last]] = True
 
-    def _rungs(self, pair: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return levels of pairs' ladders, by their number from the highest level, 0, downwards.
+    def _levels(self, pair: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Return levels of pairs by their number from the highest level, 0, downwards.
 
-        The first step is a share of its own of each pair, so that brackets of different pairs have no ends in common:
-        what is not known of a capacity within its bracket then averages out, however wide brackets are.
+        The first step of each pair is a random share, so that brackets of different pairs have different ends: the
+        uncertainty of capacities within their brackets then averages out, even for wide brackets.
         """
         steps = np.where(number > 0, number - 1 + self.pairs.first_step[pair], 0.0)
         return self.highest * self.ratio**-steps
 
-    def _last_rungs(self, level: np.ndarray) -> np.ndarray:
-        """Return the number of the last rung that is not above a level of each pair."""
+    def _numbers_below(self, level: np.ndarray) -> np.ndarray:
+        """Return the number of the highest level of each pair that is not above a given one."""
         steps = np.log(self.highest / level) / np.log(self.ratio) - 1e-9
         return np.where(steps > 0, np.maximum(np.ceil(steps - self.pairs.first_step), 0) + 1, 0).astype(np.int64)
 
-    def _climb(self) -> None:
-        """Evaluate the rungs of each pair's ladder, up to the first that passes the last limit."""
+    def _increase(self) -> None:
+        """Evaluate the levels of each pair, up to the first that passes the last limit."""
         pairs = self.pairs
         finite = self.limit[np.isfinite(self.limit)]
         with np.errstate(invalid="ignore"):
             first, last = (
                 pairs.elastic_level_of(finite[end]) if finite.size else pairs.collapse_level for end in (0, -1)
             )
-        lowest = self._last_rungs(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
-        # In the first launch each pair climbs as far as it would if displacements were those of the elastic response.
-        until = np.minimum(self._last_rungs(np.clip(np.nan_to_num(last), pairs.first_level, self.highest)), lowest)
+        lowest = self._numbers_below(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
+        # The first launch has the levels that would be needed if displacements were those of the elastic response.
+        until = np.minimum(self._numbers_below(np.clip(np.nan_to_num(last), pairs.first_level, self.highest)), lowest)
         following = lowest.copy()
         active = np.flatnonzero(~self.failed)
         count = (lowest - until + 1)[active]
         kind = "cpu" if pairs.whole.queue.device == "cpu" else "cuda"
         while active.size:
             pair = np.repeat(active, count)
-            climbed = np.arange(pair.size) - np.repeat(np.cumsum(count) - count, count)
-            self._evaluate(pair, self._rungs(pair, following[pair] - climbed))
+            rise = np.arange(pair.size) - np.repeat(np.cumsum(count) - count, count)
+            self._evaluate(pair, self._levels(pair, following[pair] - rise))
             following[active] -= count
             upper = self.levels.brackets(active, self.limit[-1:])[1][:, 0]
             active = active[np.isinf(upper) & (following[active] >= 0) & ~self.failed[active]]
-            rungs = max(self.rungs_at_a_time, FULL_LAUNCH[kind] // max(active.size, 1))
-            count = np.minimum(rungs, following[active] + 1)
-        self._descend(lowest)
+            most = max(self.levels_at_a_time, FULL_LAUNCH[kind] // max(active.size, 1))
+            count = np.minimum(most, following[active] + 1)
+        self._decrease(lowest)
 
-    def _descend(self, lowest: np.ndarray) -> None:
-        """Evaluate lower rungs of pairs whose demand at the lowest rung is near the first limit already."""
+    def _decrease(self, lowest: np.ndarray) -> None:
+        """Evaluate lower levels of pairs whose demand at the lowest level is near the first limit."""
         active = np.flatnonzero(~self.failed)
-        # A limit that collapse alone passes is near where a sample collapsed.
+        # A limit that only collapse passes is near if the sample collapsed.
         near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]
-        rungs = self.rungs_at_a_time
+        count = self.levels_at_a_time
         while active.size:
             upper = self.levels.brackets(active, near)[1][:, 0]
-            lowest_rung = self._rungs(active, lowest[active])
-            active = active[(upper <= lowest_rung * (1 + 1e-9)) & ~self.failed[active]]
-            active = active[self._rungs(active, lowest[active]) > self.pairs.first_level]
-            pair = np.repeat(active, rungs)
-            lower = self._rungs(pair, lowest[pair] + np.tile(np.arange(1, rungs + 1), active.size))
+            lowest_level = self._levels(active, lowest[active])
+            active = active[(upper <= lowest_level * (1 + 1e-9)) & ~self.failed[active]]
+            active = active[self._levels(active, lowest[active]) > self.pairs.first_level]
+            pair = np.repeat(active, count)
+            lower = self._levels(pair, lowest[pair] + np.tile(np.arange(1, count + 1), active.size))
             kept = lower > self.pairs.first_level
             if kept.any():
                 self._evaluate(pair[kept], lower[kept])
-            lowest[active] += rungs
+            lowest[active] += count
 
     def _narrow(self) -> None:
-        """Evaluate levels within each bracket, until all are as narrow as the tolerance."""
+        """Evaluate levels within each bracket until all are as narrow as the tolerance."""
         active = np.flatnonzero(~self.failed)
         attempt = 0
         while active.size:
             lower, upper, below, above = self.levels.brackets(active, self.limit)
             is_open = np.isfinite(upper) & (lower > 0)
             with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-                is_open &= upper / lower > (1 + self.tolerance) * (1 + 1e-9)  # rungs may be just so far apart
+                is_open &= upper / lower > (1 + self.tolerance) * (1 + 1e-9)  # or exactly the ratio
                 level = self._between(lower, upper, below, above, by_interpolation=attempt < INTERPOLATIONS)
             level[:, ~is_open] = np.nan
-            beside = self.levels.beside_peaks(active, self.limit, upper, np.log1p(self.tolerance))
-            # Levels of a pair's states, each once and in order; what two states share is one run.
-            level = np.sort(np.concatenate([*level, beside], axis=1), axis=1)
+            near = self.levels.near_peaks(active, self.limit, upper, np.log1p(self.tolerance))
+            # Levels of a pair in order; a level of two states is run once.
+            level = np.sort(np.concatenate([*level, near], axis=1), axis=1)
             with np.errstate(invalid="ignore"):
                 level[:, 1:][np.diff(level, axis=1) <= 1e-9 * level[:, 1:]] = np.nan
             row, column = np.nonzero(np.isfinite(level))
@@ -259,10 +260,10 @@ class Search:
     def _between(
         self, lower: np.ndarray, upper: np.ndarray, below: np.ndarray, above: np.ndarray, *, by_interpolation: bool
     ) -> np.ndarray:
-        """Return levels within each bracket, NaN for those that are not needed, shape [any, pair, damage_state].
+        """Return levels within each bracket, NaN if not needed, shape [any, pair, damage_state].
 
-        Two stand on both sides of the level at which a power law between the ends passes the limit, as far apart as the
-        tolerance. Where that cannot be (an end collapsed), or has not closed the bracket, they divide it.
+        Two of them are on both sides of the point at which a power law between the ends passes the limit, one tolerance
+        apart. If an end collapsed, or interpolation has not closed the bracket, they divide it.
         """
         width = np.log1p(self.tolerance) * ROUNDING
         low, high = np.log(lower), np.log(upper)

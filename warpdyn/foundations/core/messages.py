@@ -7,7 +7,7 @@ import os
 import re
 import sys
 import warnings
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -82,6 +82,12 @@ def counted(names: Collection[object], most: int = 3) -> str:
     """Return the number of names and the first ones, such as "5 (a, b, c, ...)"."""
     shown = ", ".join(str(name) for name in [*names][:most])
     return f"{len(names):,} ({shown}{', ...' if len(names) > most else ''})"
+
+
+def warn_of_all(function: str, sentences: Sequence[str]) -> None:
+    """Give one warning with several sentences, if there are any, as a list that begins with the function's name."""
+    if sentences:
+        warn_caller("\n- ".join([f"{function}:", *sentences]) if len(sentences) > 1 else f"{function}: {sentences[0]}")
 
 
 def say(message: str) -> None:

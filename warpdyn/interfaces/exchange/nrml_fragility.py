@@ -12,18 +12,12 @@ import xarray as xr
 from numpy.typing import ArrayLike
 from scipy.stats import norm
 
-from warpdyn.answers.fragility.estimators import LOGLOGISTIC, LOGNORMAL, CurveShape
-from warpdyn.answers.risk.curves import extrapolated
-from warpdyn.answers.risk.integrals.intensity_limits import MINIMUM, NO_DAMAGE, IntensityLimits
+from warpdyn.answers.fragility.estimators import LOGNORMAL
+from warpdyn.answers.risk.curves.curve_set import CurveSet, extrapolated
+from warpdyn.answers.risk.integrals.intensity_limits import MINIMUM, NO_DAMAGE
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number
 from warpdyn.interfaces.exchange import nrml
-from warpdyn.interfaces.exchange.exceedance import (
-    CHECKED_POINTS,
-    LEAST_CHECKED,
-    check_exceedance,
-    damage_states,
-    fitted,
-)
+from warpdyn.interfaces.exchange.exceedance import CHECKED_POINTS, LEAST_CHECKED, check_exceedance, check_order
 from warpdyn.interfaces.exchange.measures import measure_of, to_openquake
 from warpdyn.interfaces.exchange.text_files import checked_path
 
@@ -96,20 +90,25 @@ def write_nrml_fragility(
     nrml.check_by_taxonomy(FUNCTION, curves, "curves")
     one_of("format", format, ("continuous", "discrete"))
     one_of("loss_type", loss_type, nrml.LOSS_TYPES)
-    first, *rest = curves
-    states = damage_states(f"taxonomy {first!r}", curves[first])
-    nrml.check_state_names(FUNCTION, states)
-    for taxonomy in rest:
-        own = damage_states(f"taxonomy {taxonomy!r}", curves[taxonomy])
-        if own != states:
-            raise ValueError(
-                f"{FUNCTION}: taxonomy {taxonomy!r} has the damage states {', '.join(own)}, and {first!r} has "
-                f"{', '.join(states)}; a model has the same for all"
-            )
     if format == "continuous" and intensities is not None:
         raise ValueError(f"{FUNCTION}: intensities are of format='discrete'; continuous functions have none")
     if format == "discrete" and not (minimum_intensity is None and maximum_intensity is None):
         raise ValueError(f"{FUNCTION}: discrete functions have intensities, not a least and a greatest one")
+    points = "exceedance_fraction" if format == "discrete" and intensities is None else ""
+    sets = {
+        taxonomy: CurveSet.from_dataset(f"taxonomy {taxonomy!r}", dataset, points=points)
+        for taxonomy, dataset in curves.items()
+    }
+    first, *rest = curves
+    states = list(sets[first].names)
+    nrml.check_state_names(FUNCTION, states)
+    for taxonomy in rest:
+        own = sets[taxonomy].names
+        if list(own) != states:
+            raise ValueError(
+                f"{FUNCTION}: taxonomy {taxonomy!r} has the damage states {', '.join(own)}, and {first!r} has "
+                f"{', '.join(states)}; a model has the same for all"
+            )
 
     default = f"warpdyn: {curves[first].attrs.get('fragility_method', 'fragility curves')}"
     beyond = {taxonomy: extrapolated(dataset, tuple(states)) for taxonomy, dataset in curves.items()}
@@ -122,27 +121,36 @@ def write_nrml_fragility(
         what = f"taxonomy {taxonomy!r}"
         function = ElementTree.SubElement(model, "fragilityFunction", id=taxonomy, format=format)
         imt = measure_of(what, dataset, measure)
+        if not points and "fragility_median" not in dataset:
+            raise ValueError(
+                f"{what}: the dataset has no fragility_median(damage_state); give what fragility() returned"
+            )
+        factor = to_openquake(what, dataset["stripe" if points else "fragility_median"].attrs.get("units"), imt)
         if format == "continuous":
             bounds = minimum_intensity, maximum_intensity, no_damage_limit
-            _add_continuous(function, what, dataset, imt, bounds)
+            _add_continuous(function, what, dataset, sets[taxonomy], imt, factor, bounds)
         else:
-            _add_discrete(function, what, dataset, imt, intensities, no_damage_limit)
+            _add_discrete(function, what, sets[taxonomy], imt, factor, intensities, no_damage_limit)
     return nrml.write_xml(path, root)
 
 
 def _add_continuous(
-    function: ElementTree.Element, what: str, curves: xr.Dataset, imt: str, bounds: tuple[float | None, ...]
+    function: ElementTree.Element,
+    what: str,
+    dataset: xr.Dataset,
+    curves: CurveSet,
+    imt: str,
+    factor: float,
+    bounds: tuple[float | None, ...],
 ) -> None:
     """Add intensities and the mean and standard deviation of each state to a function."""
-    median, dispersion = fitted(what, curves)
-    shape = _shape(what, curves)
-    if shape is not LOGNORMAL:
+    check_order(what, curves)
+    if curves.shape.name != LOGNORMAL.name:
         raise ValueError(
-            f"{what}: the curves are {shape.name}, and the engine's continuous functions are lognormal; write them at "
-            "intensities= as format='discrete'"
+            f"{what}: the curves are {curves.shape.name}, and the engine's continuous functions are lognormal; write "
+            "them at intensities= as format='discrete'"
         )
-    units = curves["fragility_median"].attrs.get("units")
-    factor = to_openquake(what, units, imt)
+    median, dispersion, units = curves.median, curves.dispersion, curves.units
     low, high = norm.ppf(LEAST_PROBABILITY), norm.ppf(GREATEST_PROBABILITY)
     defaults = (np.min(median * np.exp(low * dispersion)), np.max(median * np.exp(high * dispersion)))
     names = ("minimum_intensity", "maximum_intensity", "no_damage_limit")
@@ -151,12 +159,12 @@ def _add_continuous(
         for name, value in zip(names, bounds, strict=True)
     )
     is_given = any(value is not None for value in bounds)
-    own = IntensityLimits.of(FUNCTION, curves)
-    is_of_file = least is None and MINIMUM in curves.attrs  # which may have no limit without damage
+    own = curves.limits
+    is_of_file = least is None and MINIMUM in dataset.attrs  # which may have no limit without damage
     least = own.minimum if is_of_file else least or defaults[0]
     greatest = greatest or (own.maximum if np.isfinite(own.maximum) else defaults[1])
     if limit is None:
-        limit = own.no_damage if is_of_file or NO_DAMAGE in curves.attrs else least
+        limit = own.no_damage if is_of_file or NO_DAMAGE in dataset.attrs else least
     if not greatest > least:
         raise ValueError(f"{what}: the greatest intensity ({greatest:g} {units}) must be above the least, {least:g}")
     # A file that was read may have limits above a median; typed ones are a mistake there.
@@ -167,13 +175,11 @@ def _add_continuous(
             "out to have them chosen"
         )
     levels = np.geomspace(max(least, limit) or LEAST_CHECKED * greatest, greatest, CHECKED_POINTS)
-    probability = shape.probability(levels, median[:, None], dispersion[:, None])
-    states = damage_states(what, curves)
-    check_exceedance(what, states, levels, probability, units)
+    check_exceedance(what, curves, levels, curves.shape.probability(levels, median, dispersion))
     function.set("shape", "logncdf")
     named = {"noDamageLimit": limit, "minIML": least, "maxIML": greatest}
     ElementTree.SubElement(function, "imls", {"imt": imt} | {n: repr(float(v * factor)) for n, v in named.items()})
-    for state, m, b in zip(states, median * factor, dispersion, strict=True):
+    for state, m, b in zip(curves.names, median * factor, dispersion, strict=True):
         mean = float(m * np.exp(b**2 / 2))
         stddev = float(mean * np.sqrt(np.expm1(b**2)))
         ElementTree.SubElement(function, "params", ls=state, mean=repr(mean), stddev=repr(stddev))
@@ -182,26 +188,26 @@ def _add_continuous(
 def _add_discrete(
     function: ElementTree.Element,
     what: str,
-    curves: xr.Dataset,
+    curves: CurveSet,
     imt: str,
+    factor: float,
     intensities: ArrayLike | None,
     no_damage_limit: float | None,
 ) -> None:
     """Add intensities and the probabilities of each state to a function."""
-    states = damage_states(what, curves)
     if intensities is None:
-        levels, probability, units = _stripes(what, curves)
-    else:
-        median, dispersion = fitted(what, curves)
-        levels, units = finite_numbers("intensities", intensities), curves["fragility_median"].attrs.get("units")
+        assert curves.table is not None
+        _, levels, probability = curves.table
         _check_levels(what, levels)
-        clipped, is_damaged = IntensityLimits.of(FUNCTION, curves).clipped(levels)
-        probability = _shape(what, curves).probability(clipped, median[:, None], dispersion[:, None]) * is_damaged
-    check_exceedance(what, states, levels, probability, units)
+    else:
+        check_order(what, curves)
+        levels = finite_numbers("intensities", intensities)
+        _check_levels(what, levels)
+        probability = curves.probability(levels)
+    check_exceedance(what, curves, levels, probability)
     probability = np.minimum.accumulate(probability, axis=0)
-    factor = to_openquake(what, units, imt)
     attributes = {"imt": imt}
-    own = IntensityLimits.of(FUNCTION, curves).no_damage
+    own = curves.limits.no_damage
     if no_damage_limit is None and own > 0:
         attributes["noDamageLimit"] = repr(own * factor)
     elif no_damage_limit is not None:
@@ -210,29 +216,8 @@ def _add_discrete(
             raise ValueError(f"{what}: no_damage_limit ({limit:g}) must be below the first intensity, {levels[0]:g}")
         attributes["noDamageLimit"] = repr(limit * factor)
     ElementTree.SubElement(function, "imls", attributes).text = nrml.row(levels * factor)
-    for state, values in zip(states, probability, strict=True):
+    for state, values in zip(curves.names, probability, strict=True):
         ElementTree.SubElement(function, "poes", ls=state).text = nrml.row(values)
-
-
-def _shape(what: str, curves: xr.Dataset) -> CurveShape:
-    """Return the shape of fitted curves, lognormal where the dataset does not say it."""
-    shapes = {shape.name: shape for shape in (LOGNORMAL, LOGLOGISTIC)}
-    name = curves.attrs.get("fragility_shape", LOGNORMAL.name)
-    one_of(f"fragility_shape of {what}", name, shapes)
-    return shapes[name]
-
-
-def _stripes(what: str, curves: xr.Dataset) -> tuple[np.ndarray, np.ndarray, object]:
-    """Return the levels of stripes, the fractions that exceed, shape [damage_state, stripe], and the levels' unit."""
-    if "exceedance_fraction" not in curves or set(curves["exceedance_fraction"].dims) != {"damage_state", "stripe"}:
-        raise ValueError(
-            f"{what}: the dataset has no exceedance_fraction(damage_state, stripe); give intensities= at which the "
-            "fitted curves are written"
-        )
-    levels = curves["stripe"].values.astype(np.float64)
-    _check_levels(what, levels)
-    fractions = curves["exceedance_fraction"].transpose("damage_state", "stripe").values.astype(np.float64)
-    return levels, fractions, curves["stripe"].attrs.get("units")
 
 
 def _check_levels(what: str, levels: np.ndarray) -> None:

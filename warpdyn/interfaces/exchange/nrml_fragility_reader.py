@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from warpdyn.answers.fragility.estimators import LOGNORMAL
+from warpdyn.answers.risk.curves.curve_set import CurveSet
 from warpdyn.answers.risk.integrals.intensity_limits import MAXIMUM, MINIMUM, NO_DAMAGE
 from warpdyn.foundations.core.checks import one_of
 from warpdyn.foundations.core.units import unit_attributes
 from warpdyn.interfaces.exchange import nrml
-from warpdyn.interfaces.exchange.exceedance import CHECKED_POINTS, LEAST_CHECKED, check_exceedance
+from warpdyn.interfaces.exchange.exceedance import CHECKED_POINTS, LEAST_CHECKED, check_exceedance, check_order
 from warpdyn.interfaces.exchange.measures import from_openquake, own_name
 
 READER = "read_nrml_fragility"
@@ -73,6 +73,7 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         variables, coordinates = read(path, function, states, units, factor, attributes)
         coordinates["damage_state"] = ("damage_state", np.array(states), {"long_name": "damage state"})
         found[taxonomy] = xr.Dataset(variables, coordinates, attributes)
+        _check(f"{path}: function {taxonomy!r}", found[taxonomy])
     if not found:
         raise ValueError(f"{READER}: {path} has a fragilityModel without a fragilityFunction")
     return found
@@ -116,7 +117,6 @@ def _continuous(
             f"{greatest / factor:g}: no intensity would cause damage"
         )
     median = mean * np.exp(-variance / 2) * factor
-    _check(path, function, states, median, np.sqrt(variance), (least, greatest), units)
     said = {"long_name": "median capacity"} | unit_attributes(units)
     return {
         "fragility_median": ("damage_state", median, said),
@@ -128,25 +128,17 @@ def _continuous(
     }, {}
 
 
-def _check(
-    path: object,
-    function: ElementTree.Element,
-    states: list[str],
-    median: np.ndarray,
-    dispersion: np.ndarray,
-    bounds: tuple[float, float],
-    units: str,
-) -> None:
-    """Raise a ValueError unless the curves of a continuous function are ordered, as those that are written must be."""
-    what = f"{path}: function {function.get('id')!r}"
-    for i in np.flatnonzero(np.diff(median) < 0):
-        raise ValueError(
-            f"{what}: the medians of {states[i]!r} and {states[i + 1]!r} fall, {median[i]:.4g} and "
-            f"{median[i + 1]:.4g} {units}: limitStates and params must come from the lightest state on"
-        )
-    levels = np.geomspace(bounds[0] or LEAST_CHECKED * bounds[1], bounds[1], CHECKED_POINTS)
-    probability = LOGNORMAL.probability(levels, median[:, None], dispersion[:, None])
-    check_exceedance(what, states, levels, probability, units)
+def _check(what: str, dataset: xr.Dataset) -> None:
+    """Raise a ValueError unless the curves of a function are such as `write_nrml_fragility` writes."""
+    points = "exceedance_fraction" if "exceedance_fraction" in dataset else ""
+    curves = CurveSet.from_dataset(what, dataset, points=points)
+    if curves.table is not None:
+        check_exceedance(what, curves, *curves.table[1:])
+        return
+    check_order(what, curves)
+    least, greatest = curves.limits.minimum, curves.limits.maximum
+    levels = np.geomspace(least or LEAST_CHECKED * greatest, greatest, CHECKED_POINTS)
+    check_exceedance(what, curves, levels, curves.shape.probability(levels, curves.median, curves.dispersion))
 
 
 def _discrete(
@@ -156,12 +148,6 @@ def _discrete(
     rows = _rows(path, function, "poes", states)
     levels = nrml.numbers(path, nrml.child(path, function, "imls"))
     probability = np.array([nrml.numbers(path, row, len(levels)) for row in rows])
-    what = f"{path}: function {function.get('id')!r}"
-    if levels.size < 2 or levels[0] < 0 or (np.diff(levels) <= 0).any():
-        raise ValueError(f"{what} needs at least 2 intensities of at least 0 that increase, got {levels.tolist()}")
-    if levels[0] == 0 and probability[:, 0].any():
-        raise ValueError(f"{what} has the probability {probability[:, 0].max():g} at intensity 0; it must be 0 there")
-    check_exceedance(what, states, levels * factor, probability, units)
     said = {"long_name": "intensity of the stripe"} | unit_attributes(units)
     share = {"long_name": "probability of exceedance", "units": "1"}
     variables = {"exceedance_fraction": (("damage_state", "stripe"), probability, share)}

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from scipy.special import betaincinv
 
 from warpdyn.answers.risk.annual_rates import warned_shares
-from warpdyn.answers.risk.curves import curves_of
+from warpdyn.answers.risk.curves.curve_set import CurveSet
 from warpdyn.answers.risk.disaggregation import contributions
 from warpdyn.answers.risk.hazard_curves import Hazard, branches_of
 from warpdyn.foundations.core.checks import check_dataset
@@ -63,7 +63,7 @@ def hazard_and_rates(
         >>> figure = wd.plots.hazard_and_rates(curves, hazard)
     """
     tree = branches_of("plots.hazard_and_rates", hazard)
-    found = curves_of("plots.hazard_and_rates", curves, tree)
+    found = CurveSet.from_dataset("plots.hazard_and_rates", curves, tree)
     rates = tree.weights @ found.rates(tree)
     warned_shares(found, tree, rates)
     parts = contributions(found, tree, bins=BINS)

@@ -1,4 +1,4 @@
-"""Curves through binomial stripe counts by probit or logit, with a penalised fit for separated stripes."""
+"""Fits of binomial stripe counts by probit or logit, penalised for separated stripes."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from warpdyn.answers.fragility.maximum_likelihood.links import (
 from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
 
 PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a fit, after those of `fit_stripes`
-UNDETERMINED = PENALISED + 1  # a median outside the levels that the data do not determine
+UNDETERMINED = PENALISED + 1  # the data do not determine a median outside the levels
 
 
 def penalised_likelihood(
     link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
 ) -> Evaluation:
-    """Return what `likelihood` does, with the logarithm of Jeffreys' prior added; the information is the expected one.
+    """Return `likelihood` with the logarithm of Jeffreys' prior added, and the expected information.
 
-    The penalty is half the logarithm of the determinant of the expected information. Its maximum is finite for any
+    The penalty is half the logarithm of the determinant of the expected information. Its maximum is finite for all
     counts (Firth 1993, Biometrika 80; Kosmidis and Firth 2021, Biometrika 108).
     """
     score = parameters[:, :1] + parameters[:, 1:] * position
@@ -35,7 +35,7 @@ def penalised_likelihood(
     determinant = np.linalg.det(information)
     with np.errstate(divide="ignore", invalid="ignore"):
         value = (exceeding * above + passing * below).sum(axis=1) + 0.5 * np.log(determinant)
-        # The leverage of a level: its row of the design, through the inverse of the information.
+        # The leverage of a level, from its row of the design and the inverse of the information.
         a, b, c = (information[:, i, j, None] for i, j in ((0, 0), (0, 1), (1, 1)))
         leverage = (c - 2.0 * b * position + a * position**2) / determinant[:, None]
     slope = exceeding * rise - passing * fall
@@ -46,19 +46,19 @@ def penalised_likelihood(
 def fit_probit(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit lognormal curves by maximum likelihood, and those of separated stripes by penalised likelihood.
+    """Fit lognormal curves by maximum likelihood, and curves of separated stripes by penalised likelihood.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., im_level].
         total: Number of trials, broadcast with `exceeding`.
-        start: Median and dispersion that the search starts from; None for none.
+        start: Median and dispersion at which the search starts, or None.
 
     Returns:
         Median, dispersion [1] and outcome (an index into FIT_MEANINGS), of the leading shape.
 
     Raises:
-        ValueError: As `fit_stripes`.
+        ValueError: As in `fit_stripes`.
 
     Example:
         >>> median, dispersion, outcome = fit_probit([0.2, 0.4, 0.6, 0.8], [0, 0, 11, 11], 11)
@@ -72,14 +72,14 @@ def fit_probit(
 def fit_logit(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit loglogistic curves as `fit_probit` does lognormal ones.
+    """Fit loglogistic curves; arguments and results as in `fit_probit`.
 
     The dispersion is the standard deviation of the logarithm of the capacity, pi / sqrt(3) over the slope of the logit.
     """
     median, dispersion, outcome = (np.atleast_1d(part) for part in fit_stripes(levels, exceeding, total, start))
     position, centre, spread = _positions(levels)
     exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
-    rows = np.flatnonzero(outcome.ravel() == FITTED)  # a finite maximum exists for the same counts (Albert, Anderson)
+    rows = np.flatnonzero(outcome.ravel() == FITTED)  # same condition (Albert and Anderson)
     counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
     passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
     slope = LOGIT.deviation * spread / dispersion.ravel()[rows]
@@ -100,7 +100,7 @@ def _penalised_where_separated(
     dispersion: np.ndarray,
     outcome: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the fits with those of separated stripes replaced by penalised ones."""
+    """Return the fits; separated stripes get penalised ones."""
     shape = outcome.shape
     median, dispersion, outcome = (np.array(part).reshape(-1) for part in (median, dispersion, outcome))
     rows = np.flatnonzero(outcome == SEPARATED)
@@ -109,7 +109,7 @@ def _penalised_where_separated(
         exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
         counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
         passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
-        # The search starts from a straight line through the fractions, moved off 0 and 1 by half a sample.
+        # Start from a straight line through the fractions, moved away from 0 and 1 by half a sample.
         share = (counted + 0.5) / (counted + passing + 1.0)
         score, weight = np.log(share / (1.0 - share)) * link.deviation / LOGIT.deviation, counted + passing
         mean, rise = (weight @ position) / weight.sum(axis=1), (weight * score).sum(axis=1) / weight.sum(axis=1)
@@ -122,7 +122,7 @@ def _penalised_where_separated(
 
 
 def _positions(levels: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Return centred and scaled logarithms of the levels, with centre and scale."""
+    """Return centred and scaled logarithms of the levels, the centre and the scale."""
     logarithm = np.log(np.asarray(levels, dtype=np.float64))
     centre, spread = float(logarithm.mean()), float(logarithm.std())
     return (logarithm - centre) / spread, centre, spread
@@ -155,18 +155,18 @@ def influences_of_cells(
     median: np.ndarray,
     dispersion: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
+    """Return the first-order contribution of each cell of samples to the logarithms of median and dispersion.
 
     Args:
         link: Probit or logit.
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Samples of a cell that exceed, shape [record, group, im_level, row ...].
+        exceeding: Exceeding samples of a cell, shape [record, group, im_level, row ...].
         valid: Samples of a cell, shape [record, group, im_level].
         median: Fitted medians, shape [row ...].
         dispersion: Fitted dispersions.
 
     Returns:
-        The score of each cell times the inverse of the whole's information, shape [record, group, 2, row ...]; and the
+        The score of each cell times the inverse of the whole information, shape [record, group, 2, row ...]; and the
         diagonal of that inverse, the variances if all samples were independent, shape [2, row ...]; NaN without a fit.
     """
     rows = median.shape
@@ -174,12 +174,12 @@ def influences_of_cells(
     score = link.deviation * (np.log(levels)[at] - np.log(median)) / dispersion
     log_density = link.log_density(score)
     above, below = (np.exp(log_density - link.log_cumulative(side)) for side in (score, -score))
-    # Of the score in both logarithms.
+    # Derivatives of the score with respect to both logarithms.
     slopes = np.stack([-link.deviation / dispersion + 0.0 * score, -score])
     bend, over = link.slope(score), exceeding.sum(axis=(0, 1))
     under = valid.sum(axis=(0, 1))[at] - over
     weight = over * above * (above - bend) + under * below * (below + bend)
-    # At the maximum the second derivatives of the score itself add nothing: they multiply a gradient of 0.
+    # At the maximum, second derivatives of the score do not contribute: they multiply a gradient of 0.
     information = np.einsum("al...,bl...,l...->...ab", slopes, slopes, weight)
     determinant = information[..., 0, 0] * information[..., 1, 1] - information[..., 0, 1] ** 2
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -191,8 +191,8 @@ def influences_of_cells(
             axis=-2,
         )
         inverse = flipped / determinant[..., None, None]
-    factors = np.einsum("...ab,bl...->al...", inverse, slopes)  # of a derivative in the score
-    # What exceeds adds its score, what passes takes its own: counted as all that pass, and those that exceed besides.
+    factors = np.einsum("...ab,bl...->al...", inverse, slopes)
+    # Count all samples as passing, and add the difference for exceeding ones.
     influences = np.einsum("rgl...,al...->rga...", exceeding.astype(np.float64), factors * (above + below))
     influences -= np.tensordot(valid.astype(np.float64), np.moveaxis(factors * below, 1, 0), axes=1)
     return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)

@@ -1,4 +1,4 @@
-"""Normal regression of values that are known exactly, within an interval, or from one side: many rows of weights."""
+"""Normal regression of values that are known exactly, within an interval, or from one side, for rows of weights."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from scipy.special import log_ndtr
 
 from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
 
-NARROW = 1e-6  # of a logarithm: narrower intervals are taken as their middle, whose probability is below rounding
+NARROW = 1e-6  # of a logarithm: narrower intervals are replaced by their middle, because of rounding
 
-_AT_A_TIME = 1 << 20  # observations times rows that are held at once
+_AT_A_TIME = 1 << 20  # observations times rows in memory at a time
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
 @dataclass(frozen=True, eq=False)
 class CensoredRegression:
-    """Maximum likelihood of value = coefficients . design + deviation x normal, as of Tobin (1958) and Olsen (1978).
+    """Maximum likelihood of value = coefficients . design + deviation x normal (Tobin 1958, Olsen 1978).
 
-    In coefficients / deviation and 1 / deviation the likelihood is concave, also of intervals (Olsen 1978, Econometrica
-    46; Burridge 1981, Journal of the Royal Statistical Society B 43), so that the maximum is the only one.
+    In coefficients / deviation and 1 / deviation the likelihood is concave, also for intervals (Olsen 1978,
+    Econometrica 46; Burridge 1981, Journal of the Royal Statistical Society B 43), so there is only one maximum.
 
     Args:
-        lower: Lower bound of each value, shape [observation]; -inf where there is none.
-        upper: Upper bound; inf where there is none; equal to the lower one where the value is known.
-        design: What the mean depends on, shape [observation, coefficient].
+        lower: Lower bound of each value, shape [observation]; -inf without one.
+        upper: Upper bound; inf without one; equal to the lower bound if the value is known.
+        design: Explanatory variables of the mean, shape [observation, coefficient].
     """
 
     lower: np.ndarray
@@ -44,12 +44,11 @@ class CensoredRegression:
     def fit(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coefficients, shape [row, coefficient], and the deviation, shape [row], for rows of weights.
 
-        They are NaN where Newton's method finds no maximum of the likelihood. Where all values are known they are those
-        of least squares, which are the moments where the mean depends on nothing; the deviation is that of maximum
-        likelihood, of n observations and not n - 1.
+        They are NaN if Newton's method finds no maximum. If all values are known, they are those of least squares (the
+        moments if the design is constant); the deviation has divisor n, not n - 1.
 
         Args:
-            weights: How often each observation counts, shape [row, observation].
+            weights: Weight of each observation, shape [row, observation].
         """
         if self._is_exact.all():
             return self._least_squares(weights)
@@ -69,15 +68,11 @@ class CensoredRegression:
             return found[:, :-1] / found[:, -1:], 1.0 / found[:, -1]
 
     def influences(self, coefficients: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return what each observation adds to coefficients and deviation at their maximum, to first order.
-
-        Args:
-            coefficients: Shape [coefficient].
-            deviation: The deviation.
+        """Return the first-order contribution of each observation to coefficients and deviation at their maximum.
 
         Returns:
-            The influences, shape [observation, coefficient + 1], and the covariance that coefficients and deviation
-            would have if all observations were independent.
+            The influences, shape [observation, coefficient + 1], and the covariance of coefficients and deviation if
+            all observations were independent.
         """
         count = coefficients.size + 1
         if not np.isfinite(deviation):
@@ -88,7 +83,7 @@ class CensoredRegression:
         scores[self._is_exact, -1] += deviation
         _, _, information = self._evaluate(parameters, np.ones((1, self.lower.size)))
         inverse = np.linalg.pinv(information[0], hermitian=True)
-        change = np.zeros((count, count))  # from coefficients / deviation and 1 / deviation
+        change = np.zeros((count, count))  # derivatives by coefficients / deviation and 1 / deviation
         change[:-1, :-1] = deviation * np.eye(count - 1)
         change[:-1, -1], change[-1, -1] = -coefficients * deviation, -(deviation**2)
         return scores @ (change @ inverse).T, change @ inverse @ change.T
@@ -110,16 +105,16 @@ class CensoredRegression:
 
     @cached_property
     def _upper_row(self) -> np.ndarray:
-        """What makes the parameters the score at the upper bound, shape [observation, coefficient + 1]."""
+        """Factors that give the score at the upper bound from the parameters, shape [observation, coefficient + 1]."""
         return np.column_stack([-self.design, np.where(np.isfinite(self.upper), self.upper, 0.0)])
 
     @cached_property
     def _lower_row(self) -> np.ndarray:
-        """Likewise for the lower bound."""
+        """Factors for the lower bound."""
         return np.column_stack([-self.design, np.where(np.isfinite(self.lower), self.lower, 0.0)])
 
     def _start(self) -> np.ndarray:
-        """Return parameters of a least-squares line through the middles, and bounds where the other is missing."""
+        """Return parameters of a least-squares line through the middles, or the only bound, of the values."""
         low, high = np.isfinite(self.lower), np.isfinite(self.upper)
         both = low & high
         with np.errstate(invalid="ignore"):
@@ -131,11 +126,9 @@ class CensoredRegression:
         return np.append(coefficients, 1.0) / deviation
 
     def _evaluate(self, parameters: np.ndarray, weights: np.ndarray) -> Evaluation:
-        """Return log-likelihood, gradient and negative second derivatives in the parameters.
+        """Return log-likelihood, gradient and negative second derivatives.
 
-        Args:
-            parameters: Coefficients / deviation and 1 / deviation, shape [row, coefficient + 1].
-            weights: Shape [row, observation].
+        Parameters are coefficients / deviation and 1 / deviation, shape [row, coefficient + 1].
         """
         at, rows, count = self._at(parameters), len(parameters), parameters.shape[1]
         up, low = self._upper_row, self._lower_row
@@ -147,7 +140,7 @@ class CensoredRegression:
         both = up[:, :, None] * low[:, None, :]
         both += low[:, :, None] * up[:, None, :]
         information -= (weights * at.slope_upper * -at.slope_lower * ~self._is_exact) @ both.reshape(-1, count * count)
-        # The density of a known value is that of its score over the deviation.
+        # The density of a known value is that of its score, divided by the deviation.
         precision, known = parameters[:, -1], weights @ self._is_exact.astype(np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
             value += np.where(known > 0, known * np.log(precision), 0.0)
@@ -157,11 +150,11 @@ class CensoredRegression:
         return value, gradient, information.reshape(rows, count, count)
 
     def _at(self, parameters: np.ndarray) -> _Scores:
-        """Return what each observation contributes at some parameters."""
+        """Return the contributions of observations at given parameters."""
         with np.errstate(all="ignore"):
             high = np.where(np.isfinite(self.upper), parameters @ self._upper_row.T, np.inf)
             low = np.where(np.isfinite(self.lower), parameters @ self._lower_row.T, -np.inf)
-            # The probability of an interval is a difference, taken in the tail where both terms are small.
+            # Take the difference of probabilities in the tail in which both are small.
             is_right = low > 0
             upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
             log_upper = log_ndtr(upper)
@@ -186,11 +179,11 @@ class _Scores(NamedTuple):
     """Contributions of observations, shape [row, observation].
 
     Args:
-        value: Log-likelihood, but for the logarithm of 1 / deviation of known values.
-        slope_upper: Its derivative in the score of the upper bound; of known values in their score.
-        slope_lower: Its derivative in the score of the lower bound.
-        bend_upper: Its negative second derivative in the score of the upper bound.
-        bend_lower: Likewise of the lower bound; the mixed one is the product of the slopes.
+        value: Log-likelihood, without the logarithm of 1 / deviation of known values.
+        slope_upper: Its derivative by the score of the upper bound (of known values by their score).
+        slope_lower: Its derivative by the score of the lower bound.
+        bend_upper: Its negative second derivative by the score of the upper bound.
+        bend_lower: The same for the lower bound; the mixed one is the product of the slopes.
     """
 
     value: np.ndarray

@@ -1,4 +1,4 @@
-"""Regression of the logarithm of a demand on that of the intensity, with collapses censored or a model of their own."""
+"""Cloud analysis: regression of ln demand on ln intensity, with collapses censored or modelled separately."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from warpdyn.answers.fragility.estimators.binomial import fit_probit
 from warpdyn.answers.fragility.estimators.censored import CensoredRegression
 from warpdyn.answers.fragility.lognormal_fit import NO_EXCEEDANCE
 
-DEMAND_AND_COLLAPSE = "of demand and collapse"  # the attribute `fragility_shape` of curves of both
-_HALVINGS = 80  # of the interval that a fractile is sought in: to rounding
+DEMAND_AND_COLLAPSE = "of demand and collapse"  # value of the attribute `fragility_shape`
+_HALVINGS = 80  # of the interval that contains a fractile, to rounding
 
 
 @dataclass(frozen=True, eq=False)
 class CloudFits:
-    """Fitted regressions, one a row of weights.
+    """Fitted regressions, one per row of weights.
 
     Args:
         intercept: ln demand at an intensity of 1, shape [row].
-        slope: Of ln demand on ln intensity.
+        slope: Slope of ln demand on ln intensity.
         deviation: Standard deviation of ln demand about the line.
-        collapse_median: Median intensity of collapse; infinite where collapses are not modelled apart.
-        collapse_dispersion: Dispersion of that.
-        is_censored: Whether collapses are censored demands in the regression; then the model of collapse is that of
-            limits of infinity alone, which only collapse passes.
+        collapse_median: Median intensity of collapse; infinite without a model of collapse.
+        collapse_dispersion: Dispersion of the intensity of collapse.
+        is_censored: Whether collapses are censored demands in the regression; then the model of collapse counts only
+            for infinite limits, which only collapse passes.
     """
 
     intercept: np.ndarray
@@ -53,7 +53,7 @@ class CloudFits:
         return 1.0 - stands * survives
 
     def fractile(self, share: float, limit: np.ndarray) -> np.ndarray:
-        """Return the intensity at which this share exceeds each limit, shape [row, damage_state], by bisection."""
+        """Return the intensity at which a share exceeds each limit, shape [row, damage_state], by bisection."""
         is_finite = np.isfinite(limit)
         with np.errstate(invalid="ignore"):
             of_collapse = np.log(self.collapse_median)[:, None]
@@ -75,13 +75,13 @@ class CloudFits:
 def fit_censored(
     intensity: np.ndarray, demand: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[CloudFits, CensoredRegression]:
-    """Fit by maximum likelihood, a collapsed sample's demand being at least that up to which it is known (Tobin 1958).
+    """Fit by maximum likelihood with right-censored demands of collapsed samples (Tobin 1958).
 
     Args:
         intensity: Intensity of each sample, shape [sample].
-        demand: Its demand; of a collapsed sample that up to its collapse.
+        demand: Its demand; of a collapsed sample up to its collapse.
         collapsed: Whether it collapsed.
-        weights: How often it counts, shape [row, sample].
+        weights: Its weights, shape [row, sample].
 
     Returns:
         The fits, and the regression.
@@ -96,15 +96,15 @@ def fit_censored(
 def fit_with_collapse(
     intensity: np.ndarray, demand: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[CloudFits, int]:
-    """Fit the samples that stand by least squares, and the probability of collapse by probit on ln intensity.
+    """Fit samples without collapse by least squares, and the probability of collapse by probit on ln intensity.
 
     Source: Jalayer, Ebrahimian, Miano, Manfredi and Sezen (2017), "Analytical fragility assessment using unscaled
-    ground motion records", Earthquake Engineering and Structural Dynamics 46(15); with a probit for their logit, as
-    pyFragility has it. Arguments as of `fit_censored`.
+    ground motion records", Earthquake Engineering and Structural Dynamics 46(15); with a probit instead of their logit,
+    as in pyFragility. Arguments as in `fit_censored`.
 
     Returns:
-        The fits, and the outcome of that of collapse, an index into FIT_MEANINGS: penalised where the intensities of
-        collapsed samples do not overlap with those of others.
+        The fits, and the outcome of the fit of collapse, an index into FIT_MEANINGS: penalised if the intensities of
+        collapsed and other samples do not overlap.
     """
     regression = _regression(intensity[~collapsed], demand[~collapsed], np.zeros(int((~collapsed).sum()), dtype=bool))
     coefficients, deviation = regression.fit(weights[:, ~collapsed])
@@ -115,7 +115,7 @@ def fit_with_collapse(
 def fit_collapse(
     intensity: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Fit the probability of collapse by probit on ln intensity; arguments as of `fit_censored`.
+    """Fit the probability of collapse by probit on ln intensity; arguments as in `fit_censored`.
 
     Returns:
         Median intensity of collapse (infinite without collapses) and its dispersion, shape [row], and the outcome of

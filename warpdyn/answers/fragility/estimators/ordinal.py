@@ -1,4 +1,4 @@
-"""Curves of ordered damage states with one dispersion, so that they cannot cross: a cumulative probit."""
+"""Curves of ordered damage states with one dispersion, which cannot cross: a cumulative probit."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ def fit_ordinal(
     """Fit lognormal curves of one dispersion to all damage states at once, by maximum multinomial likelihood.
 
     The likelihood is that of a cumulative probit with a common slope (McCullagh 1980, Journal of the Royal Statistical
-    Society B 42). A state that no sample exceeds, or that every sample exceeds, has no curve; two states that the same
-    samples exceed have the same one.
+    Society B 42). A state that no sample or every sample exceeds has no curve; two states that the same samples exceed
+    have the same curve.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., damage_state, im_level], not increasing along `damage_state`.
         total: Number of trials, broadcast with `exceeding` and the same for every damage state.
-        start: Median and dispersion that the search starts from, shape [..., damage_state]; None for none.
+        start: Median and dispersion at which the search starts, shape [..., damage_state], or None.
 
     Returns:
         Median, dispersion [1] and outcome (an index into FIT_MEANINGS), shape [..., damage_state].
 
     Raises:
-        ValueError: If a damage state has more exceedances than the one before it, or as `fit_stripes`.
+        ValueError: If a damage state has more exceedances than a lighter one, or as in `fit_stripes`.
 
     Example:
         >>> counts = [[2, 10, 22, 32], [0, 2, 8, 18]]
@@ -38,7 +38,7 @@ def fit_ordinal(
         >>> bool(median[0] < median[1]), bool(dispersion[0] == dispersion[1])
         (True, True)
     """
-    alone = fit_stripes(levels, exceeding, total)  # it checks the counts, and says where a state has no curve
+    alone = fit_stripes(levels, exceeding, total)  # checks the counts; its outcome shows states without a curve
     exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
     if exceeding.ndim < 2 or np.any(np.diff(exceeding, axis=-2) > 0):
         raise ValueError("exceeding must have shape [..., damage_state, im_level] and not increase from state to state")
@@ -50,7 +50,7 @@ def fit_ordinal(
     position = (logarithm - centre) / spread
 
     sums = counts.sum(axis=2)
-    # Of states that the same samples exceed the first stands for all; those of no or every sample are left out.
+    # Fit only the first of states that the same samples exceed, and no state that no sample or all exceed.
     is_first = np.diff(sums, axis=1, prepend=-1.0) != 0
     is_kept = is_first & (sums > 0) & (sums < trials.sum(axis=1, keepdims=True))
     median, dispersion = np.full((2, len(counts), states), np.nan)
@@ -77,7 +77,7 @@ def fit_ordinal(
         missing = np.full(good.shape, NO_FINITE_MEDIAN)
         missing[slope <= 0] = NOT_INCREASING
         missing[(outcome[rows][:, kept] == SEPARATED).all(axis=1)] = SEPARATED
-        # A state that was left out as a copy of another one is given the curve of that one.
+        # A state that the same samples exceed as another one gets the curve of that one.
         source = np.maximum.accumulate(np.where(pattern, np.arange(states), -1))
         for state in np.flatnonzero(source >= 0):
             of = int(np.searchsorted(kept, source[state]))
@@ -93,14 +93,14 @@ def fit_ordinal(
 def influences_of_cells(
     levels: np.ndarray, exceeding: np.ndarray, valid: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return what each cell of samples adds to the logarithms of median and dispersion, to first order.
+    """Return the first-order contribution of each cell of samples to the logarithms of median and dispersion.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Samples of a cell that exceed, shape [record, group, im_level, ..., damage_state].
+        exceeding: Exceeding samples of a cell, shape [record, group, im_level, ..., damage_state].
         valid: Samples of a cell, shape [record, group, im_level].
-        median: What `fit_ordinal` found for the sums over the cells, shape [..., damage_state].
-        dispersion: Likewise.
+        median: Medians of `fit_ordinal` for the sums over the cells, shape [..., damage_state].
+        dispersion: Dispersions of `fit_ordinal`.
 
     Returns:
         The influences, shape [record, group, 2, ..., damage_state], and the variances if all samples were independent,
@@ -128,7 +128,7 @@ def influences_of_cells(
         inverse = np.linalg.pinv(information[0], hermitian=True)
         for state in fitted:
             of = int(np.searchsorted(middle[row, kept], middle[row, state]))
-            change = np.zeros((2, kept.size + 1))  # of both logarithms in the intercepts and the slope
+            change = np.zeros((2, kept.size + 1))  # derivatives of both logarithms by the parameters
             change[0, of], change[0, -1], change[1, -1] = -1.0, -np.log(middle[row, state]), -1.0
             change /= slope
             influences[:, :, :, row, state] = (each @ (change @ inverse).T).reshape(*cells, 2)
@@ -138,7 +138,7 @@ def influences_of_cells(
 
 
 def _in_each_state(exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
-    """Return the samples in each state and, first, in none, shape [row, damage_state + 1, im_level]."""
+    """Return the samples without damage and in each state, shape [row, damage_state + 1, im_level]."""
     with_all = np.concatenate([trials[:, None], exceeding, np.zeros_like(trials[:, None])], axis=1)
     return -np.diff(with_all, axis=1)
 
@@ -150,12 +150,12 @@ def _start(position: np.ndarray, exceeding: np.ndarray, trials: np.ndarray) -> n
 
 
 def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> Evaluation:
-    """Return log-likelihood, gradient and negative second derivatives in the intercepts and the slope.
+    """Return log-likelihood, gradient and negative second derivatives by the intercepts and the slope.
 
     Args:
         position: Logarithm of each level, shape [im_level].
-        parameters: Intercept of each state, from the lightest on, and the slope, shape [row, damage_state + 1].
-        counts: Samples in each state and, first, in none, shape [row, damage_state + 1, im_level].
+        parameters: Intercept of each state, from the lightest to the heaviest, and the slope, [row, damage_state + 1].
+        counts: Samples without damage and in each state, shape [row, damage_state + 1, im_level].
     """
     rows, states = parameters.shape[0], parameters.shape[1] - 1
     score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
@@ -164,26 +164,26 @@ def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
     value[~(np.diff(parameters[:, :-1], axis=1) < 0).all(axis=1)] = -np.inf  # curves that cross
     slope = counts[:, 1:] * above - counts[:, :-1] * below
     own = score * slope + counts[:, 1:] * above**2 + counts[:, :-1] * below**2
-    beside = -counts[:, 1:-1] * above[:, :-1] * below[:, 1:]  # between a state and the next
+    between = -counts[:, 1:-1] * above[:, :-1] * below[:, 1:]
     gradient = np.column_stack([slope.sum(axis=2), (slope @ position).sum(axis=1)])
     information = np.zeros((rows, states + 1, states + 1))
     place, across = np.arange(states), own.copy()
-    across[:, :-1] += beside
-    across[:, 1:] += beside
+    across[:, :-1] += between
+    across[:, 1:] += between
     information[:, place, place] = own.sum(axis=2)
-    information[:, place[:-1], place[1:]] = information[:, place[1:], place[:-1]] = beside.sum(axis=2)
+    information[:, place[:-1], place[1:]] = information[:, place[1:], place[:-1]] = between.sum(axis=2)
     information[:, -1, :-1] = information[:, :-1, -1] = across @ position
     information[:, -1, -1] = (across @ position**2).sum(axis=1)
     return value, gradient, information
 
 
 def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return the gradient of each cell's log-likelihood at one row of parameters, in which the counts are linear.
+    """Return the gradient of each cell's log-likelihood at one row of parameters; it is linear in the counts.
 
     Args:
         position: Logarithm of each level, shape [im_level].
         parameters: Intercepts and slope, shape [1, damage_state + 1].
-        counts: Samples of each cell in each state and, first, in none, shape [cell, damage_state + 1, im_level].
+        counts: Samples of each cell without damage and in each state, shape [cell, damage_state + 1, im_level].
     """
     one = np.ones((1, *counts.shape[1:]))
     above, below = _densities(position, parameters, one)[1:]
@@ -194,14 +194,14 @@ def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray)
 def _densities(
     position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ln of the probability of each state, and the density at its upper and its lower edge over the probability.
+    """Return ln of the probability of each state, and the densities at its upper and lower edge over the probability.
 
-    The densities are 0 where there are no counts.
+    The densities are 0 without counts.
     """
     score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
     edge = np.full((len(parameters), 1, position.size), np.inf)
     high, low = np.concatenate([edge, score], axis=1), np.concatenate([score, -edge], axis=1)
-    # The probability of a state is the difference of two normal ones, taken in the tail where both are small.
+    # Take the difference of normal probabilities in the tail in which both are small.
     is_right = low > 0
     upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

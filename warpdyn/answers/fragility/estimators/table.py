@@ -1,4 +1,4 @@
-"""The table of estimators: what each fits to stripe counts, and the shape of its curves."""
+"""The table of estimators of fragility curves from stripe counts."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ assert FIT_MEANINGS.index("penalised") == PENALISED
 
 @dataclass(frozen=True)
 class CurveShape:
-    """Shape of fragility curves: how median and dispersion make a probability.
+    """Shape of fragility curves, i.e. the probability as a function of median and dispersion.
 
     Args:
         name: "lognormal" or "loglogistic", the attribute `fragility_shape` of curves.
-        probability: Returns the probability of exceedance of intensity, median and dispersion, which broadcast. The
-            dispersion is the standard deviation of the logarithm of the capacity.
+        probability: Function of intensity, median and dispersion, which broadcast; it returns the probability of
+            exceedance. The dispersion is the standard deviation of the logarithm of the capacity.
     """
 
     name: str
@@ -41,13 +41,7 @@ class CurveShape:
 
 
 def loglogistic_probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
-    """Return the probability of exceedance by a loglogistic fragility curve, 0 at zero intensity.
-
-    Args:
-        intensity: Intensity measure, in the unit of the median; 0 or above.
-        median: Intensity exceeded with probability one half.
-        dispersion: Standard deviation of the logarithm of the capacity [1].
-    """
+    """Return the probability of exceedance by a loglogistic fragility curve; see `probability`."""
     with np.errstate(divide="ignore"):
         return expit(LOGIT.deviation * (np.log(intensity) - np.log(median)) / np.asarray(dispersion))
 
@@ -60,14 +54,15 @@ class Estimator:
     """One way to fit curves to stripe counts.
 
     Args:
-        method: What the attribute `fragility_method` says.
+        method: Value of the attribute `fragility_method`.
         shape: Shape of its curves.
-        fit: Returns of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with it) and a
-            start (median and dispersion, or None) the median, the dispersion and the outcome, an index into
-            FIT_MEANINGS, all of shape [..., damage_state].
-        influences: Returns of levels, exceeding [record, group, im_level, ..., damage_state], trials
-            [record, group, im_level], medians and dispersions what each cell adds to their logarithms, to first order,
-            shape [record, group, 2, ..., damage_state], and the variances of these if all samples were independent.
+        fit: Function of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with it) and a
+            start (median and dispersion, or None); it returns medians, dispersions and outcomes (indices into
+            FIT_MEANINGS) of shape [..., damage_state].
+        influences: Function of levels, exceeding [record, group, im_level, ..., damage_state], trials
+            [record, group, im_level], medians and dispersions; it returns the first-order contributions of cells to
+            their logarithms, shape [record, group, 2, ..., damage_state], and the variances of the logarithms if all
+            samples were independent.
     """
 
     method: str
@@ -76,7 +71,7 @@ class Estimator:
     influences: Callable[..., tuple[np.ndarray, np.ndarray]]
 
 
-_SEPARATED = "where stripes are separated, penalised by Jeffreys' prior (Firth 1993; Kosmidis and Firth 2021)"
+_SEPARATED = "if stripes are separated, penalised by Jeffreys' prior (Firth 1993; Kosmidis and Firth 2021)"
 
 ESTIMATORS = {
     "lognormal": Estimator(
@@ -102,10 +97,7 @@ ESTIMATORS = {
 
 
 def estimator_of(name: str) -> Estimator:
-    """Return the estimator of a name.
-
-    Raises:
-        ValueError: If there is none.
+    """Return the estimator of a name, or raise a ValueError with the names.
 
     Example:
         >>> estimator_of("ordinal").shape.name

@@ -1,1 +1,1 @@
-"""Intervals of fragility curves: the jackknife over records and structures, and what it leaves out of observations."""
+"""Intervals of fragility curves by a jackknife over records and structures."""

@@ -1,9 +1,9 @@
-"""Medians that lie outside the intensities that were run: marked as extrapolations, or not given at all.
+"""Medians outside the intensities that were run: marked as extrapolations, or NaN.
 
-A curve through levels that all lie on one side of its median is extrapolated along its slope, which few exceedances
-hardly tell. If 1.96 standard errors of the median's logarithm are more than ln(4), so that four times the median and a
-fourth of it are within reach, or if a single record decides whether there is a fit, the data do not determine it. The
-quantile is that of a normal distribution, so that few groups of structures do not decide.
+If all levels are on one side of the median, the curve is extrapolated along its slope, which few exceedances determine
+poorly. The data do not determine the median if 1.96 standard errors of its logarithm are more than ln(4), so that a
+quarter of the median and four times the median are possible, or if leaving out one record leaves no fit. The quantile
+is that of a normal distribution, so that a small number of structures has no effect.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from warpdyn.answers.fragility.estimators.binomial import PENALISED, UNDETERMINE
 from warpdyn.answers.fragility.intervals.jackknife import FARTHEST_DRAW, LeftOut, trusted
 from warpdyn.foundations.core.output_variables import EXTRAPOLATED, MEDIAN_MEANINGS, NO_MEDIAN, WITHIN_LEVELS
 
-# Advised levels reach from so many to so many times the highest level: two digits of three levels within a ratio of
-# 1.25 differ from the highest one, and further levels are not advised at once.
+# Recommended levels reach to a ratio between LEAST_BEYOND and MOST_BEYOND of the end of the levels: three levels
+# within a ratio of 1.25 still differ in two digits.
 LEAST_BEYOND, MOST_BEYOND = 1.25, 4.0
-DIGITS = 2  # of advised levels
+DIGITS = 2  # of recommended levels
 REACH = 1.96  # standard errors: the 97.5 % quantile of a normal distribution
 
 
@@ -32,8 +32,8 @@ class Marked:
     Args:
         left: The fits.
         outcome: Outcome of each, an index into `FIT_MEANINGS`, shape [row ...].
-        status: Where each median lies, an index into `MEDIAN_MEANINGS`, shape [row ...].
-        fitted: Medians as they were fitted, also those that are not determined, shape [row ...].
+        status: Position of each median, an index into `MEDIAN_MEANINGS`, shape [row ...].
+        fitted: All fitted medians, shape [row ...].
     """
 
     left: LeftOut
@@ -48,7 +48,7 @@ def mark(
     lowest: ArrayLike,
     highest: ArrayLike,
 ) -> Marked:
-    """Return fits whose medians are marked, and NaN where they are outside the intensities and not determined.
+    """Return fits with the positions of their medians; medians outside that are not determined are NaN.
 
     Args:
         left: The fits, whole and with parts left out.
@@ -59,7 +59,7 @@ def mark(
     is_outside = (fitted < lowest) | (fitted > highest)
     spread = left.spread
     error, has_interval = spread.standard_error[0], trusted(left, outcome)
-    if len(left.records) < 2:  # nothing is known of the variance among records
+    if len(left.records) < 2:  # the variance among records is unknown
         error = np.sqrt(left.binomial[0])
         has_interval = np.isfinite(error)
     with np.errstate(invalid="ignore"):
@@ -72,18 +72,12 @@ def mark(
 
 
 def status_attributes() -> dict[str, Any]:
-    """Return the attributes of the flag variable of `MEDIAN_MEANINGS`, beside its `long_name`."""
+    """Return the attributes of the flag variable of `MEDIAN_MEANINGS`, without `long_name`."""
     return {"flag_values": np.arange(len(MEDIAN_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(MEDIAN_MEANINGS)}
 
 
 def levels_towards(median: float, lowest: float, highest: float, units: str) -> str:
-    """Return which levels to add on the way to a median outside the levels.
-
-    Args:
-        median: The fitted median [units].
-        lowest, highest: Ends of the levels [units].
-        units: Units of the levels.
-    """
+    """Return a sentence with levels to add in the direction of a median outside the levels [units]."""
     begin = highest if median > highest else lowest
     beyond = np.clip(max(median / begin, begin / median), LEAST_BEYOND, MOST_BEYOND)
     end = begin * beyond if median > highest else begin / beyond
@@ -101,18 +95,18 @@ def sentences(
     highest: ArrayLike,
     units: str,
 ) -> list[str]:
-    """Return what is to be told of medians outside the intensities, one sentence a damage state.
+    """Return one sentence per damage state whose median is outside the intensities.
 
     Args:
         names: Names of the damage states.
-        status: Where each median lies, shape [damage_state].
+        status: Position of each median, shape [damage_state].
         outcome: Outcome of each fit, shape [damage_state].
-        fitted: Medians as they were fitted, shape [damage_state].
+        fitted: All fitted medians, shape [damage_state].
         lowest, highest: Ends of the intensities that were run, one for all or shape [damage_state].
         units: Their units.
     """
     lowest, highest = (np.broadcast_to(np.asarray(end, dtype=float), fitted.shape) for end in (lowest, highest))
-    told = []
+    found = []
     for name, place, fit, median, low, high in zip(names, status, outcome, fitted, lowest, highest, strict=True):
         if place != EXTRAPOLATED and fit != UNDETERMINED:
             continue
@@ -121,10 +115,10 @@ def sentences(
         where = f"{side} intensity that was run, {end:g} {units}"
         what = f"of {median:.3g} {units}"
         if fit == UNDETERMINED:
-            told.append(
+            found.append(
                 f"damage state {name!r}: the data do not determine the curve, so its median and dispersion are NaN; "
                 f"the fit has a median {what}, an extrapolation {where}; {advice}"
             )
         else:
-            told.append(f"damage state {name!r}: the median {what} is an extrapolation, {where}; {advice}")
-    return told
+            found.append(f"damage state {name!r}: the median {what} is an extrapolation, {where}; {advice}")
+    return found

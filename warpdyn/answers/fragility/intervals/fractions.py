@@ -14,15 +14,30 @@ from warpdyn.answers.fragility.intervals.jackknife import (
 from warpdyn.answers.fragility.stripe_counts import StripeCounts
 
 
+def clopper_pearson(exceeding: np.ndarray, total: np.ndarray, confidence: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the exact interval of a binomial probability, from beta quantiles (Clopper and Pearson 1934).
+
+    Args:
+        exceeding: Number of exceedances, any shape; it may be a fraction.
+        total: Number of trials.
+        confidence: Probability that the interval covers.
+    """
+    tail, passing = 0.5 - 0.5 * confidence, total - exceeding
+    # There are no beta quantiles of 0 exceedances or passings; their arguments are replaced and not used.
+    lower = np.where(exceeding > 0, betaincinv(np.maximum(exceeding, 1e-9), passing + 1, tail), 0.0)
+    upper = np.where(passing > 0, betaincinv(exceeding + 1, np.maximum(passing, 1e-9), 1 - tail), 1.0)
+    return lower, upper
+
+
 def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structures: bool = True) -> np.ndarray:
     """Return intervals of the fractions of samples that exceed, for samples that share records and structures.
 
-    They are Clopper and Pearson's (1934) of so many independent samples as would have the variance of the fraction,
-    with Student's t for the few records that it is known from (Korn and Graubard 1998, Survey Methodology 24). Where
-    all samples exceed or none, each record counts as one sample.
+    They are intervals of Clopper and Pearson for the effective sample size, i.e. the number of independent samples that
+    would have the same variance, with a correction by Student's t because the variance is from a few records (Korn and
+    Graubard 1998, Survey Methodology 24). If all samples exceed or none, each record counts as one sample.
 
     Returns:
-        Lower and upper bound, shape [2, place + 1, damage_state, im_level]; NaN where there is one record.
+        Lower and upper bound, shape [2, place + 1, damage_state, im_level]; NaN for a single record.
     """
     total, trials = counts.total, counts.trials
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -41,8 +56,6 @@ def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structur
         effective = fraction * (1 - fraction) / spread.standard_error**2
         effective *= (stdtrit(np.maximum(trials - 1, 1), tail) / stdtrit(spread.freedom, tail)) ** 2
         effective = np.where((total > 0) & (total < trials), np.clip(effective, 1, trials), records)
-        exceeds = fraction * effective
-        lower = np.where(total > 0, betaincinv(np.maximum(exceeds, 1e-9), effective - exceeds + 1, tail), 0.0)
-        upper = np.where(total < trials, betaincinv(exceeds + 1, np.maximum(effective - exceeds, 1e-9), 1 - tail), 1.0)
+        lower, upper = clopper_pearson(fraction * effective, effective, confidence)
     known = np.isfinite(fraction) & (len(counts.valid) > 1)
     return np.where(known, np.stack([lower, upper]), np.nan)

@@ -1,11 +1,11 @@
-"""Standard errors of fragility curves by leaving out records and structures one after the other (Miller 1974).
+"""Standard errors of fragility curves by a jackknife over records and structures (Miller 1974).
 
-Every structure runs under every record, so that samples share both. Leaving out each record in turn tells the variance
-among records, leaving out each structure that among structures; both hold that of their interaction, which is counted
-once. Without structures in common (nested designs) the records tell all. Records that were selected for one level each
-are compared with those of their level. Estimates are corrected for the bias that the
-jackknife finds and intervals take quantiles of Student's t: percentiles of a bootstrap over as few as 22 records are
-too narrow and lie too low, for dispersions above all (measured coverages: docs/explanation/intervals.md).
+Every structure runs under every record, so samples share both. Leaving out one record at a time gives the variance
+among records, leaving out one structure at a time the variance among structures. Both contain the variance of their
+interaction, which is counted once. In nested designs, without common structures, records alone give the variance.
+Records that were selected for one level each are compared with records of their level. The jackknife's bias is removed
+from estimates, and intervals use quantiles of Student's t: bootstrap percentiles for as few as 22 records are too
+narrow and too low, most of all for dispersions (measured coverages: docs/explanation/intervals.md).
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from warpdyn.answers.fragility.lognormal_fit import FITTED
 from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_influences
 from warpdyn.answers.fragility.stripe_counts import StripeCounts
 
-FARTHEST_DRAW = float(np.log(4.0))  # of a logarithm from its centre: four times the estimate, or a fourth of it
+FARTHEST_DRAW = float(np.log(4.0))  # of a logarithm from its centre: 4 times the estimate, or 1/4 of it
 FEWEST_KNOWN = 4.0  # degrees of freedom; with fewer, Student's t is far wider than a normal distribution
-# Of 7 degrees of freedom 95 % intervals are 1.2 times as wide as of many.
+# 95 % intervals with 7 degrees of freedom are 1.2 times as wide as with very many.
 ENOUGH_STRUCTURES = "8 groups: 8 structures by Monte Carlo, 32 of a Sobol sequence"
-SOURCES = ("record", "structure", "record and structure")  # of variance, besides that of the integration
+SOURCES = ("record", "structure", "record and structure")  # of variance, in addition to the integration
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """What is known of the sampling distribution of some estimates, of any shape.
+    """Sampling distribution of estimates of any shape.
 
     Args:
         centre: The estimates less their bias.
@@ -51,33 +51,31 @@ class Spread:
         return np.sqrt(self.by_source.sum(axis=0))
 
     def interval(self, confidence: float) -> np.ndarray:
-        """Return the lower and the upper bound, shape [2, ...]; NaN where there is no standard error."""
+        """Return the lower and the upper bound, shape [2, ...]; NaN without a standard error."""
         half = stdtrit(self.freedom, 0.5 + 0.5 * confidence) * self.standard_error
         return np.stack([self.centre - half, self.centre + half])
 
     def draw(self, count: int, seed: int, confidence: float) -> np.ndarray:
-        """Return draws from the joint distribution of all the estimates, shape [count, ...].
+        """Return draws from the joint distribution of all estimates, shape [count, ...].
 
-        Each estimate has Student's t of its own degrees of freedom, as its interval has, and all are correlated as
-        their deviations are (the grouped t copula, Daul and others 2003, Risk 16(11)). The heavy tails of few degrees
-        of freedom end at the interval's bounds, or at `FARTHEST_DRAW` from the centre, whichever is farther: beyond
-        them a logarithm is of no median and no dispersion that a building has.
+        Each estimate has Student's t with its own degrees of freedom, as in its interval, and the correlation of the
+        deviations (the grouped t copula, Daul and others 2003, Risk 16(11)). Tails end at the interval's bounds, or at
+        `FARTHEST_DRAW` from the centre if that is farther: values beyond are implausible medians and dispersions, which
+        only the heavy tails of few degrees of freedom give.
 
         Args:
             count: Number of draws.
             seed: Their seed.
-            confidence: Probability that the intervals cover which the tails reach to.
+            confidence: Coverage of the interval at which tails end.
         """
         generator = np.random.default_rng(seed)
         normal = generator.standard_normal((count, len(self.deviations)))
-        finite = np.where(np.isfinite(self.deviations), self.deviations, 0.0).reshape(
-            len(self.deviations), self.centre.size
-        )
+        finite = np.nan_to_num(self.deviations, posinf=0.0, neginf=0.0).reshape(len(self.deviations), self.centre.size)
         sums = (normal @ finite).reshape((count, *self.centre.shape))
         probability = generator.uniform(size=count).reshape(-1, *[1] * self.centre.ndim)
         freedom = np.where(np.isfinite(self.freedom), self.freedom, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            # The chi-squared of each one's own degrees of freedom, of one probability in common.
+            # Chi-squared values with each estimate's degrees of freedom, all at the same probability.
             stretch = np.sqrt(freedom / (2.0 * gammaincinv(0.5 * freedom, probability)))
             steps = np.where(sums == 0.0, 0.0, sums * stretch)
         lower, upper = self.interval(confidence)
@@ -91,11 +89,11 @@ class LeftOut:
 
     Args:
         whole: Logarithm of the median and of the dispersion, shape [2, row ...].
-        records: The same without each record, shape [record, 2, row ...].
-        groups: The same without each group of structures, shape [group, 2, row ...]; empty if they are not crossed.
+        records: Logarithms without each record, shape [record, 2, row ...].
+        groups: Logarithms without each group of structures, shape [group, 2, row ...]; empty if not crossed.
         interaction: Variance of the logarithms from the interaction of record and structure, shape [2, row ...].
-        binomial: Variance that they would have if all samples were independent, shape [2, row ...].
-        influences: What each record adds to them, to first order, shape [record, 2, row ...].
+        binomial: Variance of the logarithms if all samples were independent, shape [2, row ...].
+        influences: First-order contribution of each record to the logarithms, shape [record, 2, row ...].
         strata: Stratum of each record, shape [record]; None for one stratum. See `strata_of_records`.
     """
 
@@ -109,14 +107,14 @@ class LeftOut:
 
     @cached_property
     def worst(self) -> LeftOut:
-        """The fits at the worst place alone, which is the last of fits by place."""
+        """The fits at the worst place, which is last."""
         at = (slice(None), slice(None), -1)
         parts = self.whole[:, -1], self.records[at], self.groups[at]
         return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at], self.strata)
 
     @cached_property
     def spread(self) -> Spread:
-        """What is known of the sampling distribution of the logarithms."""
+        """Sampling distribution of the logarithms."""
         return spread_of(self.whole, self.records, self.groups, self.interaction, self.strata)
 
     @property
@@ -130,13 +128,8 @@ def leave_out(
 ) -> tuple[LeftOut, np.ndarray]:
     """Fit all rows of counts, shape [place + 1, damage_state], whole and without each record and group of structures.
 
-    Args:
-        counts: The counts.
-        estimator: What fits rows of counts.
-        over_structures: Whether structures are left out too.
-
     Returns:
-        The fits, and the outcome of that of the whole, an index into `FIT_MEANINGS`.
+        The fits, and the outcome of the whole fit, an index into `FIT_MEANINGS`.
     """
     fit = estimator.fit
     median, dispersion, outcome = fit(counts.levels, counts.total, counts.trials, None)
@@ -171,10 +164,10 @@ def without_each(
 
     Args:
         counts: The counts.
-        estimate: Returns it of exceeding samples, shape [part, place + 1, damage_state, im_level], and of the samples
-            counted, which broadcast with these.
-        shape: Its shape without the parts.
-        is_crossed: Whether groups of structures are left out; there is no part of them else, nor of a single record.
+        estimate: Function of exceeding samples, shape [part, place + 1, damage_state, im_level], and of counted
+            samples, which broadcast with these.
+        shape: Shape of the estimate.
+        is_crossed: Whether groups of structures are left out; otherwise, and for a single record, there are no parts.
     """
 
     def without(exceeding: np.ndarray, valid: np.ndarray) -> np.ndarray:
@@ -196,8 +189,8 @@ def spread_of(
 
     Args:
         estimate: The estimate, of any shape.
-        records: The same without each record, shape [record, ...]; without any, there is no variance to tell.
-        groups: The same without each group of structures, shape [group, ...]; empty if the records tell all.
+        records: Its values without each record, shape [record, ...]; without any, the variance is unknown.
+        groups: Its values without each group of structures, shape [group, ...]; may be empty.
         interaction: Its variance from the interaction of both.
         strata: Stratum of each record; None for one stratum.
     """
@@ -210,7 +203,7 @@ def spread_of(
         return Spread(estimate + centre, by_source, freedom, steps)
     shift, of_groups, steps_of_groups, _ = _jackknife(estimate, groups)
     interaction = np.minimum(interaction, np.minimum(of_records, of_groups))
-    own = of_groups - interaction  # of the structures alone; the records' variance holds the interaction
+    own = of_groups - interaction  # the records' variance contains the interaction
     by_source = np.stack([of_records - interaction, own, interaction])
     with np.errstate(divide="ignore", invalid="ignore"):
         # Welch (1947) and Satterthwaite (1946).
@@ -223,9 +216,9 @@ def spread_of(
 def _jackknife(
     estimate: np.ndarray, left_out: np.ndarray, strata: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the correction of the bias, the variance, the deviations whose squares it is the sum of, and its freedom.
+    """Return the correction of the bias, the variance, its deviations (with this sum of squares) and its freedom.
 
-    Corrections and variances of strata, each of which compares its own units alone, add up.
+    Corrections and variances of strata add up; each stratum compares only its own units.
     """
     strata = np.zeros(len(left_out), dtype=np.int64) if strata is None else strata
     correction, variance, squares = (np.zeros(estimate.shape) for _ in range(3))
@@ -249,14 +242,14 @@ def _jackknife(
 def interaction_variance(influences: np.ndarray, strata: np.ndarray | None = None) -> np.ndarray:
     """Return the variance of a sum over records and groups from their interaction; influences [record, group, ...].
 
-    Those of strata of records, each compared with itself, add up.
+    Variances of strata of records add up.
     """
     if strata is not None and strata.any():
         parts = [interaction_variance(influences[strata == number]) for number in np.unique(strata)]
         return np.sum(parts, axis=0)
     records, groups = influences.shape[:2]
     of_records, of_groups = influences.mean(axis=1), influences.mean(axis=0)
-    # The sum of squares of what neither the record nor the group explains (two-way analysis of variance).
+    # The residual sum of squares of a two-way analysis of variance.
     squares = np.einsum("rg...,rg...->...", influences, influences)
     squares -= groups * (of_records**2).sum(axis=0) + records * (of_groups**2).sum(axis=0)
     squares += records * groups * of_records.mean(axis=0) ** 2
@@ -264,7 +257,7 @@ def interaction_variance(influences: np.ndarray, strata: np.ndarray | None = Non
 
 
 def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...]) -> list[str]:
-    """Return what is to be told of intervals that rest on the variance among too few groups of structures, if they do.
+    """Return a sentence about intervals from the variance among too few groups of structures, in a list; or [].
 
     Args:
         left: The fits at one place, the worst.
@@ -277,17 +270,17 @@ def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...])
     if not few or not 0 < groups <= FEWEST_KNOWN:
         return []
     return [
-        f"{groups} groups of structures tell little of the variance among them, so that the intervals of "
+        f"the variance among structures is known from {groups} groups only, so the intervals of "
         f"{', '.join(map(repr, few))} are wide, with {np.nanmin(freedom):.2g} degrees of freedom: take at least "
         f"{ENOUGH_STRUCTURES}"
     ]
 
 
 def trusted(left: LeftOut, outcome: np.ndarray) -> np.ndarray:
-    """Return where the whole and all that something is left out of have a fit, shape [row ...].
+    """Return whether the whole fit and all fits without a part exist, shape [row ...].
 
-    A penalised fit is not trusted: without a record its stripes are nearly the same, so that intervals of 95 % covered
-    the median in 72 % of 134 cases of 11 records at 6 levels.
+    A penalised fit is not trusted: without one record its stripes are nearly the same, so 95 % intervals covered the
+    median in only 72 % of 134 cases of 11 records at 6 levels.
     """
     parts = np.concatenate([left.records, left.groups])
     return (outcome == FITTED) & np.isfinite(parts).all(axis=(0, 1)) & (len(left.records) > 1)

@@ -1,4 +1,4 @@
-"""Which record and structure observations are of, and what the jackknife leaves out of them one after the other."""
+"""Record and structure of each observation, and the parts that the jackknife leaves out."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 from warpdyn.answers.fragility.intervals.jackknife import LeftOut, interaction_variance
 from warpdyn.answers.fragility.stripe_counts import structure_groups
 
-MOST_PARTS = 256  # that records are left out in; more would make the variance no better known
+MOST_PARTS = 256  # in which records are left out; more would not make the variance more precise
 
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Which record and which structure each observation is of.
+    """Record and structure of each observation.
 
     Args:
         record: Number of the record of each observation, shape [observation].
         structure: Number of its structure.
-        sampling: How structures were sampled, as `Scene.sampling`; "" where that is unknown.
+        sampling: Sampling of the structures, as `Scene.sampling`; "" if unknown.
         over_structures: Whether intervals are over structures too.
     """
 
@@ -40,26 +40,23 @@ class Observations:
 
     @cached_property
     def _grouped(self) -> tuple[int, np.ndarray]:
-        """Number of groups of structures (0 where the records tell all), and the group of each observation."""
+        """Number of groups of structures (0 if only records are left out), and the group of each observation."""
         crossed, count, group = structure_groups(self.structure, self._record, self.records, self.sampling)
         return (count, group) if crossed and count > 1 and self.over_structures else (0, np.zeros_like(self._record))
 
     @property
     def groups(self) -> int:
-        """Number of groups of structures; 0 where the records tell all."""
+        """Number of groups of structures; 0 if only records are left out."""
         return self._grouped[0]
 
     @property
     def parts(self) -> int:
-        """Number of parts that records are left out in: each by itself, or of very many some at once."""
+        """Number of parts in which records are left out: one record each, or several if there are very many."""
         return min(self.records, MOST_PARTS)
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """Weights of the observations: all, without each part of the records, without each group of structures.
-
-        Their shape is [row, observation].
-        """
+        """Weights [row, observation]: all, without each part of the records, without each group of structures."""
         whole = np.ones((1, self._record.size))
         if self.records < 2:
             return whole
@@ -69,16 +66,16 @@ class Observations:
         return np.concatenate([whole, *without]).astype(np.float64)
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return what belongs to all, to those without each part of the records, and to those without each group."""
+        """Return values of all, without each part of the records, and without each group of structures."""
         last = 1 if self.records < 2 else 1 + self.parts
         return values[0], values[1:last], values[last:]
 
     def left_out(self, logarithms: np.ndarray, influences: np.ndarray, independent: np.ndarray) -> LeftOut:
-        """Return the fits of all rows of weights, for the jackknife.
+        """Return the fits for all rows of weights, for the jackknife.
 
         Args:
             logarithms: ln of median and dispersion, shape [row, 2, damage_state].
-            influences: What each observation adds to them, shape [observation, 2, damage_state].
+            influences: Contribution of each observation to them, shape [observation, 2, damage_state].
             independent: Their variances if all observations were independent, shape [2, damage_state].
         """
         whole, records, without_groups = self.split(logarithms)

@@ -1,7 +1,6 @@
-"""Records nested in stripes: which records were drawn together, so that a jackknife compares them with each other.
+"""Strata of records: in a multiple stripe analysis with a record set per level, only records of one level are compared.
 
-In a multiple stripe analysis with a record set for each level, records of one level say nothing of the variance among
-those of another. Variances of the sets add up (stratified sampling: Cochran 1977, Sampling Techniques, section 5.3).
+Variances of the strata add up (stratified sampling: Cochran 1977, Sampling Techniques, section 5.3).
 """
 
 from __future__ import annotations
@@ -12,12 +11,11 @@ from scipy.sparse.csgraph import connected_components
 
 
 def strata_of_records(is_run: np.ndarray) -> np.ndarray:
-    """Return the stratum of each record, from 0: records are in one if they share a level, directly or by others.
+    """Return the stratum of each record, from 0: records are in one if they share a level, directly or through others.
 
-    Crossed records, each of which runs at every level, are one stratum. So are single observations, each of another
-    record at a level of its own: they are taken as one sample of records and levels. Of several strata, one of a single
-    record is put together with the next higher one (collapsed strata: Cochran 1977, section 5A.12), which errs on the
-    safe side.
+    Crossed records, which all run at every level, are one stratum. Single observations, each of another record at
+    its own level, are one stratum too: they are one sample of records and levels. A stratum of a single record is
+    merged with the next higher one (collapsed strata: Cochran 1977, section 5A.12), which is conservative.
 
     Args:
         is_run: Whether a record has samples at a level, shape [record, im_level], levels increasing.

@@ -18,7 +18,7 @@ class Link:
     """Distribution of the standardised capacity, which turns a score into a probability.
 
     Args:
-        log_cumulative: Logarithm of the probability of a score; that of its complement is that of minus the score.
+        log_cumulative: Logarithm of the probability of a score; the distribution is symmetric.
         log_density: Logarithm of the density.
         slope: Derivative of the logarithm of the density.
         deviation: Standard deviation of the distribution.
@@ -37,7 +37,7 @@ LOGIT = Link(log_expit, lambda z: log_expit(z) + log_expit(-z), lambda z: 1.0 - 
 def likelihood(
     link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
 ) -> Evaluation:
-    """Return log-likelihood, gradient and negative second derivatives of score = intercept + slope x position.
+    """Return log-likelihood, gradient and negative second derivatives for score = intercept + slope x position.
 
     Args:
         link: Probit or logit.
@@ -56,11 +56,11 @@ def likelihood(
 
 
 def gradient_in_line(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return the gradient in intercept and slope, shape [row, 2], of derivatives in the scores [row, im_level]."""
+    """Return the gradient by intercept and slope, shape [row, 2], from derivatives by the scores [row, im_level]."""
     return np.stack([slope.sum(axis=1), slope @ position], axis=1)
 
 
 def information_in_line(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return second derivatives in intercept and slope, shape [row, 2, 2], of those in the scores [row, im_level]."""
+    """Return second derivatives by intercept and slope [row, 2, 2] from those by the scores [row, im_level]."""
     moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
     return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)

@@ -1,4 +1,4 @@
-"""Newton's method on many small likelihoods at once, and the cluster-robust covariance of what it finds."""
+"""Newton's method for many small likelihoods at once, and cluster-robust covariances of estimates."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ Evaluation = tuple[np.ndarray, np.ndarray, np.ndarray]
 _ITERATIONS = 200  # Newton's method needs 5 to 10; more occur where the information only approximates the curvature
 _HALVINGS = 40
 _TOLERANCE = 1e-10  # on the step, relative to the parameters
-_RIDGE = 1e-14  # added to a unit diagonal, so that rounding makes none singular
+_RIDGE = 1e-14  # added to a unit diagonal, so that no matrix is singular by rounding
 
 
 def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np.ndarray) -> np.ndarray:
-    """Maximise concave functions, one a row, by Newton's method with step halving.
+    """Maximise concave functions, one per row, by Newton's method with step halving.
 
     Args:
-        evaluate: Returns of parameters, shape [row, parameter], and the indices of their rows: the value, shape [row],
-            its gradient, shape [row, parameter], and the negative of its second derivatives (or a positive definite
-            matrix close to it, such as the expected information), shape [row, parameter, parameter]. A value that is
-            not finite says that the parameters are out of bounds.
-        start: Parameters to start from, shape [row, parameter].
+        evaluate: Function of parameters, shape [row, parameter], and the indices of their rows; it returns the value,
+            shape [row], its gradient, shape [row, parameter], and the negative of its second derivatives (or a positive
+            definite matrix close to it, such as the expected information), shape [row, parameter, parameter]. A value
+            that is not finite means that parameters are out of bounds.
+        start: Parameters at which the search starts, shape [row, parameter].
 
     Returns:
-        The parameters at the maximum, of the shape of `start`; NaN where it was not found.
+        The parameters at the maximum, of the shape of `start`; NaN without convergence.
     """
     found = np.full(start.shape, np.nan)
     parameters = np.array(start, dtype=np.float64)
@@ -35,7 +35,7 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
     value, gradient, information = evaluate(parameters[active], active)
     for _ in range(_ITERATIONS):
         current, step = parameters[active], _solved(information, gradient)
-        # A step along which the function is as good as level must not be refused for the rounding of its value.
+        # Accept a step along which the function is constant within rounding.
         least = value - 1e-13 * np.abs(value)
         trial = np.arange(active.size)
         for _ in range(_HALVINGS):
@@ -46,7 +46,7 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
             if not trial.size:
                 break
             step[trial] *= 0.5
-        step[trial] = np.nan  # nothing along the step is better: this row stays without a maximum
+        step[trial] = np.nan  # no point along the step is better: no maximum
         parameters[active] = current + step
         size, magnitude = np.abs(step).max(axis=1), 1.0 + np.abs(current).max(axis=1)
         arrived = active[size <= _TOLERANCE * magnitude]
@@ -65,8 +65,8 @@ def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
     n / (n - 1) for n clusters. Observations of one cluster, such as those of one record, may depend on each other.
 
     Args:
-        influences: What each cluster adds to the estimates, to first order: its score times the inverse information of
-            the whole, shape [cluster, estimate, ...].
+        influences: First-order contribution of each cluster: its score times the inverse of the whole information,
+            shape [cluster, estimate, ...].
 
     Returns:
         Shape [estimate, estimate, ...]; NaN for a single cluster.
@@ -77,10 +77,10 @@ def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
 
 
 def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Return the Newton step of each row; NaN where its information is singular."""
+    """Return the Newton step of each row; NaN if its information is singular."""
     if gradient.shape[1] == 2:
         return _solved_pairs(information, gradient)
-    # Scaling to a unit diagonal makes rows of very different parameters equally well solved.
+    # Scale to a unit diagonal, because parameters may have very different sizes.
     scale = np.sqrt(np.maximum(np.einsum("rii->ri", information), np.finfo(np.float64).tiny))
     scaled = information / (scale[:, :, None] * scale[:, None, :])
     finite = np.isfinite(scaled).all(axis=(1, 2)) & np.isfinite(gradient).all(axis=1)
@@ -95,10 +95,10 @@ def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
 
 
 def _solved_pairs(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Return the Newton steps of two parameters, as `_solved` does, in closed form, which takes half the time."""
+    """Return the Newton steps of two parameters in closed form, in half the time of `_solved`."""
     scale = np.sqrt(np.maximum(information[:, [0, 1], [0, 1]], np.finfo(np.float64).tiny))
-    beside = information[:, 0, 1] / (scale[:, 0] * scale[:, 1])
+    coupling = information[:, 0, 1] / (scale[:, 0] * scale[:, 1])
     scaled = gradient / scale
     with np.errstate(divide="ignore", invalid="ignore"):
-        step = (1.0 + _RIDGE) * scaled - beside[:, None] * scaled[:, ::-1]
-        return step / (((1.0 + _RIDGE) ** 2 - beside**2)[:, None] * scale)
+        step = (1.0 + _RIDGE) * scaled - coupling[:, None] * scaled[:, ::-1]
+        return step / (((1.0 + _RIDGE) ** 2 - coupling**2)[:, None] * scale)

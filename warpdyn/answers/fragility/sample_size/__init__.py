@@ -1,1 +1,1 @@
-"""How much is run: structures until intervals are narrow, and levels where curves rise."""
+"""Sample size: number of structures for a given precision, and levels at which curves rise."""

@@ -1,4 +1,4 @@
-"""Levels of stripes that lie where fragility curves rise: elsewhere no sample exceeds a limit, or all do."""
+"""Levels of stripes at which fragility curves rise: at other levels no sample exceeds a limit, or all do."""
 
 from __future__ import annotations
 
@@ -19,14 +19,15 @@ from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.scatter import GivenValues
 from warpdyn.model.scene.scene import Scene
 
-PILOT_PAIRS = 40  # pairs of a structure and a motion in the pilot, at least: more motions have one structure each
+PILOT_PAIRS = 40  # least number of pairs of a structure and a motion in the pilot
 PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1
-# Dispersions of the distribution that levels are quantiles of, over those of the capacities. With 1 the medians of the
-# curves would be told best, but dispersions are told at the flanks: docs/explanation/intervals.md compares.
+# Levels are quantiles of a distribution with SPREAD times the dispersions of the capacities. A factor of 1 would be
+# best for the medians of the curves, but dispersions need levels at the flanks (compared in
+# docs/explanation/intervals.md).
 SPREAD = 1.6
-LEAST_DISPERSION = 0.1  # that a few pairs are trusted to tell
+LEAST_DISPERSION = 0.1  # smallest dispersion that is believed from a few pairs
 MOST_LEVELS = 1000
-DIGITS = 3  # of levels, so that tables and figures name them as they are
+DIGITS = 3  # of levels, so that tables and figures need not round them
 
 
 @takes_scene
@@ -41,33 +42,33 @@ def levels_for(
     device: str | None = None,
     threads: int | None = None,
 ) -> np.ndarray:
-    """Return levels for stripes where the fragility curves of all damage states rise.
+    """Return levels for multiple stripe analysis, at which the fragility curves of all damage states rise.
 
-    Levels at which no sample exceeds any limit, or every sample exceeds all, add histories and tell nothing. A pilot
-    finds the capacities of one structure for each motion (by `capacities`, some twenty histories each); the levels are
-    quantiles, evenly spaced in probability, of the capacities of all damage states together, each with 1.6 times
-    its dispersion, for the flanks tell the dispersion. Structures of the pilot are not those of the run, so that the
-    answer owes nothing to what the pilot found by chance.
+    Levels at which no sample exceeds any limit, or every sample exceeds all, cost histories without information. A
+    pilot finds the capacities of one structure for each motion (by `capacities`, about twenty histories each). The
+    levels are quantiles, evenly spaced in probability, of the capacities of all damage states together, with 1.6 times
+    their dispersions, because the flanks of a curve determine its dispersion. Structures of the pilot are not those of
+    the run, so the result is independent of chance in the pilot.
 
     Args:
-        scene: The scene; its excitation is a Cloud or Stripes, whose levels are not needed.
-        limits: Limit of each damage state, from the lightest on [units of the demand]; `math.inf` is passed by
-            collapse alone.
-        count: Number of levels; two for each damage state and no fewer than six in all do
+        scene: The scene; its excitation is a Cloud or Stripes, whose levels are not used.
+        limits: Limit of each damage state, from the lightest to the heaviest [units of the demand]; only collapse
+            passes `math.inf`.
+        count: Number of levels; two per damage state and at least six in all are enough
             (docs/explanation/intervals.md).
-        demand: Variable that limits are of, as of `capacities`.
-        method: Integration method of the pilot, as of `simulate`.
-        seed: Seed of the run that the levels are for; the pilot draws by another that follows from it.
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
+        demand: Variable that limits are of, as in `capacities`.
+        method: Integration method of the pilot, as in `simulate`.
+        seed: Seed of the run that the levels are for; the pilot has another seed that follows from it.
+        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU without a GPU.
         threads: CPU threads; None for every core this process may use.
 
     Returns:
         Levels of the design's measure, increasing, shape [im_level], in the units of `Stripes`: g for an acceleration,
-        else SI units.
+        otherwise SI units.
 
     Raises:
-        ValueError: If half the pairs pass none of the limits, or `count` is below 2, or as `capacities`.
-        TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
+        ValueError: If half of the pairs pass no limit, or `count` is below 2, or as in `capacities`.
+        TypeError: If `scene` is not a Scene, or its excitation is not a Cloud or Stripes.
 
     Example:
         >>> cloud = wd.Scene(building, wd.Cloud(motions), scatter)  # measured by the peak ground acceleration
@@ -83,10 +84,10 @@ def levels_for(
         raise TypeError(f"levels_for() takes a scene of one structure under a Cloud or Stripes of motions, got {given}")
     if isinstance(design, Stripes):
         design.check_scaled_to_all("levels_for")
-    # Structures that are given belong to the run: in the pilot nominal values stand for them.
+    # Given structures belong to the run; the pilot has nominal values instead.
     scatter = {name: spread for name, spread in scene.scatter.items() if not isinstance(spread, GivenValues)}
     structures = math.ceil(PILOT_PAIRS / len(design.motions)) if scatter else 1
-    # One level stands for those that are searched, so low that it is no strange one of any measure.
+    # The search ignores this level; it is low enough to be plausible for any measure.
     low = [1e-3 * float(np.median(design.intensities))]
     stripes = Stripes(design.motions, low, design.measure, structures_per_motion=structures)
     pilot = capacities(
@@ -108,7 +109,7 @@ def levels_for(
 
 
 def _moments(capacity: np.ndarray, states: list[str], design: Cloud | Stripes) -> tuple[np.ndarray, np.ndarray]:
-    """Return median and standard deviation of the logarithm of the capacities of the states that most pairs pass."""
+    """Return median and standard deviation of ln capacity of the states that at least half of the pairs pass."""
     logarithm = np.log(capacity.reshape(-1, len(states)))
     logarithm = logarithm[~np.isnan(logarithm).any(axis=1)]
     median = np.median(logarithm, axis=0)
@@ -116,19 +117,19 @@ def _moments(capacity: np.ndarray, states: list[str], design: Cloud | Stripes) -
     if not known.any():
         raise ValueError(
             f"levels_for: up to the highest level half of the pairs pass no limit, of {', '.join(map(repr, states))}: "
-            "are the limits in the demand's unit?"
+            "check that the limits are in the unit of the demand"
         )
     for state in np.flatnonzero(~known):
         warn_caller(
-            f"levels_for: half of the pairs do not pass the limit of damage state {states[state]!r}, and no level is "
-            f"placed for it; the levels [{design.intensity_units}] are those of the other states"
+            f"levels_for: half of the pairs do not pass the limit of damage state {states[state]!r}, so the levels "
+            f"[{design.intensity_units}] are for the other states only: check its limit, or remove it"
         )
     finite = np.where(np.isfinite(logarithm), logarithm, np.nan)[:, known]
     return median[known], np.maximum(np.nanstd(finite, axis=0), LEAST_DISPERSION)
 
 
 def _quantiles(centre: np.ndarray, spread: np.ndarray, count: int) -> np.ndarray:
-    """Return quantiles, evenly spaced in probability, of normal distributions that are mixed in equal parts."""
+    """Return quantiles, evenly spaced in probability, of an equal mixture of normal distributions."""
     low, high = (centre - 9 * spread).min(), (centre + 9 * spread).max()
 
     def share_below(level: float, asked: float) -> float:

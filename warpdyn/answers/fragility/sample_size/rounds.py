@@ -1,4 +1,4 @@
-"""Rounds of structures that every motion gets, one after the other, until the intervals of medians are narrow."""
+"""Rounds of structures that are added to every motion until the intervals of medians are narrow."""
 
 from __future__ import annotations
 
@@ -20,33 +20,33 @@ from warpdyn.foundations.core.messages import no_warnings, warn_caller
 from warpdyn.model.ground_motions.designs import Cloud, Stripes
 from warpdyn.model.scene.scene import Scene
 
-# Relative width of brackets over the precision, and its bounds. What is not known of a capacity within its bracket
-# averages out: a width of 50 % adds ln(1.5)^2 / 12 = 0.014 to the variance of ln(capacity), mostly 0.05 to 0.2.
+# Relative width of brackets over the precision, and its bounds. The uncertainty of capacities within brackets averages
+# out: a width of 50 % adds ln(1.5)^2 / 12 = 0.014 to the variance of ln(capacity), which is usually 0.05 to 0.2.
 WIDTH_OVER_PRECISION, LEAST_WIDTH, LARGEST_WIDTH = 10 / 3, 0.02, 0.5
-LEAST_LADDER = 1.1  # narrower brackets are narrowed between its rungs
-# A dispersion is told from brackets whose logarithmic width is up to this many times as large.
+LEAST_RATIO = 1.1  # of neighbouring levels; narrower brackets are narrowed between them
+# Brackets determine a dispersion if their logarithmic width is at most WIDEST_OVER_DISPERSION times as large.
 WIDEST_OVER_DISPERSION, NARROWING = 3.0, 2.0
-# Rounds of structures at most, and what their number grows by where a prediction fell short.
+# Largest number of rounds, and growth of the number of structures if a prediction was too small.
 MOST_ROUNDS, GROWTH = 6, 1.5
-# Share of the precision that the integration may err by, and the bounds of this error.
+# Largest error of the integration over the precision, and its bounds.
 ERROR_SHARE, LEAST_ERROR, LARGEST_ERROR = 0.2, 0.002, 0.02
-PLANNED_LEVELS = 4  # that the step is chosen at
-# Histories from which `plan` pays: its own pilot runs some ten thousand, most of them at shorter steps. Below, the
-# default method errs by a thousandth at its default step (studies/decision.py), and the answer by far more.
+PLANNED_LEVELS = 4  # at which the step is chosen
+# Use `plan` from this number of histories: its pilot runs about ten thousand, most of them at shorter steps. With fewer
+# histories the default step has an error of 0.1 % (studies/decision.py), far smaller than that of the answer.
 PLANNED_FROM = 50_000
 
 
 @dataclass(eq=False)
 class Rounds:
-    """Rounds of structures that are added to every motion, until the intervals are narrow.
+    """Rounds of structures that are added to every motion until the intervals are narrow.
 
     Args:
         scene: The scene.
-        search: `capacities`, with the arguments that stay the same.
+        search: `capacities` with its constant arguments.
         precision: Half the relative width of the intervals.
         confidence: Probability that they cover.
         seed: Seed of the first round.
-        integration: How histories are integrated, as arguments of `capacities`.
+        integration: Integration arguments of `capacities`.
     """
 
     scene: Scene
@@ -58,14 +58,14 @@ class Rounds:
     width: float = field(init=False)  # of brackets, relative
     highest: float = math.inf
     rounds: list[xr.Dataset] = field(default_factory=list)
-    begun: int = 0  # rounds, with those that are not part of the answer
-    histories_left_out: int = 0
+    begun: int = 0  # rounds, also those that are not part of the answer
+    pilot_histories: int = 0  # that are not part of the answer
 
     def __post_init__(self) -> None:
         self.width = float(np.clip(WIDTH_OVER_PRECISION * self.precision, LEAST_WIDTH, LARGEST_WIDTH))
 
     def run(self) -> xr.Dataset:
-        """Add rounds until the precision is reached, or the records bound it."""
+        """Add rounds until the precision is reached, or the number of records limits it."""
         asked, more, is_bound = math.log1p(self.precision), 1, np.array(False)
         while True:
             self._add(more)
@@ -73,7 +73,7 @@ class Rounds:
             curves = self._fit(quietly=True)
             if count == 1 and self._narrow_brackets(curves):
                 continue
-            met = ~(curves["half_width"].values > self.precision)  # nothing is asked of a state without a fit
+            met = ~(curves["half_width"].values > self.precision)  # also true for a state without a fit
             if met.all() or self.begun >= MOST_ROUNDS:
                 break
             if count == 1:
@@ -92,14 +92,14 @@ class Rounds:
         return curves
 
     def _add(self, structures: int) -> None:
-        """Find the capacities of more structures of each motion's own."""
+        """Find the capacities of more structures for each motion."""
         seed = self.seed
         if self.begun:
             seed = int(np.random.SeedSequence([self.seed, self.begun]).generate_state(1)[0])
         found = self.search(
             _nested(self.scene, structures),
             tolerance=self.width,
-            ladder=1 + max(self.width, LEAST_LADDER - 1),
+            ladder=1 + max(self.width, LEAST_RATIO - 1),
             highest=self.highest,
             seed=seed,
             **self.integration,
@@ -107,20 +107,20 @@ class Rounds:
         reached = np.isfinite(found["capacity"].values).any(axis=0).sum(axis=0)
         if not self.begun and reached.max() < 2:
             raise ValueError(
-                f"no limit is passed by two of the motions, up to the highest level {found.attrs['highest']:g} "
-                f"{found['capacity'].attrs['units']}: are the limits in the demand's unit?"
+                f"no limit is passed under two of the motions, up to the highest level {found.attrs['highest']:g} "
+                f"{found['capacity'].attrs['units']}: check that the limits are in the unit of the demand"
             )
         self.highest = float(found.attrs["highest"])
         self.rounds.append(found)
         self.begun += 1
 
-    def _begin_anew(self) -> None:
-        """Leave the rounds so far out of the answer."""
-        self.histories_left_out += sum(each.attrs["histories"] for each in self.rounds)
+    def _restart(self) -> None:
+        """Discard the rounds so far."""
+        self.pilot_histories += sum(each.attrs["histories"] for each in self.rounds)
         self.rounds = []
 
     def _fit(self, *, quietly: bool) -> xr.Dataset:
-        """Return the curves of all rounds together, with half the widths of the medians' intervals."""
+        """Return the curves of all rounds, with half the widths of the medians' intervals."""
         with no_warnings() if quietly else nullcontext():
             curves = fragility_from_capacities(_together(self.rounds), confidence=self.confidence, seed=self.seed)
         half = (curves["fragility_median_upper"] / curves["fragility_median_lower"]).values ** 0.5 - 1
@@ -129,7 +129,7 @@ class Rounds:
         return curves.assign(half_width=("damage_state", half, words))
 
     def _narrow_brackets(self, curves: xr.Dataset) -> bool:
-        """Take narrower brackets where these hardly tell a dispersion; return whether they begin anew."""
+        """Restart with narrower brackets if these do not determine a dispersion; return whether this happens."""
         reach = math.log1p(self.width)
         if (curves["fit_status"] == SEPARATED).any():
             least = LEAST_WIDTH
@@ -141,11 +141,11 @@ class Rounds:
         if self.width <= LEAST_WIDTH:
             return False
         self.width = max(least, LEAST_WIDTH)
-        self._begin_anew()
+        self._restart()
         return True
 
     def _plan(self, needed: int, count: int) -> bool:
-        """Choose method and step where many histories are needed; return whether the answer is run anew by these."""
+        """Choose method and step if many histories are needed; return whether the rounds so far are discarded."""
         expected = sum(each.attrs["histories"] for each in self.rounds) * needed / count
         if expected <= PLANNED_FROM or "longest_step" in self.integration:
             return False
@@ -161,16 +161,19 @@ class Rounds:
             threads=self.search.keywords["threads"],
         )
         self.integration = {"method": chosen.method, "dtype": chosen.dtype, "longest_step": chosen.longest_step}
-        self._begin_anew()
+        self._restart()
         return True
 
     def _label(self, curves: xr.Dataset, bounded_by: str) -> None:
-        """Add to the curves what was chosen and spent."""
+        """Add the choices and the numbers of histories to the curves."""
         first, motions = self.rounds[0], self.rounds[0].sizes["motion"]
         quantile = stdtrit(motions - 1, 0.5 + 0.5 * self.confidence)
         of_motion = motions * (np.log1p(curves["half_width"].values) / quantile) ** 2
         needed = records_for(math.log1p(self.precision), of_motion, self.confidence)
-        words = {"long_name": "records that the precision takes with as many structures of each", "units": "1"}
+        words = {
+            "long_name": "records needed for the precision with these structures per record",
+            "units": "1",
+        }
         curves["records_needed"] = ("damage_state", needed, words)
         curves.attrs |= {
             "precision": self.precision,
@@ -180,15 +183,15 @@ class Rounds:
             "method": first.attrs["method"],
             "dtype": first.attrs["dtype"],
             "histories": sum(int(each.attrs["histories"]) for each in self.rounds),
-            "pilot_histories": int(self.histories_left_out),
+            "pilot_histories": int(self.pilot_histories),
             "bounded_by": bounded_by,
         }
 
     def _warn_unless(self, met: np.ndarray, curves: xr.Dataset, is_bound: bool) -> None:
-        """Say which medians the precision was not reached of, and what it would take."""
+        """Warn of medians whose precision was not reached, with the number of records needed."""
         if met.all():
             return
-        said = ", ".join(
+        widths = ", ".join(
             f"{str(state)!r} {100 * width:.3g} % ({count:,} records would do)"
             for state, width, count in zip(
                 curves["damage_state"].values[~met],
@@ -198,15 +201,15 @@ class Rounds:
             )
         )
         records, structures = self.rounds[0].sizes["motion"], curves.attrs["structures_per_motion"]
-        why = "and more structures hardly help" if is_bound else f"after {structures} structures of each"
+        why = "and more structures do not help" if is_bound else f"after {structures} structures of each"
         warn_caller(
-            f"{records} records bound the precision, {why}: half the interval of the median is {said}; "
-            f"{100 * self.precision:.3g} % was asked for"
+            f"{records} records bound the precision, {why}: half the interval of the median is {widths}, not "
+            f"{100 * self.precision:.3g} %. Add records, or choose a larger precision="
         )
 
 
 def _together(rounds: list[xr.Dataset]) -> xr.Dataset:
-    """Return the capacities of all rounds as those of one: its structures are other ones in each."""
+    """Return the capacities of all rounds as those of one, with different structures in each."""
     parts, before = [], 0
     for found in rounds:
         drawn = found["drawn_structure"]
@@ -217,7 +220,7 @@ def _together(rounds: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _nested(scene: Scene, structures: int) -> Scene:
-    """Return the scene with structures of each motion's own; the one level stands for those that are searched."""
+    """Return the scene with separate structures for each motion; the search ignores its level."""
     design = scene.excitation
     assert isinstance(design, Cloud | Stripes)
     level = [float(np.median(design.intensities))]
@@ -225,7 +228,7 @@ def _nested(scene: Scene, structures: int) -> Scene:
 
 
 def _where_it_counts(scene: Scene, pilot: xr.Dataset) -> Scene:
-    """Return the scene at levels where its damage states are passed, which the step is chosen for."""
+    """Return the scene at levels at which its damage states are passed, for the choice of the step."""
     capacity = pilot["capacity"].values
     lowest, highest = np.nanquantile(capacity[np.isfinite(capacity)], [0.16, 0.84])
     design = scene.excitation

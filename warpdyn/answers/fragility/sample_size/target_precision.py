@@ -1,4 +1,4 @@
-"""Fragility curves of a stated precision: each motion gets structures of its own until the intervals are narrow."""
+"""Fragility curves of a given precision: structures are added to each motion until the intervals are narrow."""
 
 from __future__ import annotations
 
@@ -32,53 +32,52 @@ def fragility_to(
     device: str | None = None,
     threads: int | None = None,
 ) -> xr.Dataset:
-    """Find the fragility curves of a scene with intervals of a stated width, by as few histories as that takes.
+    """Find the fragility curves of a scene with intervals of a given width, with few histories.
 
-    Every motion gets one structure of its own, whose capacities are bracketed (by `capacities`). Where the intervals of
-    all medians are as narrow as asked for, that is the answer. Else every motion gets a second structure; how much
-    capacities vary among motions and among the structures of one motion then tells how many more it takes, and these
-    are added to the first two (an internal pilot: no history is run to plan alone). Where that takes many histories,
-    the method and the step are those of `plan`, and the answer is run anew by these.
+    Each motion gets one structure, whose capacities are bracketed (by `capacities`). If the intervals of all medians
+    have the given width, that is the answer. Otherwise each motion gets a second structure; the variances of capacities
+    among motions and among the structures of one motion then give the number of structures needed, which are added to
+    the first two (an internal pilot: no history is only for planning). If that takes many histories, method and step
+    are those of `plan`, and the rounds so far are discarded.
 
-    Brackets are wider the less precision is asked for, at most 50 %: the curves are fitted to brackets, and the
-    intervals hold what they leave open. The ladder of levels is then as coarse, so that a demand that passes a limit
-    and returns between two of its rungs is more often overlooked than by `capacities` as it stands, with rungs 10 %
-    apart. With rungs 50 % apart none of 2,816 capacities of the README's first study comes out above its bracket by
-    rungs 3 % apart, and none of 1,760 of the same frame whose storeys deteriorate. A precision below .03 has the rungs
-    of `capacities`.
+    Brackets are wider for less precision, at most 50 %: the curves are fitted to brackets, and the intervals include
+    their uncertainty. Levels are as far apart, so a demand that passes a limit and returns between two levels is
+    overlooked more often than by `capacities` with its default, 10 %. With 50 % none of 2,816 capacities of the
+    README's first study is above its bracket from levels 3 % apart, and none of 1,760 of the same frame whose storeys
+    deteriorate. A precision below 0.03 has the levels of `capacities`.
 
-    To stop once the interval is narrow favours samples that happen to vary little. Coverage hardly suffers, because the
-    records stay the same and only the number of structures is decided so: docs/explanation/intervals.md has it
-    measured. On a GPU more histories are run, those that launches have room for.
+    Stopping once the interval is narrow favours samples with little scatter (optional stopping). The effect on coverage
+    is small, because the records are fixed and only the number of structures is decided in this way: measured in
+    docs/explanation/intervals.md. A GPU runs more histories, because its launches have free capacity.
 
-    Often the records decide, and no number of structures reaches the precision: then structures stop where they add
-    next to nothing, and a warning says so and how many records it would take.
+    Often the number of records limits the precision, whatever the number of structures. Then structures are added only
+    while they help, and a warning gives the number of records needed.
 
     Source: Wittes and Brittain (1990), "The role of internal pilot studies in increasing the efficiency of clinical
     trials", Statistics in Medicine 9.
 
     Args:
-        scene: The scene; its excitation is a Cloud or Stripes of at least three motions, whose levels are not needed.
-        limits: Limit of each damage state, from the lightest on [units of the demand]; `math.inf` is passed by
-            collapse alone.
+        scene: The scene; its excitation is a Cloud or Stripes of at least three motions, whose levels are not used.
+        limits: Limit of each damage state, from the lightest to the heaviest [units of the demand]; only collapse
+            passes `math.inf`.
         precision: Half the width of the interval of each median, relative [1]: 0.1 asks for medians to within 10 %.
-        demand: Variable that limits are of, as of `capacities`.
-        method: Integration method; None to let `plan` choose, or for the default where `plan` would cost more.
+        demand: Variable that limits are of, as in `capacities`.
+        method: Integration method; None for the choice of `plan`, or for the default if `plan` would cost more.
         confidence: Probability that the intervals cover [1].
         seed: Seed of every random draw.
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU where there is none.
+        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU without a GPU.
         threads: CPU threads; None for every core this process may use.
 
     Returns:
-        What `fragility_from_capacities` returns, with `half_width(damage_state)` reached [1], `records_needed` for the
-        precision with as many structures of each, and attributes of what was chosen and spent: structures_per_motion,
-        bracket_width, method, dtype, longest_step (by `plan`), histories (of the answer), pilot_histories (those that
-        the answer does not hold), bounded_by ("records" where they keep it from the precision, else "structures").
+        The dataset of `fragility_from_capacities`, with the reached `half_width(damage_state)` [1], `records_needed`
+        for the precision with this number of structures per record, and attributes: structures_per_motion,
+        bracket_width, method, dtype, longest_step (by `plan`), histories (of the answer), pilot_histories (discarded),
+        bounded_by ("records" if they limit the precision, otherwise "structures").
 
     Raises:
         ValueError: If the intensity does not grow with the scale, there are fewer than three motions, the precision is
-            not between 0.001 and 1, fewer than two motions reach a limit, or as `capacities` and `plan`.
-        TypeError: If the scene is none, or its excitation is no Cloud or Stripes.
+            not between 0.001 and 1, fewer than two motions reach a limit, or as in `capacities` and `plan`.
+        TypeError: If `scene` is not a Scene, or its excitation is not a Cloud or Stripes.
 
     Example:
         >>> curves = wd.fragility_to(scene, {"slight": 0.005, "complete": 0.015}, precision=0.3)
@@ -100,17 +99,17 @@ def fragility_to(
     given = [name for name, spread in scene.scatter.items() if isinstance(spread, GivenValues)]
     if given:
         raise ValueError(
-            f"fragility_to() draws as many structures as the precision takes, and scatter[{given[0]!r}] lists given "
-            "ones: take capacities() of these, and fragility_from_capacities()"
+            f"fragility_to() draws the structures that the precision needs, but scatter[{given[0]!r}] lists given "
+            "ones: use capacities() and fragility_from_capacities()"
         )
     if isinstance(limits, Mapping) and any(isinstance(limit, Mapping) for limit in limits.values()):
         raise ValueError(
-            "fragility_to() takes limits of one demand, demand=; for the worst of several take fragility() of a run on "
-            "stripes"
+            "fragility_to() takes limits of one demand, given as demand=; for the worst of several use fragility() for "
+            "a run on stripes"
         )
     motions = len(design.motions)
     if motions < 3:
-        raise ValueError(f"an interval over records takes at least 3 motions, got {motions}")
+        raise ValueError(f"an interval over records needs at least 3 motions, got {motions}")
     with each_warning_once():
         search = partial(capacities, limits=limits, demand=demand, device=device, threads=threads)
         return Rounds(scene, search, precision, confidence, seed, {"method": method}).run()

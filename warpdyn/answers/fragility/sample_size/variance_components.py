@@ -1,4 +1,4 @@
-"""How much capacities vary among motions and among the structures of one motion, and what a precision takes of both."""
+"""Variances of capacities among motions and structures, and the numbers of both that a precision needs."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
 
-MOST_STRUCTURES = 256  # of each motion's own
-SAFETY = 0.95  # share of the precision that the predicted interval takes: variances are estimates
-# Where the records bound the precision: the share of their variance that structures may add, 2.5 % of the interval.
+MOST_STRUCTURES = 256  # per motion
+SAFETY = 0.95  # predicted interval over the precision, because variances are estimates
+# If records limit the precision: variance that structures may add over that of the records (2.5 % of the interval).
 LEAST_SHARE = 0.05
 MOST_RECORDS = 10**6
 
@@ -22,7 +22,7 @@ class Variances:
 
     Args:
         among: Among motions, shape [damage_state].
-        within: Among the structures of one motion, with what is not known of a capacity within its bracket.
+        within: Among the structures of one motion, including the uncertainty within brackets.
         motions: Number of motions.
         confidence: Probability that an interval covers.
     """
@@ -33,16 +33,16 @@ class Variances:
     confidence: float
 
     def half_width(self, structures: float) -> np.ndarray:
-        """Return half the interval of ln(median) with so many structures of each motion's own."""
+        """Return half the interval of ln(median) with this number of structures per motion."""
         return self._quantile * np.sqrt((self.among + self.within / structures) / self.motions)
 
     def structures_for(self, half_width: float) -> tuple[int, np.ndarray]:
-        """Return how many structures each motion takes, and of which damage states the records bound the precision.
+        """Return the number of structures per motion, and the damage states whose precision the records limit.
 
-        Structures are no more than add next to nothing, even where many more would just reach the precision.
+        Structures that would add little are not counted, even if very many would just reach the precision.
 
         Args:
-            half_width: Half the interval of ln(median) that is asked for.
+            half_width: Half the required interval of ln(median).
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             left = (SAFETY * half_width / self._quantile) ** 2 * self.motions - self.among
@@ -63,12 +63,12 @@ def variances_of(capacities: xr.Dataset, confidence: float) -> Variances:
     Source: Searle, Casella and McCulloch (1992), Variance Components, section 3.6 (balanced data, one-way).
 
     Args:
-        capacities: What `capacities` returns of a design in which motions have structures of their own.
+        capacities: Result of `capacities` for a design with separate structures for each motion.
         confidence: Probability that an interval covers.
     """
     with np.errstate(invalid="ignore"):
         logarithm = np.log(capacities["capacity"].transpose("structure", "motion", "damage_state").values)
-    known = np.isfinite(logarithm).all(axis=0)  # motions of which every structure passed the limit
+    known = np.isfinite(logarithm).all(axis=0)  # motions under which every structure passed the limit
     among, within = np.zeros(known.shape[1]), np.zeros(known.shape[1])
     for state, of_state in enumerate(known.T):
         values = logarithm[:, of_state, state]
@@ -80,11 +80,11 @@ def variances_of(capacities: xr.Dataset, confidence: float) -> Variances:
 
 
 def records_for(half_width: float, variance: np.ndarray, confidence: float) -> np.ndarray:
-    """Return how many motions an interval takes.
+    """Return the number of motions that an interval needs.
 
     Args:
         half_width: Half the interval of ln(median).
-        variance: Variance that one motion contributes, of each damage state; NaN where it is not known.
+        variance: Variance contributed by one motion, for each damage state; NaN if unknown.
         confidence: Probability that the interval covers [1].
     """
     count = np.arange(3, 2000)

@@ -1,1 +1,1 @@
-"""What a hazard curve is read from and checked against: files, names of measures, the highest hazard known."""
+"""Hazard curves: readers of files, names of intensity measures, plausibility."""

@@ -1,4 +1,4 @@
-"""Files of hazard curves, as the OpenQuake engine and the USGS's tools write them."""
+"""Readers of hazard curves from the OpenQuake engine and from tools of the USGS."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from warpdyn.foundations.files.text import check_names, check_separator, read_cs
 from warpdyn.model.ground_motions.measures.measure import OPENQUAKE_UNITS
 from warpdyn.model.ground_motions.measures.names import measure_named, spectral_name
 
-SAME_PLACE = 1e-3  # degrees, some 100 m
+SAME_PLACE = 1e-3  # degrees, about 100 m
 
 Points = tuple[np.ndarray, np.ndarray]
 Site = tuple[float, float]
@@ -31,8 +31,8 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     named = re.search(r"imt='([^']+)'|imt=\"+([^\",]+)\"+", header)
     if not years or not named:
         raise ValueError(
-            f"{path}: the first line must be a comment with investigation_time=... and imt='...', as the OpenQuake "
-            "engine writes it"
+            f"{path}: the first line must be a comment with investigation_time=... and imt='...', as in files of the "
+            "OpenQuake engine"
         )
     _check_kind(path, header)
     measure = named[1] or named[2]
@@ -55,7 +55,7 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     probability = np.array([_number(row[i], where) if i < len(row) else np.nan for i, _ in columns])
     if not np.all((probability >= 0) & (probability <= 1)):
         raise ValueError(f"{where}: probabilities must lie from 0 to 1")
-    # A probability of 1 to the digits of the file says no rate.
+    # A probability of 1, to the digits of the file, has no rate.
     kept = (probability > 0) & (probability < 1)
     time = real_number(f"{path}: investigation_time", _number(years[1], f"{path}, line 1"), above=0)
     rate = -np.log1p(-probability[kept]) / time
@@ -63,18 +63,18 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
 
 
 def _check_kind(path: str | Path, header: str) -> None:
-    """Raise a ValueError if a file is of no hazard curve; warn if it is of one that is not the mean."""
+    """Raise a ValueError if a file has no hazard curve; warn if its hazard curve is not the mean."""
     found = re.search(r"kind='([^']*)'", header)
     kind = found[1] if found else "mean"
     if not re.fullmatch(r"mean|max|quantile-[\d.]+|rlz-\d+|\d+", kind):
         raise ValueError(
-            f"{path}: it is of kind={kind!r}, whose values are no probabilities of exceedance (of 'std', standard "
-            "deviations over the logic tree): take the file of kind='mean'"
+            f"{path} is of kind={kind!r}, whose values are not probabilities of exceedance (for 'std' they are "
+            "standard deviations over the logic tree): read the file of kind='mean'"
         )
     if kind.startswith(("quantile", "max")):
         warn_caller(
-            f"{path}: the hazard curve is of kind={kind!r}: rates and losses computed with it are not means; for those "
-            "take the file of kind='mean'"
+            f"{path}: the hazard curve is of kind={kind!r}, so rates and losses computed with it are not means; for "
+            "means read the file of kind='mean'"
         )
 
 
@@ -92,7 +92,9 @@ def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) ->
     of_folder = measure_named(folder)
     named = measure or (folder if of_folder and of_folder.level_units == "g" else None)
     if named is None:
-        raise ValueError(f"{path}: its folder's name is no intensity measure (PGA, SA0P2): give measure='SA(0.2)'")
+        raise ValueError(
+            f"{path}: the name of its folder is not an intensity measure (such as PGA, SA0P2): give measure='SA(0.2)'"
+        )
     place = _row_of_site(path, header, rows[1:], site, first_line=2)
     row, where = rows[1 + place], f"{path}, line {2 + place}"
     intensity = np.array([float(header[i]) for i in columns])
@@ -101,7 +103,7 @@ def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) ->
 
 
 def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.ndarray, np.ndarray, str]:
-    """Read the JSON of the services: `hazardCurves` of today's, a list of `yvalues` of those before 2022."""
+    """Read the JSON of the services: with `hazardCurves`, or (before 2022) a list with `yvalues`."""
     try:
         response = json.loads(text)["response"]
         found: dict[str, Points] = {}
@@ -116,24 +118,24 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
             found[name] = values
     except (KeyError, TypeError, ValueError, StopIteration) as error:
         raise ValueError(
-            f"{path}: not the JSON of a USGS hazard service: it needs response.hazardCurves with imt.value and, of the "
-            "component 'Total', xs and ys"
+            f"{path}: not the JSON of a USGS hazard service: it needs response.hazardCurves with imt.value, and xs "
+            "and ys of the component 'Total'"
         ) from error
     if twice:
         raise ValueError(
-            f"{path} has {twice} twice, as of several sites or ground conditions: request one curve of each measure"
+            f"{path} has {twice} twice, perhaps for several sites or ground conditions: request one curve per measure"
         )
     wanted = spectral_name(measure) if measure else None
     if wanted is None and len(found) == 1:
         wanted = next(iter(found))
     if wanted not in found:
-        asked = f"has no measure {measure!r}" if measure else "holds several intensity measures: give measure="
+        asked = f"has no measure {measure!r}" if measure else "has several intensity measures: give measure="
         raise ValueError(f"{path} {asked}; it has {', '.join(found)}")
     return *_positive(path, *found[wanted]), wanted
 
 
 def _csv_lines(path: str | Path, lines: Sequence[str]) -> list[list[str]]:
-    """Return the rows of a file, whose columns have names of their own, without blanks around values."""
+    """Return the rows of a file without blanks around values; column names must differ."""
     try:
         check_separator(lines[0] if lines else "")
         rows = [[value.strip() for value in row] for row in csv.reader(lines) if any(row)]
@@ -146,7 +148,7 @@ def _csv_lines(path: str | Path, lines: Sequence[str]) -> list[list[str]]:
 def _row_of_site(
     path: str | Path, header: Sequence[str], rows: Sequence[Sequence[str]], site: Any, *, first_line: int
 ) -> int:
-    """Return the row of a site by its place or name, or the only row."""
+    """Return the index of the row of a site, found by coordinates or name, or of the only row."""
     if not rows:
         raise ValueError(f"{path}: the file has no site")
     if site is None:
@@ -159,7 +161,7 @@ def _row_of_site(
             raise ValueError(f"{path} has no site {site!r}; it has {', '.join(names[:8]) or 'no names'}")
         if names.count(site) > 1:
             raise ValueError(
-                f"{path} has the site {site!r} in {names.count(site)} lines: leave one of them in the file"
+                f"{path} has the site {site!r} in {names.count(site)} lines: keep one of these lines in the file"
             )
         return names.index(site)
     if not isinstance(site, Sequence) or len(site) != 2:
@@ -176,7 +178,7 @@ def _row_of_site(
     if len(same) > 1 and any(list(rows[each]) != list(rows[same[0]]) for each in same):
         raise ValueError(
             f"{path} has several sites at longitude {site[0]:g}, latitude {site[1]:g}: lines "
-            f"{', '.join(str(first_line + each) for each in same)}; leave one of them in the file"
+            f"{', '.join(str(first_line + each) for each in same)}; keep one of these lines in the file"
         )
     if apart[nearest] > SAME_PLACE:
         raise ValueError(
@@ -187,7 +189,7 @@ def _row_of_site(
 
 
 def _positive(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
-    """Leave out the points without hazard, which stand beyond the largest motion."""
+    """Remove the points without hazard, beyond the largest motion."""
     if not np.all(rate >= 0):
         raise ValueError(f"{path}: annual rates must be numbers of at least 0")
     kept = rate > 0

@@ -1,1 +1,1 @@
-"""Integrals of fragility curves over hazard curves: in closed form of lognormal curves, by quadrature of any other."""
+"""Integrals of fragility curves over hazard curves: closed form for lognormal curves, quadrature for all others."""

@@ -1,8 +1,8 @@
-"""Limits of the intensities of fragility curves, as OpenQuake's NRML files have them: noDamageLimit, minIML and maxIML.
+"""Limits of the intensities of fragility curves, as in OpenQuake's NRML files: noDamageLimit, minIML and maxIML.
 
-The engine clips intensities to minIML and maxIML, and then takes a probability of 0 at or below noDamageLimit
-(openquake.risklib.scientific, FragilityFunctionContinuous). Of points, between which it interpolates, noDamageLimit is
-one more point, of probability 0, if it lies below the first.
+The engine clips intensities to minIML and maxIML, and sets the probability to 0 at or below noDamageLimit
+(openquake.risklib.scientific, FragilityFunctionContinuous). If curves are points, noDamageLimit is one more point of
+probability 0, provided that it lies below the first point.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from warpdyn.answers.risk.curves.shapes import Shape, Table
 from warpdyn.answers.risk.hazard_curves import HazardLogicTree
-from warpdyn.answers.risk.integrals.lognormal import LognormalShape
 from warpdyn.answers.risk.integrals.quadrature import NumericalShape
 from warpdyn.foundations.core.checks import real_number
 
 NO_DAMAGE, MINIMUM, MAXIMUM = "no_damage_limit", "minimum_intensity", "maximum_intensity"
-REACH = 9.0  # dispersions from the median beyond which 0 or 1 is left to rounding, of a normal distribution
-ABOVE = 1 + 1e-9  # times the limit without damage, the next intensity that a function with a step there is given at
+REACH = 9.0  # dispersions from the median beyond which a lognormal curve is 0 or 1 to rounding
+ABOVE = 1 + 1e-9  # the next intensity after the limit without damage, over this limit, in functions with a step there
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,9 @@ class IntensityLimits:
     """The limits of the intensities of one dataset of curves.
 
     Args:
-        no_damage: Intensity up to which there is no damage [units of the curves]; 0 if there is none.
-        minimum: Intensity below which curves keep the value that they have there; 0 if there is none.
-        maximum: Intensity above which they do; infinite if there is none.
+        no_damage: Intensity up to which there is no damage [units of the curves]; 0 without this limit.
+        minimum: Intensity below which curves are constant [units of the curves]; 0 without this limit.
+        maximum: Intensity above which curves are constant [units of the curves]; infinite without this limit.
     """
 
     no_damage: float = 0.0
@@ -38,14 +38,14 @@ class IntensityLimits:
 
     @classmethod
     def of(cls, function: str, curves: xr.Dataset) -> IntensityLimits:
-        """Return the limits that the attributes of a dataset say, as `read_nrml_fragility` sets them.
+        """Return the limits in the attributes of a dataset, as `read_nrml_fragility` sets them.
 
         Args:
-            function: The public function, in errors.
+            function: The public function, for messages.
             curves: The dataset.
 
         Raises:
-            ValueError: If a limit is no number of at least 0, or the maximum is not above the minimum.
+            ValueError: If a limit is not a number of at least 0, or the maximum is not above the minimum.
         """
         given = {
             name: real_number(f"{function}: attribute {name!r} of the curves", curves.attrs[name], least=0)
@@ -55,46 +55,40 @@ class IntensityLimits:
         found = cls(given.get(NO_DAMAGE, 0.0), given.get(MINIMUM, 0.0), given.get(MAXIMUM, np.inf))
         if not found.maximum > found.minimum:
             raise ValueError(
-                f"{function}: the curves' attribute {MAXIMUM!r} is {found.maximum:g}; it must be above {MINIMUM!r}, "
-                f"which is {found.minimum:g}"
+                f"{function}: the attribute {MAXIMUM!r} of the curves is {found.maximum:g}; it must be above the "
+                f"attribute {MINIMUM!r}, {found.minimum:g}"
             )
         return found
 
     @property
     def begin(self) -> float:
-        """Intensity below which curves are level: at 0, or at their value at the minimum; 0 if they are not limited."""
+        """Intensity below which curves are constant: 0, or their value at the minimum."""
         return max(self.no_damage, self.minimum)
 
     def __bool__(self) -> bool:
         return self != IntensityLimits()
 
     def clipped(self, intensity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return intensities at which curves are evaluated instead, and whether there is damage at each of them."""
+        """Return the intensities at which curves are evaluated, and whether there is damage at each intensity."""
         found = np.clip(intensity, self.minimum, self.maximum)
         return found, found > self.no_damage
 
     def rate_below_minimum(self, hazard: HazardLogicTree) -> float:
-        """Return the annual rate of intensities from the hazard's first point to the minimum, if there is damage there.
-
-        Args:
-            hazard: The hazard, of the same unit.
-        """
+        """Return the annual rate of intensities from the hazard's first point to the minimum, if they cause damage."""
         if self.minimum <= self.no_damage:
             return 0.0
         parts = [max(0.0, each.annual_rate[0] - float(each.rate_of(self.minimum))) for each in hazard.curves]
         return float(hazard.weights @ parts)
 
     def with_step(self, levels: np.ndarray) -> np.ndarray:
-        """Return intensities with two more at the step from no damage, if it lies between them."""
+        """Return intensities with both sides of the step at the limit without damage, if it lies among them."""
         if self.no_damage < self.minimum or not levels[0] <= self.no_damage < levels[-1]:
             return levels
         return np.union1d(levels, [self.no_damage, self.no_damage * ABOVE])
 
 
-def limited_shape(
-    shape: LognormalShape | NumericalShape, limits: IntensityLimits, median: np.ndarray, dispersion: np.ndarray
-) -> NumericalShape:
-    """Return a shape whose curves are those of another, with limits of the intensities.
+def limited_shape(shape: Shape, limits: IntensityLimits, median: np.ndarray, dispersion: np.ndarray) -> NumericalShape:
+    """Return the shape of curves with limits of the intensities.
 
     Args:
         shape: The shape without limits.
@@ -113,22 +107,17 @@ def limited_shape(
     ends = np.array([limits.begin, limits.maximum])
     kinks = np.array([each for each in {limits.no_damage, limits.minimum, limits.maximum} if 0 < each < np.inf])
     if limits.begin > 0:
-        # Level below; a level above 0 counts down to the first point of the hazard curve, as of tables.
+        # Constant below: a value above 0 counts down to the first point of the hazard curve, as for tables.
         begin = np.log(limits.begin / median) / dispersion
         reach, tail = np.stack([begin, np.maximum(reach[1], begin)]), np.inf
     low, high = shape.usual(median, dispersion)
     drawn = np.log([np.clip(low, *ends), np.clip(high, *ends)] / median) / dispersion
-    return NumericalShape(curve, reach, drawn, width=width, tail=tail, kinks=kinks)
+    return NumericalShape(f"{shape.name} with limits", curve, reach, drawn, width=width, tail=tail, kinks=kinks)
 
 
-def limited_table(levels: np.ndarray, probable: np.ndarray, limits: IntensityLimits) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points of curves that are linear between them, with limits of the intensities.
-
-    Args:
-        levels: Intensities, increasing, shape [point].
-        probable: Probabilities, shape [damage_state, point].
-        limits: The limits.
-    """
+def limited_table(table: Table, limits: IntensityLimits) -> Table:
+    """Return the points of curves with limits of the intensities."""
+    name, levels, probable = table
     if 0 < limits.no_damage < levels[0]:
         levels = np.append(limits.no_damage, levels)
         probable = np.concatenate([np.zeros((len(probable), 1)), probable], axis=1)
@@ -136,4 +125,4 @@ def limited_table(levels: np.ndarray, probable: np.ndarray, limits: IntensityLim
     points = np.union1d(levels, more)
     points = points[points >= limits.no_damage]
     clipped = np.clip(points, limits.minimum, limits.maximum)
-    return points, np.stack([np.interp(clipped, levels, row) for row in probable])
+    return Table(name, points, np.stack([np.interp(clipped, levels, row) for row in probable]))

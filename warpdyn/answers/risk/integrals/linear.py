@@ -8,16 +8,16 @@ from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 
 def begin_of(curve: HazardCurve, levels: np.ndarray) -> float:
-    """Return the intensity at which a function that is linear between levels begins to count.
+    """Return the intensity at which the integral of a function that is linear between levels begins.
 
     A function that begins at 0 counts from the first point of the hazard curve, or from its own second level if that is
-    lower: below, the rate of the extrapolated hazard has no bound.
+    lower: below, the rate of the extrapolated hazard is unbounded.
     """
     return float(levels[0] if levels[0] > 0 else min(curve.intensity[0], levels[1]))
 
 
 def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a function above an intensity, which begins with its loss there."""
+    """Return the part of a function above an intensity; it begins with the loss at this intensity."""
     if start <= levels[0]:
         return levels, mean
     above = levels > start
@@ -36,8 +36,8 @@ def loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> fl
     low, log_ratio = edges[:-1], np.diff(np.log(edges))
     segment = np.clip(np.searchsorted(curve.intensity, low, side="right") - 1, 0, curve.slopes.size - 1)
     power = 1 - curve.slopes[segment]
-    is_one = power == 0  # where the integral of 1 / x is a logarithm
+    is_one = power == 0  # then the integral of 1 / x is a logarithm
     width = np.where(is_one, log_ratio, np.expm1(power * log_ratio) / np.where(is_one, 1.0, power))
-    # By parts: the loss at the first level, and its rise from edge to edge at the rate of the intensities between.
+    # Integration by parts: the loss at the first level, and its rise between edges times the rates in between.
     rise = np.diff(np.interp(edges, levels, mean)) / np.diff(edges)
     return float(mean[0] * curve.rate_of(levels[0]) + rise @ (curve.rate_of(low) * low * width))

@@ -6,7 +6,7 @@ dispersion beta, the rate at which capacities within the segment (a, b) are exce
     lambda_r (theta / x_r)^-k exp(k^2 beta^2 / 2) (Phi(z_b + k beta) - Phi(z_a + k beta)),  z = ln(x / theta) / beta,
 
 and the sum over the segments is the annual rate of the damage state (Cornell and others 2002, J. Struct. Eng. 128(4),
-equation 5, has the case of one segment from 0 to infinity). Terms are positive, so that nothing cancels.
+equation 5, has the case of one segment from 0 to infinity). All terms are positive, so rounding errors stay small.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import log_ndtr, ndtr
 
-from warpdyn.answers.fragility.lognormal_fit import probability
+from warpdyn.answers.fragility.estimators import LOGNORMAL
 from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for each power-law segment of the hazard"
-_FARTHEST = 40.0  # in ln(intensity) from the hazard's points; curves that cross farther out cross where nothing happens
+_FARTHEST = 40.0  # in ln(intensity) from the hazard's points; crossings farther out do not matter
 
 
 class LognormalShape:
-    """Lognormal fragility curves, integrated in closed form; the functions are those of `NumericalShape`."""
+    """Lognormal fragility curves, integrated in closed form; with the functions of `NumericalShape`."""
 
-    method = SOURCE
+    name, method = LOGNORMAL.name, SOURCE
 
     def usual(self, median: np.ndarray, dispersion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the intensities between which curves are drawn, each of shape [damage_state]."""
@@ -32,7 +32,7 @@ class LognormalShape:
 
     def probability(self, intensity: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
         """Return the probability of exceedance at intensities [point], shape [..., damage_state, point]."""
-        return probability(intensity, median[..., None], dispersion[..., None])
+        return LOGNORMAL.probability(intensity, median[..., None], dispersion[..., None])
 
     def rates(
         self, hazard: HazardCurve, median: np.ndarray, dispersion: np.ndarray, *, ordered: bool = False
@@ -43,11 +43,11 @@ class LognormalShape:
             hazard: The curve.
             median: Median capacity [units of the hazard], shape [..., damage_state].
             dispersion: Dispersion of the capacity [1], of the same shape.
-            ordered: Whether a heavier state is taken to be no likelier than a lighter one at any intensity.
+            ordered: Whether a heavier state is at most as likely as a lighter one at every intensity.
         """
         if not ordered:
             return rates_by_segment(hazard, median, dispersion).sum(axis=-1)
-        # Between two intensities at which curves cross, the lower one of two is the same throughout.
+        # Between two crossings the same curve is the lowest.
         mean = np.log(median)
         first, second = np.triu_indices(median.shape[-1], 1)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -55,7 +55,7 @@ class LognormalShape:
                 dispersion[..., second] - dispersion[..., first]
             )
         points = np.log(hazard.intensity)
-        # Of curves that never cross an edge stands where it parts nothing.
+        # Curves that never cross have an edge at the first point, where it has no effect.
         crossing = np.where(np.isfinite(crossing), crossing, points[0])
         crossing = np.clip(crossing, points[0] - _FARTHEST, points[-1] + _FARTHEST)
         merged = np.sort(
@@ -68,12 +68,12 @@ class LognormalShape:
     def rates_by_bin(
         self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the part of the annual rates that comes from intensities within each bin, as the function does."""
+        """Return the rates from the intensities of each bin; see the function `rates_by_bin`."""
         return rates_by_bin(hazard, edges, median, dispersion)
 
 
 def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-    """Return the part of the annual rate of exceedance of each capacity that lies between points of the hazard curve.
+    """Return the rates at which capacities below, between and above the points of a hazard curve are exceeded.
 
     Args:
         hazard: The curve.
@@ -81,7 +81,7 @@ def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.nda
         dispersion: Dispersion of the capacity [1], of the same shape, above 0.
 
     Returns:
-        Rates [1/year] of capacities below the first point, between each two and above the last, shape [..., point + 1].
+        Rates [1/year], shape [..., point + 1].
     """
     return _rates_of_pieces(hazard, np.log(hazard.intensity), median, dispersion)
 
@@ -89,9 +89,7 @@ def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.nda
 def rates_by_bin(
     hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the part of the annual rate of exceedance that comes from intensities within each bin.
-
-    That is the integral of the fragility curve over the rate of occurrence of the bin's intensities.
+    """Return the integral of the fragility curve over the rate of occurrence of each bin's intensities.
 
     Args:
         hazard: The curve.
@@ -108,7 +106,7 @@ def rates_by_bin(
     below, whole = _rates_below(hazard, merged, median, dispersion)
     by_parts = below[..., np.searchsorted(merged, log_edges)]
     parts = np.diff(by_parts, axis=-1), by_parts[..., 0], whole - by_parts[..., -1]
-    # Where next to nothing comes from, the difference of two rates is their rounding.
+    # A negative difference of two rates is rounding.
     within, under, over = (np.maximum(part, 0.0) for part in parts)
     return within, under, over
 
@@ -116,12 +114,9 @@ def rates_by_bin(
 def _rates_below(
     hazard: HazardCurve, log_edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of the rates from intensities below each edge, shape [..., edge], and the whole rates.
-
-    Edges are those of `_rates_of_pieces`.
-    """
+    """Return the rates from intensities below each edge of `_rates_of_pieces`, shape [..., edge], and all rates."""
     pieces = _rates_of_pieces(hazard, log_edges, median, dispersion)
-    # Rate at which capacities below each edge are exceeded; by parts, the rate from intensities below it follows.
+    # The rate at which capacities below an edge are exceeded gives, by parts, the rate from intensities below it.
     below = np.cumsum(pieces[..., :-1], axis=-1)
     probable = ndtr((log_edges - np.log(median)[..., None]) / dispersion[..., None])
     return below - probable * hazard.rate_of(np.exp(log_edges)), pieces.sum(axis=-1)
@@ -130,9 +125,9 @@ def _rates_below(
 def _rates_of_pieces(
     hazard: HazardCurve, log_edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> np.ndarray:
-    """Return the rates of capacities between edges, which hold all points of the hazard curve, and outside of them.
+    """Return the rates of capacities below, between and above edges, which include all points of the hazard curve.
 
-    Edges increase along the last axis, and their shape goes together with [..., 1] of the medians.
+    Edges increase along the last axis and broadcast with the medians' shape [..., 1].
     """
     mean, spread = np.log(median)[..., None], np.asarray(dispersion)[..., None]
     log_x, log_rate = np.log(hazard.intensity), np.log(hazard.annual_rate)
@@ -142,12 +137,12 @@ def _rates_of_pieces(
     slope = hazard.slopes[segment]
     scale = log_rate[segment] + slope * (log_x[segment] - mean) + 0.5 * (slope * spread) ** 2
     low, high = ((part - mean) / spread + slope * spread for part in (edges[..., :-1], edges[..., 1:]))
-    # The mass between two values of the standard normal: of the tail that is smaller, in logarithms, as the factor
-    # before it grows as fast as the tail falls.
+    # The probability between two values of the standard normal, from the smaller tail and in logarithms, because
+    # `scale` grows as fast as the tail falls.
     mirrored = low > 0
     low, high = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
     larger, smaller = log_ndtr(high), log_ndtr(low)
     with np.errstate(divide="ignore", invalid="ignore"):
         mass = np.where(smaller == -np.inf, larger, larger + np.log1p(-np.exp(smaller - larger)))
-    with np.errstate(over="ignore"):  # a rate without a bound, of a very wide curve, is infinite
+    with np.errstate(over="ignore"):  # the rate of a very wide curve is infinite
         return np.exp(scale + mass)

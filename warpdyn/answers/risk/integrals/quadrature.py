@@ -1,9 +1,9 @@
 """Integrals of fragility curves of any shape over hazard curves, by Gauss-Legendre quadrature.
 
 The annual rate of a damage state is the integral of its fragility curve P over the rate of occurrence of intensities,
-P(u) k lambda(u) du with u = ln(intensity) and the slope k of the hazard curve. Panels end where the hazard curve has a
-point and the fragility curve a kink, so that the integrand is smooth on each. On panels of the width of a dispersion 16
-nodes are exact to rounding: the poles of loglogistic curves, the nearest, are sqrt(3) dispersions away.
+P(u) k lambda(u) du with u = ln(intensity) and the slope k of the hazard curve. Panels end at the points of the hazard
+curve and the kinks of the fragility curve, so the integrand is smooth on each panel. On panels as wide as a dispersion
+16 nodes are exact to rounding: the nearest poles, of loglogistic curves, are sqrt(3) dispersions away.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_STEEPEST = 8.0  # logarithm by which the hazard may fall on a panel
-_WIDEST = 1.0  # panel, in ln(intensity)
-_AT_A_TIME = 1 << 21  # probabilities that are held at once
+_STEEPEST = 8.0  # largest decrease of ln(hazard) on a panel
+_WIDEST = 1.0  # widest panel, in ln(intensity)
+_AT_A_TIME = 1 << 21  # probabilities in memory at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,19 +26,22 @@ class NumericalShape:
     """A shape of fragility curves that is integrated numerically; its curves differ by medians and dispersions.
 
     Args:
-        curve: Returns the probability of exceedance of intensities, shape [point], medians and dispersions, shape
+        name: Name of the shape.
+        curve: Returns the probability of exceedance for intensities, shape [point], and medians and dispersions, shape
             [..., damage_state, 1].
-        reach: Dispersions from the median between which the curves rise, shape [2, damage_state]: below the first the
-            probability is that of the tail, above the last it stays.
+        reach: Dispersions from the median between which the curves rise, shape [2, damage_state]: below, the
+            probability follows the tail; above, it is constant.
         drawn: Dispersions from the median between which curves are drawn, shape [2, damage_state].
-        width: Least scale of the curves, in dispersions; infinite between kinks of straight lines.
-        tail: Power of the intensity, times the dispersion, by which the probability falls below the reach; infinite
-            where nothing is left.
+        width: Smallest scale of the curves, in dispersions; infinite for straight lines between kinks.
+        tail: Power of the intensity, times the dispersion, with which the probability falls below the reach; infinite
+            if the probability is 0 there.
         kinks: Intensities at which the curves have kinks.
-        first_line: The intensity up to which curves are a line from 0; 0 if they begin elsewhere. Below the first point
-            of the hazard curve it is not followed, as the rate of extrapolated hazard has no bound there.
+        first_line: Intensity up to which curves are a line from 0; 0 without such a line. The part of the line below
+            the first point of the hazard curve does not count, because the rate of the extrapolated hazard is
+            unbounded there.
     """
 
+    name: str
     curve: Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
     reach: np.ndarray
     drawn: np.ndarray
@@ -67,10 +70,10 @@ class NumericalShape:
             hazard: The curve.
             median: Medians [units of the hazard], shape [..., damage_state].
             dispersion: Dispersions [1], of the same shape.
-            ordered: Whether a heavier state is taken to be no likelier than a lighter one at any intensity.
+            ordered: Whether a heavier state is at most as likely as a lighter one at every intensity.
 
         Returns:
-            The rates; infinite where the tail of a curve falls no faster than the extrapolated hazard rises.
+            The rates; infinite if the tail of a curve does not fall faster than the extrapolated hazard rises.
         """
         within, below, above = self._by_bin(hazard, hazard.intensity[[0, -1]], median, dispersion, ordered)
         return within.sum(axis=-1) + below + above
@@ -78,7 +81,7 @@ class NumericalShape:
     def rates_by_bin(
         self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the part of the annual rates that comes from intensities within each bin.
+        """Return the annual rates from the intensities of each bin.
 
         Args:
             hazard: The curve.
@@ -97,11 +100,11 @@ class NumericalShape:
         shape, states = median.shape, median.shape[-1]
         middle, spread = median.reshape(-1, states), dispersion.reshape(-1, states)
         parts = np.full((len(middle), states, edges.size + 1), np.nan)
-        # A state that a replicate has no curve of stays unknown; meanwhile it has that of another state.
+        # A state without a curve in a replicate stays NaN; until then it gets the curve of another state.
         known = np.isfinite(middle) & np.isfinite(spread)
         first = np.argmax(known, axis=1)[:, None]
         middle, spread = (np.where(known, part, np.take_along_axis(part, first, 1)) for part in (middle, spread))
-        # Rows of like dispersions have panels of like width.
+        # Rows of similar dispersions need panels of similar width.
         rows = np.flatnonzero(known.any(axis=1))
         rows = rows[np.argsort(spread[rows].min(axis=1))]
         while rows.size:
@@ -149,7 +152,7 @@ class NumericalShape:
         points = np.log(hazard.intensity)
         segment = np.clip(np.searchsorted(points, panels[:-1], side="right") - 1, 0, points.size - 2)
         slope = hazard.slopes[segment][:, None]
-        # Rates relative to the segment's, by the panel's slope: an end of a panel is rounded to either side of a point.
+        # Take the slope of the panel: its ends are rounded to either side of a point of the hazard curve.
         occurring = slope * hazard.annual_rate[segment][:, None] * np.exp(-slope * (nodes - points[segment][:, None]))
         at_nodes = np.append(nodes.ravel(), panels[[0, -1]])
         probable = np.where(known[..., None], self.probability(np.exp(at_nodes), median, dispersion), np.nan)

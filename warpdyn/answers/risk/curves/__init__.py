@@ -1,0 +1,1 @@
+"""Sets of fragility curves, their shapes, and warnings about them."""

@@ -1,0 +1,107 @@
+"""Warnings about fragility curves that cross, hazards that are extrapolated, and tables that end too early."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.answers.risk.curves.curve_set import CurveSet
+from warpdyn.answers.risk.hazard_curves import HazardCurve, HazardLogicTree
+from warpdyn.answers.risk.integrals.linear import begin_of
+from warpdyn.foundations.core.messages import warn_caller
+
+CUT_SHARE = 0.05  # largest share of a rate or loss that the ends of a table may decide without a warning
+EXTRAPOLATED_SHARE = 0.01  # largest share of an answer from beyond the points of the hazard curve without a warning
+CROSSING = 0.01  # largest probability by which a heavier state may be likelier than a lighter one without a warning
+AS_LIKELY = "the lower probability counts for both"
+
+
+def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
+    """Warn of states whose curves cross by more than `CROSSING`.
+
+    Args:
+        curves: The curves.
+        consequence: Treatment of the crossing states by the calling function.
+    """
+    levels = np.unique(np.geomspace(*curves.limited.usual(curves.median, curves.dispersion), 61))
+    excess = np.diff(curves.probability(levels), axis=0).max(axis=1, initial=0.0)
+    for i in np.flatnonzero(excess > CROSSING):
+        warn_caller(
+            f"the fragility curves of {curves.names[i]!r} and {curves.names[i + 1]!r} cross: the heavier state is "
+            f"likelier by up to {100 * excess[i]:.2g} %; {consequence}. fragility(..., estimator='ordinal') fits "
+            "curves that do not cross"
+        )
+
+
+def warn_of_extrapolation(
+    names: tuple[str, ...], shares: np.ndarray, curves: tuple[HazardCurve, ...], what: str
+) -> None:
+    """Warn of shares of an answer that come from beyond the points of the hazard.
+
+    Args:
+        names: Damage states, or other names that begin with "the".
+        shares: Their shares from below and from above, shape [2, name].
+        curves: The branches of the hazard.
+        what: The answer.
+    """
+    units = curves[0].units
+    ends = (
+        f"below the first point of the hazard curve ({min(each.intensity[0] for each in curves):.3g} {units})",
+        f"above the last point of the hazard curve ({max(each.intensity[-1] for each in curves):.3g} {units})",
+    )
+    for side, row in zip(ends, shares, strict=True):
+        found = [
+            f"{float(f'{100 * share:.2g}'):g} % of {name if name.startswith('the ') else repr(name)}"
+            for name, share in zip(names, row, strict=True)
+            if share > EXTRAPOLATED_SHARE
+        ]
+        if found:
+            warn_caller(
+                f"{what}: {', '.join(found)} comes from intensities {side}, where the hazard is extrapolated with the "
+                "slope of its end segment: give a hazard curve that reaches further"
+            )
+
+
+def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree, rate: np.ndarray) -> None:
+    """Warn of tables whose first or last probability decides more than `CUT_SHARE` of the annual rates."""
+    _warn_of_minimum(function, curves, hazard, rate)
+    if curves.table is None:
+        return
+    _, levels, probable = curves.table
+    for name, whole, row in zip(curves.names, rate, probable, strict=True):
+        begins = [begin_of(each, levels) for each in hazard.curves]
+        at_begin = [
+            np.interp(x, levels, row) * float(each.rate_of(x)) for x, each in zip(begins, hazard.curves, strict=True)
+        ]
+        is_limit = 0 < levels[0] <= curves.limits.no_damage  # there is no damage below
+        if hazard.weights @ at_begin > CUT_SHARE * whole > 0 and not is_limit:
+            begin = max(begins)
+            advice = (
+                "start the curve where the probability is near 0"
+                if levels[0] > 0
+                else "the hazard curve has no point there; give a hazard curve that begins lower"
+            )
+            warn_caller(
+                f"{function}: the fragility curve of {name!r} begins at {begin:g} {curves.units} with a probability of "
+                f"{np.interp(begin, levels, row):.3g}, and 0 is assumed below: {advice}"
+            )
+        is_maximum = levels[-1] >= curves.limits.maximum  # the curve is constant above by definition
+        if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole and not is_maximum:
+            warn_caller(
+                f"{function}: the fragility curve of {name!r} ends at {levels[-1]:g} {curves.units} with a probability "
+                f"of {row[-1]:.3g}, and this value is assumed above: give the curve up to higher intensities"
+            )
+
+
+def _warn_of_minimum(function: str, curves: CurveSet, hazard: HazardLogicTree, rate: np.ndarray) -> None:
+    """Warn of curves whose probability below their minimum intensity decides more than `CUT_SHARE` of the rates."""
+    least, below = curves.limits.minimum, curves.limits.rate_below_minimum(hazard)
+    if below == 0:
+        return
+    for name, whole, probable in zip(curves.names, rate, curves.probability(np.array([least]))[:, 0], strict=True):
+        if probable * below > CUT_SHARE * whole > 0:
+            warn_caller(
+                f"{function}: below its minimum intensity of {least:g} {curves.units} (minIML) the fragility curve of "
+                f"{name!r} keeps its probability of {probable:.3g}, which is {100 * probable * below / whole:.2g} % "
+                "of the rate, down to the first point of the hazard curve: set curves.attrs['no_damage_limit'] to an "
+                "intensity that causes no damage"
+            )
