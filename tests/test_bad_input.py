@@ -335,7 +335,7 @@ NO_BUILDING = {
 NO_DATASET = {
     "modal_table": (wd.modal_table, "; give building.modal()"),
     "write": (lambda given: wd.write(given, "run.nc"), ""),
-    "summary": (wd.summary, "; give what simulate() returned"),
+    "summary": (wd.summary, "; pass the result of simulate()"),
     "fragility": (lambda given: wd.fragility(given, LIMITS), "; give what simulate() returned"),
     "damage_shares": (
         lambda given: wd.damage_shares(given, {"A": LIMITS}),
@@ -370,7 +370,7 @@ OTHER_DATASETS = {
         lambda: wd.modal_table(xr.Dataset({"period": 1.0})),
         "the dataset has no effective_mass_ratio: give building.modal()",
     ),
-    "summary of modes": (lambda: wd.summary(building().modal()), "has no status, integration_step: give what simulate"),
+    "summary of modes": (lambda: wd.summary(building().modal()), "has no status, integration_step: pass the result of simulate"),
 }
 
 
