@@ -228,9 +228,13 @@ def test_readers_of_r2d_read_the_files_back(name, tmp_path):
     assert again["id"].tolist() == RESULTS["id"].tolist()
     np.testing.assert_allclose(again["plan_area"], RESULTS["plan_area"], rtol=1e-10)  # ten digits after the point
     renamed = RESULTS.rename(columns={"plan_area": "PlanArea"})
-    feet = read(wd.write_building_results(renamed, path))
+    with pytest.raises(FileExistsError, match=r"not a table with the same columns.*overwrite=True"):
+        wd.write_building_results(renamed, path)
+    assert read(wd.write_building_results(RESULTS, path))["id"].tolist() == RESULTS["id"].tolist()
+    feet = read(wd.write_building_results(renamed, path, overwrite=True))
     np.testing.assert_allclose(feet["plan_area"], RESULTS["plan_area"] * 0.3048**2, rtol=1e-10)
-    feet = read(wd.write_building_results(RESULTS.rename(columns={"plan_area": "A"}), path), columns={"plan_area": "A"})
+    renamed = RESULTS.rename(columns={"plan_area": "A"})
+    feet = read(wd.write_building_results(renamed, path, overwrite=True), columns={"plan_area": "A"})
     np.testing.assert_allclose(feet["plan_area"], RESULTS["plan_area"] * 0.3048**2, rtol=1e-10)
 
 
@@ -327,7 +331,7 @@ def test_what_is_no_table_of_results_is_refused_before_a_file_is_made(name, tmp_
 
 
 def test_parquet_needs_its_library_and_its_column(tmp_path, monkeypatch):
-    with pytest.raises(ValueError, match="a column 'geometry', which the file needs"):
+    with pytest.raises(ValueError, match="GeoParquet needs the column name 'geometry'"):
         wd.write_building_results(RESULTS.assign(geometry=1), tmp_path / "a.parquet")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(ImportError, match=r'pip install "pyarrow>=17", or write CSV, GeoJSON or netCDF'):
