@@ -350,7 +350,7 @@ NO_DATASET = {
         "; give what simulate() returned of a portfolio",
     ),
     "select_storeys": (lambda given: wd.select_storeys(given, 1, 2), "; give what simulate() returned"),
-    "plots.fragility_curves": (plots.fragility_curves, "; draw what fragility(run, limits) returned"),
+    "plots.fragility_curves": (plots.fragility_curves, "; draw the result of fragility(run, limits)"),
     "plots.drift_over_height": (plots.drift_over_height, "; draw a run"),
     "plots.drift_against_intensity": (plots.drift_against_intensity, "; draw a run"),
     "plots.spectra": (plots.spectra, "; draw what response_spectra("),

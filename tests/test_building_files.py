@@ -319,7 +319,7 @@ def test_what_is_no_table_of_results_is_refused_before_a_file_is_made(name, tmp_
             edited("latitude", 90.5),
             r"latitude of '001' .* is 90.5; it must be from -90 to 90 \[degree\]; .* swapped\?",
         ),
-        (swapped, r"latitude of '000' .* is 100.333, .* are longitude and latitude swapped\?"),
+        (swapped, r"latitude of '000' .* is 100.333; .* are longitude and latitude swapped\?"),
         (edited("probability_slight", -0.1), r"probability_slight of '001' \(row 1\) is -0.1; it must be from 0 to 1"),
         (edited("probability_slight", 1.1), r"probability_slight of '001' \(row 1\) is 1.1; it must be from 0 to 1"),
         (edited("standard_error_slight", -1), r"standard_error_slight of '001' .* must be finite and at least 0"),

@@ -136,7 +136,7 @@ def test_curves_written_as_of_another_measure_are_warned_of(tmp_path):
         with pytest.warns(UserWarning, match=r"'A': the intensities are 'Sa\(0.3 s, 5 %\)' but are written as"):
             wd.write_nrml_fragility(curves, tmp_path / "model.xml", measure=measure)
     unknown = {"A": make_curves(measure="Housner intensity")}
-    with pytest.warns(UserWarning, match="of 'Housner intensity', and are written as if they were of PGA"):
+    with pytest.warns(UserWarning, match="are 'Housner intensity' but are written as PGA"):
         wd.write_nrml_fragility(unknown, tmp_path / "model.xml", measure="PGA")
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -61,7 +61,7 @@ def test_what_a_file_of_consequences_has_instead_is_named(tmp_path):
     ):
         wd.read_consequences(file(tmp_path, text))
     for values, message in (
-        ("0.5,0.1", "the share falls from 0.5 of 'slight' to 0.1"),
+        ("0.5,0.1", "the share falls from 0.5 for 'slight' to 0.1"),
         ("0.5,1.1", "from 0 to 1 .*got '1.1'"),
         ("nan,1", "got 'nan'"),
         ("-0.1,1", "got '-0.1'"),

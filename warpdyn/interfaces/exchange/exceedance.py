@@ -90,6 +90,6 @@ def check_exceedance(what: str, states: list[str], levels: np.ndarray, probabili
                 f"{what}: the curves of {states[lighter]!r} and {states[lighter + 1]!r} cross: at {levels[worst]:.4g} "
                 f"{units} the probability of exceeding the heavier state is {probability[lighter + 1, worst]:.4g}, "
                 f"that of the lighter state {probability[lighter, worst]:.4g}. The share of buildings in the lighter "
-                f"state would be negative (beyond -{LARGEST_CROSSING:g}). Give both states the same dispersion, or write a "
-                "range of intensities in which the curves do not cross"
+                f"state would be negative (beyond -{LARGEST_CROSSING:g}). Give both states one dispersion, or write "
+                "a range of intensities in which the curves do not cross"
             )

@@ -198,7 +198,7 @@ def _limit_of_scene(run: xr.Dataset) -> float | None:
 def _building_alone(run: xr.Dataset) -> tuple[np.ndarray | None, xr.Dataset]:
     """Return the peak accelerations of the base slab, and the run without isolators and tuned mass damper.
 
-    The accelerations are None for a building without isolators at its base, or a run without accelerations.
+    For a building without isolators at its base, or a run without accelerations, the accelerations are missing (None).
     """
     if STOREY_KIND not in run.coords or not run[STOREY_KIND].values.any():
         return None, run
