@@ -35,7 +35,7 @@ def measure(case: Case) -> Measured:
         end.synchronize()
         return start.elapsed_time(end) / 1e3
 
-    run()  # which compiles it
+    run()  # compiles the kernel
     return Measured(least_seconds(run), peaks.copy_to_host().T)
 
 

@@ -43,7 +43,7 @@ def work_precision(dataset: xr.Dataset) -> Figure:
     """Draw, for every ensemble, the time per sample over the error of the peak drift.
 
     Args:
-        dataset: What studies/accuracy_speed.py writes.
+        dataset: Dataset written by studies/accuracy_speed.py.
     """
     figure = Figure(figsize=(15, 9.5), layout="constrained")
     axes = figure.subplots(2, 3)
@@ -62,7 +62,7 @@ def residual_drift(dataset: xr.Dataset) -> Figure:
     """Draw, for yielding ensembles, the time per sample over the error of the residual drift, and the median errors.
 
     Args:
-        dataset: What studies/accuracy_speed.py writes.
+        dataset: Dataset written by studies/accuracy_speed.py.
     """
     recorded = np.isfinite(dataset["error"].sel(demand="residual_drift_ratio")).any(
         ["method", "dtype", "step", "statistic"]
@@ -157,7 +157,7 @@ def promises(dataset: xr.Dataset) -> Figure:
     """Draw the estimated errors over the true errors, and the choices of `plan` over the best points.
 
     Args:
-        dataset: What studies/accuracy_speed.py writes.
+        dataset: Dataset written by studies/accuracy_speed.py.
     """
     figure = Figure(figsize=(13, 5.6), layout="constrained")
     left, right = figure.subplots(1, 2)

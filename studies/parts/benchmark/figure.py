@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 from parts.benchmark.cases import LABELS
 from parts.benchmark.report import beside_peers, measurements
 
-# Okabe and Ito's colours, distinct for any colour vision.
+# Colours by Okabe and Ito, distinct also for colour-blind readers.
 BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
     "black",
     "#D55E00",
@@ -38,7 +38,7 @@ def draw(result: xr.Dataset) -> Figure:
     """Draw the benchmark: kernels and peers of each device, the main job, and the scaling.
 
     Args:
-        result: What studies/benchmark.py writes.
+        result: Dataset written by studies/benchmark.py.
     """
     kernels = measurements(result, "kernels")
     peers, own = beside_peers(result), kernels[kernels["peer"] == "warpdyn"]

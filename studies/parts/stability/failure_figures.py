@@ -13,7 +13,7 @@ def chain(dataset: xr.Dataset) -> Figure:
     """Draw the longest steps of a 20-storey chain with four dampings, and the misleading limit of one of them.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -55,7 +55,7 @@ def bouc_wen(dataset: xr.Dataset) -> Figure:
     """Draw z of a pushed Bouc-Wen storey, and how far it stays from its bound, over the step.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -85,7 +85,7 @@ def yielding(dataset: xr.Dataset) -> Figure:
     """Draw peak drifts of storeys that yield under two of Newmark's methods, and histories that end well.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 8.4), layout="constrained")
     axes = figure.subplots(2, 2)
@@ -134,7 +134,7 @@ def clock(dataset: xr.Dataset) -> Figure:
     """Draw the seed frame's error over the step in float32 and float64, and the error of time that is summed.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, distinct for any colour vision, and a grey.
+# Colours by Okabe and Ito, distinct also for colour-blind readers, and a grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "0.55")
 STYLES = ("-", "--", ":")
 MEASURED, FAINT = "#F0E442", "0.6"
@@ -39,7 +39,7 @@ def growth(dataset: xr.Dataset) -> Figure:
     """Draw each method's map of growth with its limit, measured over theoretical.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(15, 8.2), layout="constrained")
     axes = figure.subplots(3, 6, sharex=True, sharey=True)
@@ -77,7 +77,7 @@ def limits(dataset: xr.Dataset) -> Figure:
     """Draw all limits over the damping ratio, and how far the measured ones are from the theoretical ones.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -106,7 +106,7 @@ def accuracy(dataset: xr.Dataset) -> Figure:
     """Draw period error and numerical damping over the step in periods.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(14, 5.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -145,7 +145,7 @@ def rk4(dataset: xr.Dataset) -> Figure:
     """Draw undamped motions under RK4 on either side of its limit.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
