@@ -42,7 +42,7 @@ COLUMNS: dict[str, tuple[str, str, Any]] = {
     "law": ("storey law", "1", ""),
     "storeys": ("storeys", "1", 0),
     "dtype": ("number type", "1", ""),
-    "method": ("time integration method, of warpdyn's rows and of the peer beside every law", "1", ""),
+    "method": ("time integration method, of warpdyn, and of the peer for every law", "1", ""),
     "recorders": ("what is recorded: peak drifts, or all that is by default", "1", ""),
     "steps": ("steps of the base motion", "1", 0),
     "substeps": ("integration steps in each of them", "1", 1),

@@ -35,7 +35,7 @@ def read_arguments() -> argparse.Namespace:
     parser.add_argument("--largest", type=int, default=256, help="most structures of a crossed design [%(default)s]")
     parser.add_argument("--shortest", type=float, default=0.0, help="shortest step that is charted [s]")
     parser.add_argument("--truth", type=Path, help="file that this study wrote on another device")
-    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="files to draw beside, from other devices")
+    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="further files to draw, from other devices")
     return parser.parse_args()
 
 

@@ -36,7 +36,7 @@ BASE_MASS = float(BUILDING.parameters["mass"][0])
 ISOLATED_MASS = BASE_MASS + float(BUILDING.parameters["mass"].sum())
 AFTER_YIELD = ISOLATED_MASS * (2 * np.pi / 2.5) ** 2
 BUILDINGS = {
-    "as it is": BUILDING,
+    "without devices": BUILDING,
     "tuned mass damper": BUILDING.with_tuned_mass_damper(0.05),
     "lead-rubber bearings": BUILDING.on_isolators(
         "lead_rubber_bearing",
@@ -112,7 +112,7 @@ def main() -> None:
     )
     result = demands.merge(curves, combine_attrs="drop_conflicts")
     result["building"].attrs = {"long_name": "building"}
-    title = "Fragility of a five-storey building as it is, on isolators and under a tuned mass damper"
+    title = "Fragility of a five-storey building without devices, on isolators and with a tuned mass damper"
     result.attrs |= netcdf.trace(title, "simulate, warpdyn.fragility")
     netcdf.write(result, target)
     save_figures({"isolation": draw(result)}, arguments.out)

@@ -72,7 +72,7 @@ def main() -> None:
         print(*(tuple(row.values()) for row in rows[-len(SHOWN) :]), sep="\n", flush=True)
     text = io.StringIO()
     text.write(f"# warpdyn {version('warpdyn')}, {processor()}, one of them used, {datetime.date.today():%Y-%m-%d}\n")
-    text.write("# Written by studies/law_methods.py, which says what is measured.\n")
+    text.write("# Written by studies/law_methods.py; its docstring describes the measurement.\n")
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

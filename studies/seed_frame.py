@@ -44,8 +44,8 @@ STATEMENT = (
     "The published peaks do not follow from the published parameters. Row 3 of the equations of motion, written for "
     "u3/2, is row 1 written for u1: 200 u'' + 60 u' + 40000 u = 30 u2' + 20000 u2, both from rest. So u3 = 2 u1 at "
     "all times, under any load on degree of freedom 2, any scaling of damping and stiffness, and any Runge-Kutta or "
-    "Newmark scheme; the published peaks have u3 = {ratio:.3f} u1. They are shown beside the exact solution and "
-    "nothing is tuned to them."
+    "Newmark scheme; the published peaks have u3 = {ratio:.3f} u1. They are shown with the exact solution; no "
+    "parameter is fitted to them."
 )
 
 Variable = tuple[str | tuple[str, ...], np.ndarray, dict[str, str]]

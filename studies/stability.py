@@ -46,7 +46,7 @@ YIELDING_METHODS = ("newmark_average", "newmark_linear")
 YIELDING_STEPS, YIELDING_COUNT = np.geomspace(0.1, 10, 121), 800
 SHOWN_YIELDING, LARGEST_DRIFT = np.array([0.2, 5.0]), 1e30
 CLOCK_STEPS, CLOCK_TIMES = np.array([1e-2, 1e-3, 1e-4, 1e-5]), np.linspace(0, 10, 501)
-STATUS_TEXT = "what the kernel says of the run: " + ", ".join(f"{i} {text}" for i, text in enumerate(STATUS_MEANINGS))
+STATUS_TEXT = "status of the run in the kernel: " + ", ".join(f"{i} {text}" for i, text in enumerate(STATUS_MEANINGS))
 FIGURES = figures.FIGURES | failure_figures.FIGURES
 # Values, description and units of each dimension.
 DIMENSIONS = {

@@ -39,7 +39,7 @@ def rows_of(lines: list[str]) -> list[dict[str, object]]:
     rows = []
     for claim, cases in found.items():
         if len({tuple(case[key] for key in ("truth", "bound", "units", "test")) for case in cases}) > 1:
-            raise ValueError(f"cases of {claim!r} differ in truth, bound, units or test: give them claims of their own")
+            raise ValueError(f"cases of {claim!r} differ in reference, bound, units or test: use different claims")
         rows.append(cases[0] | {"value": f"{max(case['value'] for case in cases):.2e}", "cases": len(cases)})
     return sorted(rows, key=lambda row: (row["test"], row["claim"]))
 

@@ -13,7 +13,7 @@ PUBLISHED, MODAL, NEUTRAL = "#D55E00", "#CC79A7", "0.25"
 
 
 def overview(dataset: xr.Dataset) -> Figure:
-    """Draw histories, drifts, phase plane, shapes, energies, modes, and peaks beside the published ones.
+    """Draw histories, drifts, phase plane, shapes, energies, modes, and peaks with the published peaks.
 
     Args:
         dataset: Dataset written by studies/seed_frame.py.
@@ -73,7 +73,7 @@ def _time_axis(axis: Axes, dataset: xr.Dataset) -> None:
 
 
 def _legend_above(axis: Axes, columns: int) -> None:
-    """Make room above the curves for a legend in one row."""
+    """Make space above the curves for a legend in one row."""
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + 0.22 * (high - low))
     axis.legend(ncols=columns, loc="upper center", fontsize=8, columnspacing=1.0, handlelength=1.4)

@@ -65,7 +65,7 @@ def bouc_wen(dataset: xr.Dataset) -> Figure:
         left.plot(step, z[: first + 1], ".-", color=colour, lw=1, ms=5, label=f"{ratio:g} of the limit")
     left.axhline(1, color="black", lw=0.8)
     left.set(xlabel="Steps", ylabel="Hysteretic variable z", xlim=(0, first), ylim=(-1.4, 1.6))
-    left.set_title("A storey of n = 2 pushed at a constant velocity under RK4: z must come to 1", fontsize=TITLE)
+    left.set_title("A storey of n = 2 pushed at a constant velocity under RK4: exact limit of z: 1", fontsize=TITLE)
     left.legend(fontsize=8, ncols=3, loc="upper center")
     ratio = dataset["push_ratio"].values
     rows = zip(dataset["exponent"].values, dataset["unsettled"].values, dataset["push_status"].values, strict=True)

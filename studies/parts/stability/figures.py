@@ -31,7 +31,7 @@ NAMES = {
 
 
 def words(name: str) -> str:
-    """Return a method's name as it is written in text."""
+    """Return a method's name for text."""
     return NAMES.get(name, name.replace("_", " "))
 
 
@@ -69,7 +69,7 @@ def growth(dataset: xr.Dataset) -> Figure:
     bar = figure.colorbar(mesh, ax=axes, extend="both", aspect=45, pad=0.01)
     bar.set_ticks([-1, -0.5, 0, 0.5, 1], labels=["0.5", "0.71", "1", "1.41", "2"])
     bar.set_label("Factor of the free vibration in one step, measured from the kernels")
-    figure.suptitle("What one step makes of a free vibration, by method, frequency times step, and damping")
+    figure.suptitle("Growth of a free vibration per step, by method, frequency times step, and damping")
     return figure
 
 
@@ -134,7 +134,7 @@ def accuracy(dataset: xr.Dataset) -> Figure:
     left.set_title("Period error without damping (triangles: the period is too short)", fontsize=TITLE)
     right.set_ylabel("Size of the numerical damping ratio [%]")
     right.set_title("Damping that a method adds (triangles: it feeds the motion)", fontsize=TITLE)
-    none = "no damping of their own:\ncentral differences, Verlet,\nNewmark's two, exact"
+    none = "no numerical damping:\ncentral differences, Verlet,\nNewmark's two, exact"
     right.text(0.02, 0.97, none, transform=right.transAxes, va="top", fontsize=8)
     figure.legend(*left.get_legend_handles_labels(), loc="outside right center", fontsize=8)
     grids(left, right)
@@ -177,7 +177,7 @@ FIGURES = {"growth": growth, "limits": limits, "accuracy": accuracy, "rk4": rk4}
 
 
 def equal_rows(values: xr.DataArray) -> list[list[str]]:
-    """Return the names along the first dimension whose rows are the same but for rounding, together."""
+    """Return the names along the first dimension whose rows are equal except for rounding, as groups."""
     groups: dict[int, list[str]] = {}
     rows = values.values
     for i, name in enumerate(values[values.dims[0]].values.tolist()):
