@@ -13,7 +13,7 @@ import numpy as np
 HARDENING_RATIO, YIELD_DRIFT = 0.05, 0.01  # 1 and m
 HEIGHT = 3.0  # m, of all storeys
 
-# After a warm-up, runs are repeated until they have taken this long [s]: a GPU's clock needs some 0.2 s to speed up.
+# After a warm-up, runs are repeated until they have taken this long [s]: a GPU's clock needs about 0.2 s to speed up.
 LEAST_RUNS, TIMED_FOR = 2, 0.3
 
 

@@ -21,7 +21,7 @@ ROWS = (8, 16, 32)  # samples
 
 
 def prepare(cases: Sequence[Case]) -> None:
-    """Compile what cases need, side by side."""
+    """Compile the libraries of the cases in parallel."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(lambda job: _library(*job), [(case, row) for case in cases for row in ROWS]))
 

@@ -20,7 +20,7 @@ FLAGS = ("-std=c++17", "-arch=native", "-O3", "-Xcompiler", "-fPIC")
 
 
 def prepare(cases: Sequence[Case]) -> None:
-    """Compile what cases need, side by side."""
+    """Compile the libraries of the cases in parallel."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(_library, cases))
 

@@ -135,7 +135,7 @@ def _buildings(number: pd.Series) -> str:
 def _cells(
     longitude: np.ndarray, latitude: np.ndarray, value: np.ndarray, weight: np.ndarray, side: float, shrink: float
 ) -> tuple[np.ndarray, np.ndarray, np.ma.MaskedArray]:
-    """Return the edges of square cells and the weighted mean in each of them, masked where there is no building.
+    """Return the edges of square cells and the weighted mean in each of them, masked without a building.
 
     Args:
         longitude, latitude: Locations [degree].
