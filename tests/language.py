@@ -43,8 +43,8 @@ PATTERNS: dict[str, str] = {
     r"\bfor none\b": "name what is missing",
     r"\bstands? (in|beside|at|for|there|between|after|before|above|below|alone|under|on|of|by|with)\b": "is in, means",
     r"\bleave (it|them|out|one) (out|one|of|it)\b": "Remove NAME: name the argument",
-    rf"\b(one|ones|values?|numbers?|rows?|columns?|panels?|steps?|coefficients?|threads?|times|histories) an? ({UNITS})\b"
-    r"(?! (time|half|third|quarter)\b)": "per",
+    rf"\b(one|ones|values?|numbers?|rows?|columns?|panels?|steps?|coefficients?|threads?|times)"
+    rf" an? ({UNITS})\b(?! (time|half|third|quarter)\b)": "per",
     r"(?:^|(?<=[.;:!?] )|(?<=\n\n))What (?![^.]*\?)": "start with a noun, a function or an actor",
     r"\b(is|are|be) what\b": "name the thing",
     r"\b(rungs?|ladders?|climb|climbs|climbed|climbing|glides?|resurrections?|foothold)\b": "use the technical term",

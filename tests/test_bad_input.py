@@ -353,9 +353,9 @@ NO_DATASET = {
     "plots.fragility_curves": (plots.fragility_curves, "; draw the result of fragility(run, limits)"),
     "plots.drift_over_height": (plots.drift_over_height, "; draw a run"),
     "plots.drift_against_intensity": (plots.drift_against_intensity, "; draw a run"),
-    "plots.spectra": (plots.spectra, "; draw what response_spectra("),
-    "plots.hysteresis": (plots.hysteresis, "; run simulate("),
-    "plots.pushover_curve": (plots.pushover_curve, "; draw what pushover("),
+    "plots.spectra": (plots.spectra, "; draw the result of response_spectra("),
+    "plots.hysteresis": (plots.hysteresis, "; draw a run of simulate("),
+    "plots.pushover_curve": (plots.pushover_curve, "; draw the result of pushover("),
 }
 for name, (call, told) in NO_BUILDING.items():
     for given in (None, system()):
