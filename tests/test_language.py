@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -100,7 +101,7 @@ def test_each_pattern_has_an_example() -> None:
     assert len(EXAMPLES) == len(PATTERNS)
 
 
-@pytest.mark.parametrize(("pattern", "example"), zip(PATTERNS, EXAMPLES, strict=False))
+@pytest.mark.parametrize(("pattern", "example"), list(zip(PATTERNS, EXAMPLES, strict=False)))
 def test_a_pattern_finds_its_example_and_no_pattern_finds_the_plain_sentence(
     pattern: str, example: tuple[str, str]
 ) -> None:
@@ -125,3 +126,13 @@ def test_clean_text_has_no_matches(name: str) -> None:
     files = files_in([ROOT / name])
     assert files, name
     assert [str(match) for file in files for match in matches_of(file)] == []
+
+
+def test_the_glossary_is_sorted_and_each_term_has_an_anchor() -> None:
+    text = (ROOT / "docs/reference/glossary.md").read_text(encoding="utf-8")
+    terms = re.findall(r"^\*\*(.+)\*\*$", text, flags=re.MULTILINE)
+    assert len(terms) > 40
+    assert terms == sorted(terms, key=str.casefold)
+    anchors = re.findall(r"^\(term-(.+)\)=\n\*\*(.+)\*\*$", text, flags=re.MULTILINE)
+    named = [re.sub(r" \(.*\)", "", term).casefold().replace(" ", "-") for term in terms]
+    assert [anchor for anchor, _ in anchors] == named
