@@ -370,7 +370,7 @@ OTHER_DATASETS = {
         lambda: wd.modal_table(xr.Dataset({"period": 1.0})),
         "the dataset has no effective_mass_ratio: give building.modal()",
     ),
-    "summary of modes": (lambda: wd.summary(building().modal()), "has no status, integration_step: pass the result of simulate"),
+    "summary of modes": (lambda: wd.summary(building().modal()), "no status, integration_step: pass the result"),
 }
 
 
