@@ -3,9 +3,9 @@
     python studies/accuracy_speed.py --out results
 
 Work-precision diagrams of five ensembles, with references far more accurate than any charted point; the errors that
-`checked_share` estimates beside the true errors; and the choice of `plan` beside the best found by exhaustive search.
-Writes accuracy_speed.nc and three figures. What accuracy of the histories is worth to a fragility curve, and what its
-structures and records are, is in studies/decision.py.
+`checked_share` estimates, compared with the true errors; and the choice of `plan`, compared with the best choice of an
+exhaustive search. Writes accuracy_speed.nc and three figures. studies/decision.py shows the effect of accuracy,
+structures and records on a fragility curve.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Points = Mapping[tuple[str, str, float], Point]
 
 
 def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) -> xr.Dataset:
-    """Return the points of all scenes over scene, method, dtype and step; NaN where there is no point."""
+    """Return the points of all scenes over scene, method, dtype and step; NaN for missing points."""
     axes = (list(scenes), list(METHODS), list(DTYPES), list(STEPS))
     shape = tuple(len(axis) for axis in axes)
     errors = np.full((*shape, len(DEMANDS), len(STATISTICS)), np.nan)

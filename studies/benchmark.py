@@ -1,11 +1,11 @@
-"""Speed of warpdyn on this machine, beside hand-written code and the tools that are installed.
+"""Speed of warpdyn on this machine, compared with hand-written code and installed programs.
 
     python studies/benchmark.py --out results [--device cpu] [--quick]
 
-Measures the kernels (laws x storeys x number types x recorders x devices) and the same work by peers, whose peak drifts
-are compared with warpdyn's; the main job from its scene to a file, split into its parts; the scaling over samples, CPU
-threads and GPUs; and the first compile. Writes benchmark.nc and benchmark.png. Peers are in studies/peers; those that
-are not installed are named.
+Measures the kernels (laws x storeys x number types x recorders x devices) and peers with the same task, whose peak
+drifts must agree with warpdyn's; the main job from its scene to a file, split into its parts; the scaling over samples,
+CPU threads and GPUs; and the first compile. Writes benchmark.nc and benchmark.png. Peers are in studies/peers; missing
+peers are listed.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ COLUMNS: dict[str, tuple[str, str, Any]] = {
     "law": ("storey law", "1", ""),
     "storeys": ("storeys", "1", 0),
     "dtype": ("number type", "1", ""),
-    "method": ("time integration method, of warpdyn's rows and of the peer beside every law", "1", ""),
+    "method": ("time integration method, of warpdyn, and of the peer for every law", "1", ""),
     "recorders": ("what is recorded: peak drifts, or all that is by default", "1", ""),
     "steps": ("steps of the base motion", "1", 0),
     "substeps": ("integration steps in each of them", "1", 1),
@@ -173,7 +173,7 @@ def main() -> None:
         if device not in available:
             parser.error(f"no device {device!r} here; available: {', '.join(available)}")
     target = file_in(arguments.out, "benchmark.nc")
-    build_scene()  # that the main job has no records is said now, not after minutes
+    build_scene()  # missing records are reported now, not after minutes
     result = build_dataset(devices, cases.QUICK if arguments.quick else cases.FULL)
     netcdf.write(result, target)
     save_figures({"benchmark": draw(result)}, arguments.out)

@@ -1,12 +1,12 @@
-"""What a cluster of processes on this machine makes of the main job, beside one process: rates, bytes, the same bits.
+"""The first study on a cluster of local processes, compared with one process: speed, bytes, identical results.
 
     python studies/clusters.py --out results [--structures 64] [--device cpu]
 
 The five-storey building of studies/p695_fragility.py runs into a Zarr store: in this process on one thread, and on
-clusters of one and of two workers of one thread each. Each is timed three times in turn, after a run that compiles, and
-the shortest time counts, since other work on the machine only adds to it. Where that never rests, the processor time of
-all workers tells more: two share the work without loss as far as both together take no more of it than one.
-Needs pip install "warpdyn[cluster,records]".
+clusters of one and of two workers of one thread each. Each is timed three times, alternately, after a run that
+compiles. The shortest time counts, because other load of the machine only adds to it. With constant other load, compare
+the processor times of all workers: without loss, two workers together need no more than one. Needs pip install
+"warpdyn[cluster,records]".
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from parts.command_line import read_arguments
 
 import warpdyn as wd
 
-TIMES, WORKERS = 3, (0, 1, 2)  # workers; none for this process alone
+TIMES, WORKERS = 3, (0, 1, 2)  # workers; 0: this process
 
 
 def bytes_of(folder: Path) -> int:
-    """Return what a folder takes on disk."""
+    """Return the size of a folder on disk [bytes]."""
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 

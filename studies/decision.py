@@ -3,10 +3,10 @@
     python studies/decision.py --out results
     python studies/decision.py --out results --device cpu --largest 64 --truth gpu/decision.nc --beside gpu/decision.nc
 
-Both speed and accuracy count: the main job's building and records are run by several methods, steps, number types,
-designs and numbers of structures; the truth is 10,000 structures at a converged step in float64. Writes decision.nc
-and decision.png, which tells where shorter steps, more structures or neither help. `--truth` takes the truth from the
-file of another device, and `--beside` draws its panel as well.
+The building and records of the first study are run with several methods, steps, number types, designs and numbers of
+structures. The reference has 10,000 structures and a converged step in float64. Writes decision.nc and decision.png,
+which shows the effect of shorter steps and of more structures. `--truth` reads the reference from the file of another
+device; `--beside` adds its panel.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from parts.decision.figure import decision_chart
 from warpdyn.engine.kernels.queues import checked_devices, device_names
 from warpdyn.foundations.files import netcdf
 
-PRECISION = 0.15  # of the medians that fragility_to is asked for
+PRECISION = 0.15  # target precision of medians in fragility_to
 
 
 def read_arguments() -> argparse.Namespace:
-    """Return what the command line asks for."""
+    """Return the arguments of the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
@@ -35,7 +35,7 @@ def read_arguments() -> argparse.Namespace:
     parser.add_argument("--largest", type=int, default=256, help="most structures of a crossed design [%(default)s]")
     parser.add_argument("--shortest", type=float, default=0.0, help="shortest step that is charted [s]")
     parser.add_argument("--truth", type=Path, help="file that this study wrote on another device")
-    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="files to draw beside, from other devices")
+    parser.add_argument("--beside", type=Path, nargs="*", default=[], help="further files to draw, from other devices")
     return parser.parse_args()
 
 

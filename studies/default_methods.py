@@ -1,16 +1,16 @@
-"""Errors and costs of methods beside RK4 at its default step: the tables from which `simulate` chooses its method.
+"""Errors and costs of methods relative to RK4 at its default step: the tables by which `simulate` chooses its method.
 
     python studies/default_methods.py --device cpu
     python studies/default_methods.py --device cpu --costs
     python studies/default_methods.py --device cuda:0 --costs
     python studies/default_methods.py --device cpu --scenes 200
 
-Without `--costs` it writes data/default_methods.csv: the errors, for each storey law and kind of damping, in eight
-buildings of five storeys (two shapes of the stiffness over the height, four first periods) under the 44 far-field
+Without `--costs` the study writes data/default_methods.csv: the errors for each storey law and kind of damping, in
+eight buildings of five storeys (two shapes of the stiffness over the height, four first periods) under the 44 far-field
 records at one, two and four times the level at which they yield. With `--costs` it writes the column of its device in
-data/default_method_costs.csv, for each law: run it once on each device. With `--scenes` it draws random scenes instead
-and prints, of each, the cost of the default method over the least cost of any of SEARCHED within the error that the
-default gives.
+data/default_method_costs.csv, for each law: run it once on each device. With `--scenes` it draws random scenes instead,
+and prints for each the cost of the default method divided by the least cost of the methods SEARCHED with at most the
+error of the default.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ DAMPINGS = (
     "storey",
 )
 STRUCTURES = 1  # with 44 records and 3 levels, 132 samples of each building
-FINER = 8  # steps of the reference in each default step: its error is 1/64 of RK4's, or less, by order 2 at least
+FINER = 8  # steps of the reference per default step: its error is at most 1/64 of RK4's (order 2 or higher)
 RESAMPLES = 200
-# Of the costs.
+# Settings for the costs.
 TIMED_PERIODS = (0.3, 1.0)
 TIMED_RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # of the far-field set, recorded every 5, 10 and 20 ms
 TIMED_STRUCTURES = {"cpu": 22, "cuda": 1365}  # 528 samples, or 32,760
@@ -64,7 +64,7 @@ COSTS_HEAD = """\
 # its default step, for buildings of five storeys of one law with Rayleigh damping. Empty where it was not measured.
 # Written by studies/default_methods.py --costs, once on each device.
 """
-# Methods and steps of the exhaustive search; those that share RK4's or Verlet's order and cost more are left out.
+# Methods and steps of the exhaustive search, without methods of RK4's or Verlet's order that cost more.
 SEARCHED = ("rk4", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")
 SEARCHED_STEPS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 BASE = (FALLBACK, 1)
@@ -120,7 +120,7 @@ def measure_errors(law: str, damping: str) -> list[dict[str, object]]:
 
 
 def least_seconds(runs: Iterable) -> np.ndarray:
-    """Return the least times of runs [s], which are timed in turn."""
+    """Return the shortest times of runs [s], timed alternately."""
     runs = list(runs)
     return np.min([[seconds_of(run) for run in runs] for _ in range(TIMED_RUNS)], axis=0)
 
@@ -150,7 +150,7 @@ def write_table(name: str, head: str, columns: Iterable[str], rows: list[dict[st
 
 
 def write_errors(laws: list[str], dampings: list[str]) -> None:
-    """Measure the errors of laws with kinds of damping and write their table; the other rows stay."""
+    """Measure the errors of laws with kinds of damping and update their rows of the table."""
     path = ROOT / "data" / ERRORS
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     before = list(csv.DictReader(line for line in lines if not line.startswith("#")))
@@ -166,7 +166,7 @@ def write_errors(laws: list[str], dampings: list[str]) -> None:
 
 
 def write_costs(device: str) -> None:
-    """Measure the costs on a device and write their table; the columns of other devices stay."""
+    """Measure the costs on a device and update its column of the table."""
     rows = []
     for law in LAWS:
         for row in measure_costs(law, device):
@@ -177,7 +177,7 @@ def write_costs(device: str) -> None:
 
 
 def search(number: int, device: str) -> tuple[str, float, float]:
-    """Return a random scene in words, its default's cost over the best found, and its error over RK4's."""
+    """Return a random scene as text, the cost of its default over the best found, and its error over RK4's."""
     random = np.random.default_rng([17, number])
     law = str(random.choice(list(LAWS)))
     storeys = int(random.choice([1, 5]))

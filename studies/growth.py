@@ -2,10 +2,10 @@
 
     python studies/growth.py --out results --device cuda:0 --samples 16777216
 
-Each axis varies one size. Along storeys, steps and motions the number of samples falls so that all points have the
-same number of steps times storeys; their time should stay as it is, and time over steps times storeys is what is drawn.
-Writes growth.csv and growth.png, and prints the exponent of each axis and every cliff: a cost for each storey step more
-than 1.5 times that at the next smaller size.
+Each axis varies one size. With more storeys, steps or motions the number of samples is reduced, so that all points have
+the same number of steps times storeys; ideally their time is constant. The figure shows the time divided by steps times
+storeys. Writes growth.csv and growth.png, and prints the exponent of each axis and every jump: a cost per storey and
+step more than 1.5 times that at the next smaller size.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def draw(rows: list[dict[str, float]], device: str) -> Figure:
     for panel in panels[:, 0]:
         panel.set_ylabel("time per storey and step [ns]")
     panels[0, 0].legend()
-    figure.suptitle(f"What a step of a storey costs as runs grow ({device})")
+    figure.suptitle(f"Time per storey and step against the size of a run ({device})")
     return figure
 
 

@@ -1,12 +1,12 @@
-"""Fragility of a five-storey concrete frame as it is, on isolators, and under a tuned mass damper.
+"""Fragility of a five-storey concrete frame without devices, on isolators, and with a tuned mass damper.
 
     python studies/isolation.py --out results
 
-The HAZUS C1M high-code building of the main study stands on the ground, on lead-rubber bearings, and with a tuned mass
-damper on its roof; its own damping is in proportion to stiffness in all three, for a fair comparison. They run
-under the 44 far-field components of FEMA P-695, scaled to the same stripes of Sa at the period that the building has on
-the ground. Damage is that of the building's own five storeys, or a failure of the isolators, which counts as collapse.
-Writes isolation.nc and a figure.
+The Hazus C1M high-code building of the first study has a fixed base, lead-rubber bearings, or a tuned mass damper on
+its roof. In all three cases its inherent damping is proportional to the stiffness, for a fair comparison. The motions
+are the 44 far-field components of FEMA P-695, scaled to the same stripes of Sa at the period of the fixed-base
+building. Damage refers to the five storeys of the building; a failure of the isolators counts as collapse. Writes
+isolation.nc and a figure.
 """
 
 from __future__ import annotations
@@ -29,13 +29,14 @@ DRIFT_LIMITS = wd.hazus_drift_limits("C1M", "high")
 COLLAPSE_DRIFT_RATIO = 0.10
 LEVELS_IN_G = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0)
 
-# Bearings under a base slab of a floor's mass: 2.5 s after yield, which begins at 5 % of the weight, ten times stiffer
-# before; they fail at 0.5 m. A mass of 5 % of the first mode's on the roof, tuned after Den Hartog.
+# The base slab has the mass of a floor. The bearings yield at 5 % of the weight, have a period of 2.5 s after yield,
+# ten times this stiffness before yield, and fail at 0.5 m. The mass damper has 5 % of the first-mode mass and is tuned
+# after Den Hartog.
 BASE_MASS = float(BUILDING.parameters["mass"][0])
 ISOLATED_MASS = BASE_MASS + float(BUILDING.parameters["mass"].sum())
 AFTER_YIELD = ISOLATED_MASS * (2 * np.pi / 2.5) ** 2
 BUILDINGS = {
-    "as it is": BUILDING,
+    "without devices": BUILDING,
     "tuned mass damper": BUILDING.with_tuned_mass_damper(0.05),
     "lead-rubber bearings": BUILDING.on_isolators(
         "lead_rubber_bearing",
@@ -84,7 +85,7 @@ def curves_of(name: str, structures: int, seed: int, device: str | None) -> tupl
 
 
 def draw(curves: xr.Dataset) -> Figure:
-    """Return the curves of the buildings side by side, a panel a damage state."""
+    """Return the curves of the buildings, one panel per damage state."""
     return plots.fragility_comparison({name: curves.sel(building=name) for name in curves["building"].values})
 
 
@@ -111,7 +112,7 @@ def main() -> None:
     )
     result = demands.merge(curves, combine_attrs="drop_conflicts")
     result["building"].attrs = {"long_name": "building"}
-    title = "Fragility of a five-storey building as it is, on isolators and under a tuned mass damper"
+    title = "Fragility of a five-storey building without devices, on isolators and with a tuned mass damper"
     result.attrs |= netcdf.trace(title, "simulate, warpdyn.fragility")
     netcdf.write(result, target)
     save_figures({"isolation": draw(result)}, arguments.out)

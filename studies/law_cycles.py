@@ -1,10 +1,10 @@
-"""Curves of every storey law, isolator and device for the pages of the documentation, which draw them.
+"""Force-drift curves of every storey law, isolator and device for the reference pages.
 
     python studies/law_cycles.py --out docs/reference/laws
 
-Every storey is taken through the cycles of studies/laws.py, and pushed once from rest to their largest drift. The curve
-of a device is its own, without the storey that it stands in. Writes cycles.nc, with forces in thousandths of the yield
-force; the tests of laws and of devices hold it to what the device functions give today.
+Every storey follows the cycles of studies/laws.py, and a monotonic push from rest to the largest drift. The curve
+of a device does not include the force of its storey. Writes cycles.nc, with forces in 1/1000 of the yield
+force; the tests of laws and of devices compare it with the present device functions.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ import warpdyn as wd
 from warpdyn.engine.laws import DEVICES
 
 ROUNDING = 1e-3  # of forces, over the yield force
-EVERY = 10  # steps of the cycles from one that is kept to the next; all turning points are kept
+EVERY = 10  # every n-th step of the cycles is stored; all turning points are stored
 WEIGHT = 2.0e6  # N, on a sliding bearing
-# What stands beside the laws of studies/peers/storey_laws.py: isolators with all their parameters, and devices.
+# In addition to the laws of studies/peers/storey_laws.py: isolators with all their parameters, and devices.
 ISOLATORS = {
     "lead_rubber_bearing": {"yield_force": YIELD_FORCE, "post_yield_stiffness": STIFFNESS / 10},
     "friction_pendulum": {"friction_coefficient": 0.05, "radius": 2.0, "weight": WEIGHT},
@@ -40,7 +40,7 @@ OF_DEVICES = {
 
 
 def parameters_of(name: str) -> dict[str, float]:
-    """Return all parameters of a law, isolator or device that the curves are drawn for."""
+    """Return all parameters of a law, isolator or device."""
     if name in OF_DEVICES or name in ISOLATORS:
         return OF_DEVICES.get(name) or ISOLATORS[name]
     own = {} if name == "elastic" else {"yield_force": YIELD_FORCE}
@@ -48,7 +48,7 @@ def parameters_of(name: str) -> dict[str, float]:
 
 
 def building_with(name: str) -> wd.ShearBuilding:
-    """Return a storey of a law, or an elastic one with a device; what height and mass it has makes no difference."""
+    """Return a storey of a law, or an elastic one with a device; height and mass have no effect."""
     if name in DEVICES:
         return wd.ShearBuilding(1.0, STIFFNESS, 3.0, devices=(name,), **parameters_of(name))
     return wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=name, **parameters_of(name))
@@ -61,7 +61,7 @@ def forces(name: str, drift: np.ndarray) -> np.ndarray:
 
 
 def curves(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces over the yield force, along the cycles and in one push, as they are kept."""
+    """Return the forces over the yield force in the cycles and in one push, rounded as in the file."""
     return forces(name, protocol())[::EVERY], forces(name, push())[::EVERY]
 
 
@@ -71,7 +71,7 @@ def push() -> np.ndarray:
 
 
 def take_all() -> xr.Dataset:
-    """Return the kept curves of all laws, isolators and devices."""
+    """Return the curves of all laws, isolators and devices."""
     names = [*LAWS, *ISOLATORS, *OF_DEVICES]
     cycles, pushed = (np.array(each) for each in zip(*map(curves, names), strict=True))
     words = "force over yield force"

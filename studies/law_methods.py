@@ -3,10 +3,10 @@
     python studies/law_methods.py --out docs/reference/laws
 
 Buildings of five storeys of one law each, with a first period of 0.6 s, under eight strong parts of far-field records
-at one, two and four times the level at which they yield. All methods take the same steps, those of RK4's default rule.
+at one, two and four times the level at which they yield. All methods have the same steps, by RK4's default rule.
 An error is that of a sample's peak storey drifts, against RK4 in float64 at a sixteenth of the step, over the largest
-of them. Bilinear storeys are run by every method that takes steps of a given length, others by five. Times are of the
-processor, the least of several, taken in turn with bilinear storeys by RK4. Writes measured.csv.
+of them. Bilinear storeys are analysed with every method that has a given step, others with five methods. Times are
+processor times, the shortest of several runs that alternate with bilinear storeys and RK4. Writes measured.csv.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def case_of(law: str, structures: int) -> Case:
 
 
 def measure(law: str, structures: int, yardstick: object) -> list[dict[str, str]]:
-    """Return the rows of a law: errors as shares of the peak drift, times over that of the yardstick."""
+    """Return the rows of a law: relative errors of the peak drift, times over that of bilinear storeys with RK4."""
     case = case_of(law, structures)
     tried = [name for name in METHODS if not METHODS[name].is_adaptive and (law == YARDSTICK or name in SHOWN)]
     methods = [name for name in tried if name in fitting_methods(law, "rayleigh")]
@@ -72,7 +72,7 @@ def main() -> None:
         print(*(tuple(row.values()) for row in rows[-len(SHOWN) :]), sep="\n", flush=True)
     text = io.StringIO()
     text.write(f"# warpdyn {version('warpdyn')}, {processor()}, one of them used, {datetime.date.today():%Y-%m-%d}\n")
-    text.write("# Written by studies/law_methods.py, which says what is measured.\n")
+    text.write("# Written by studies/law_methods.py; its docstring describes the measurement.\n")
     writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)

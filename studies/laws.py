@@ -1,10 +1,10 @@
-"""Forces and dissipated energy of every storey law that yields, in the same cycles of growing drift.
+"""Forces and dissipated energy of every yielding storey law, in the same cycles of increasing drift.
 
     python studies/laws.py --out results
 
-The storeys have the same stiffness and yield force, and otherwise parameters as of typical buildings, which are in
-studies/peers/storey_laws.py beside those of the OpenSees materials. Writes laws.nc (the paths, forces and energies) and
-laws.png.
+The storeys have the same stiffness and yield force, and other parameters of typical buildings
+(studies/peers/storey_laws.py, with those of the OpenSees materials). Writes laws.nc (the paths, forces and energies)
+and laws.png.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 from warpdyn.interfaces.plots.style import COLOURS
 
-STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of a storey that yields at 10 mm
+STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N; the yield drift is 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 DUCTILITIES, CYCLES = (0.8, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0), 2  # two cycles at each
 DRIFT_STEP = YIELD_DRIFT / 100
@@ -45,7 +45,7 @@ def take_through(drift: np.ndarray) -> xr.Dataset:
     runs = {}
     for law in (name for name in LAWS if name != "elastic"):
         parameters = LAWS[law].parameters(YIELD_DRIFT)
-        # What height and mass it has makes no difference.
+        # Height and mass have no effect.
         storey = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law, yield_force=YIELD_FORCE, **parameters)
         runs[law] = wd.storey_hysteresis(storey, drift).squeeze("storey", drop=True)
         runs[law].attrs["parameters"] = json.dumps(parameters)
@@ -69,7 +69,7 @@ def in_yield_energies(result: xr.Dataset) -> np.ndarray:
 
 
 def draw(result: xr.Dataset) -> Figure:
-    """Draw a panel a law, force over yield force against ductility, and one of the cycles."""
+    """Draw one panel per law (force over yield force against ductility), and one with the cycles."""
     laws = result["law"].values.tolist()
     rows = -(-(len(laws) + 1) // COLUMNS)
     figure = Figure(figsize=(11.5, 2.3 * rows + 0.4), layout="constrained")

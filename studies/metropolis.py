@@ -1,11 +1,11 @@
-"""A metropolis under a large earthquake: every building of a synthetic Bay Area, 25 pairs of motions each.
+"""Regional risk: every building of a synthetic Bay Area in a large earthquake, with 25 pairs of motions each.
 
     python studies/metropolis.py --out results
     python studies/metropolis.py --out results --buildings 1840000      # on a GPU
 
 As in SimCenter's Bay Area testbed (1.84 million buildings, a magnitude 7 earthquake on the Hayward fault, 25 pairs of
 ground motions): an inventory becomes a portfolio of Hazus buildings, peak accelerations are drawn as correlated fields
-on a grid, each building takes the motions of grid points near it, and only statistics are kept. Writes
+on a grid, each building has the motions of nearby grid points, and only statistics are stored. Writes
 metropolis_buildings.parquet (GeoParquet: each building's probabilities of damage and loss, with their uncertainty),
 metropolis.nc (the city's losses and damage by event) and a figure.
 """
@@ -25,7 +25,7 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 
 PAIRS = 25
-OCCUPANCY = "RES1"  # of all buildings, whose repair costs Hazus gives by damage state
+OCCUPANCY = "RES1"  # occupancy of all buildings, for the repair costs of Hazus
 COLLAPSE_DRIFT_RATIO = 0.10
 
 
@@ -49,7 +49,7 @@ def main() -> None:
         collapse_drift_ratio=COLLAPSE_DRIFT_RATIO,
         title="Hazus buildings of a synthetic Bay Area under a magnitude 7 earthquake on the Hayward fault",
     )
-    events = [first.record for first, _ in pairs for _ in range(2)]  # the worse of both components is a building's
+    events = [first.record for first, _ in pairs for _ in range(2)]  # the worse of both components counts
     ratios, values = wd.hazus_loss_ratios(OCCUPANCY), stock.replacement_costs(inventory)
     asked = [
         wd.DamageCounts(stock.limits, events=events, over="building"),
@@ -61,7 +61,7 @@ def main() -> None:
     times["simulate"] = time.perf_counter()
 
     results = wd.building_results(counted, stock, inventory, ratios)
-    with ThreadPoolExecutor(1) as beside:  # a million buildings take a second to be written, and their map to be drawn
+    with ThreadPoolExecutor(1) as beside:  # with a million buildings, writing and drawing take a second each
         writing = beside.submit(wd.write_building_results, results, arguments.out / "metropolis_buildings.parquet")
         losses = wd.event_losses(counted)
         netcdf.write(losses.merge(wd.damage_shares(counted), compat="override", combine_attrs="override"), target)

@@ -18,13 +18,13 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 from warpdyn.model.ground_motions.records import far_field
 
-# HAZUS C1M, high code: a concrete frame whose first period is 0.75 s. A frame in the ensemble is "complete" at 5.3 %
-# drift; at 10 % it counts as collapsed.
+# HAZUS C1M, high code: a concrete frame whose first period is 0.75 s. The limit of complete damage is 5.3 %
+# drift; at 10 % a frame collapses.
 BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", storeys=5, damping_modes=(1, 3))
 DRIFT_LIMITS = wd.hazus_drift_limits("C1M", "high")
 COLLAPSE_DRIFT_RATIO = 0.10
 LEVELS_IN_G = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.5)
-CHECKED_SHARE = 0.01  # of the histories run again at half the step, to tell the error of the rest
+CHECKED_SHARE = 0.01  # share of the histories run again with half the step, to estimate errors
 SCATTER = {
     "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
     "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),

@@ -2,9 +2,9 @@
 
     python studies/portfolio.py --out results
 
-Every building runs under both components of the 22 record pairs as they were recorded, and the worse of the two counts:
-it is the building's in either direction, taken as alike. Histories are counted as they finish, and none is kept. Writes
-portfolio.nc (the share of buildings in each damage state by pair, of the city and of each class) and a figure.
+Every building is analysed under both unscaled components of the 22 record pairs, and the worse of the two counts (its
+two directions are assumed equal). Only counts are stored, no histories. Writes portfolio.nc (the share of buildings in
+each damage state by pair, of the city and of each class) and a figure.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 from warpdyn.model.ground_motions.records import far_field
 
-# The city, assumed and no survey of any place: a stock as of the western United States. Nine of ten buildings are wood
+# The city is an assumption, not a survey; its stock resembles the western United States. Nine of ten buildings are wood
 # houses, manufactured homes and small masonry, as dwellings outnumber all else; commerce and industry are in low wood,
 # steel, concrete, masonry and tilt-up; a few hundredths of the buildings are mid-rise and a few thousandths high.
-# Of each type: what share of the buildings it makes up [%], and their numbers of storeys, in equal parts.
+# For each type: share of the buildings [%], and numbers of storeys with equal shares.
 CITY = {
     "W1": (70.0, (1,)),
     "W2": (6.0, (1, 2)),
@@ -48,8 +48,8 @@ CITY = {
     "S2L": (0.4, (2, 3)),
     "S3": (0.5, (1,)),
 }
-# Design levels by the year of construction, as Hazus takes them where seismicity is high (Technical Manual, chapter 5):
-# high code after 1975, moderate code from 1941, pre-code before, but moderate for wood houses; the share of buildings
+# Design levels by the year of construction, as in Hazus for high seismicity (Technical Manual, chapter 5):
+# high code after 1975, moderate code from 1941, pre-code before (wood houses: moderate code); the share of buildings
 # of each age [%] is assumed. Unreinforced masonry, and frames filled with it, were not built to a seismic code; steel
 # light frames, tilt-up and manufactured homes were not built before 1941.
 OLD, RECENT = {"pre": 100.0}, {"high": 60.0, "moderate": 40.0}
@@ -64,7 +64,7 @@ LEVELS = {
     "PC1": RECENT,
     "MH": RECENT,
 }
-# As for the building of studies/p695_fragility.py: what buildings of one class differ by.
+# Scatter within a class, as in studies/p695_fragility.py.
 SCATTER = {
     "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
     "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
@@ -72,7 +72,7 @@ SCATTER = {
     "damping_ratio": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
 }
 CORRELATION = {("stiffness", "yield_force"): 0.6}
-# From no damage to complete, so that darker is worse, and told apart in grey, too.
+# From no damage to complete; darker is worse, also in grey.
 COLOURS = ("#E8E8E8", "#FFE08A", "#F5A742", "#D55E00", "#7A1C1C")
 
 

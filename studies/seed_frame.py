@@ -1,10 +1,10 @@
-"""A published three-storey frame under a harmonic force, beside its exact solution and its published peaks.
+"""A published three-storey frame under a harmonic force, compared with its exact solution and its published peaks.
 
     python studies/seed_frame.py --out results
 
-Integrates the frame with RK4 in float64, solves it exactly by matrix exponentials, and sets the published Table 1
-beside both: its peaks do not follow from its parameters. An ensemble of frames with scattered damping and stiffness
-tells the time per simulation. Writes seed_frame.nc and two figures.
+Integrates the frame with RK4 in float64, solves it exactly by matrix exponentials, and compares both with the published
+Table 1: its peaks do not follow from its parameters. An ensemble of frames with random damping and stiffness
+gives the time per simulation. Writes seed_frame.nc and two figures.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FRAME = json.loads((Path(__file__).parents[1] / "data" / "seed_frame.json").read
 STRUCTURE = wd.LinearSystem(FRAME["mass"], FRAME["damping"], FRAME["stiffness"])
 LOAD = wd.HarmonicForce(FRAME["force_amplitude"], FRAME["circular_frequency"], FRAME["duration"])
 SCENE = wd.Scene(STRUCTURE, LOAD, title="Published three-storey frame under a harmonic force")
-# Neither factor can make the published peaks: u3 = 2 u1 in every one of these frames.
+# Neither factor can explain the published peaks: u3 = 2 u1 in every one of these frames.
 SCATTERED_SCENE = wd.Scene(
     STRUCTURE,
     LOAD,
@@ -44,8 +44,8 @@ STATEMENT = (
     "The published peaks do not follow from the published parameters. Row 3 of the equations of motion, written for "
     "u3/2, is row 1 written for u1: 200 u'' + 60 u' + 40000 u = 30 u2' + 20000 u2, both from rest. So u3 = 2 u1 at "
     "all times, under any load on degree of freedom 2, any scaling of damping and stiffness, and any Runge-Kutta or "
-    "Newmark scheme; the published peaks have u3 = {ratio:.3f} u1. They are shown beside the exact solution and "
-    "nothing is tuned to them."
+    "Newmark scheme; the published peaks have u3 = {ratio:.3f} u1. They are shown with the exact solution; no "
+    "parameter is fitted to them."
 )
 
 Variable = tuple[str | tuple[str, ...], np.ndarray, dict[str, str]]
@@ -71,7 +71,7 @@ def integrate(step: float, device: str | None) -> xr.Dataset:
 
 
 def responses(run: xr.Dataset) -> dict[str, Variable]:
-    """Return the histories by RK4, the exact ones beside them, and the storey drifts."""
+    """Return the histories by RK4, the exact histories, and the storey drifts."""
     names = ("displacement", "velocity", "acceleration")
     variables = {}
     for name, units, solution in zip(names, ("m", "m s-1", "m s-2"), exact(run["time"].values), strict=True):
@@ -129,7 +129,7 @@ def energies(run: xr.Dataset) -> dict[str, Variable]:
     def quadratic(matrix: np.ndarray, rows: np.ndarray) -> np.ndarray:
         return np.einsum("ti,ij,tj->t", rows, matrix, rows)
 
-    # Simpson's rule over the steps: its error is far below that of the figures, and the residual tells it.
+    # Simpson's rule over the steps: its error is far below that of the figures, and the residual shows it.
     supplied = cumulative_simpson(np.sum(force * v, axis=1), x=time, initial=0)
     damped = cumulative_simpson(quadratic(p["damping"], v), x=time, initial=0)
     kinetic, strain = quadratic(p["mass"], v) / 2, quadratic(p["stiffness"], u) / 2
@@ -208,7 +208,7 @@ def ensemble(samples: int, device: str | None, seed: int) -> tuple[dict[str, Var
 def build_dataset(samples: int, device: str | None, seed: int) -> xr.Dataset:
     """Run everything and return it as one dataset."""
     run = integrate(FRAME["step"], device)
-    # The kernels are compiled now; the least of several runs is the one least disturbed.
+    # The kernels are compiled now; the shortest of several runs is the least disturbed.
     timed = [wd.simulate(SCENE, step=FRAME["step"], dtype="float64", device=device) for _ in range(TIMED_RUNS)]
     variables = responses(run)
     variables |= peaks(run, variables) | energies(run) | shapes() | modal_estimate(run["time"].values)
@@ -220,7 +220,7 @@ def build_dataset(samples: int, device: str | None, seed: int) -> xr.Dataset:
     coordinates["time"] = labelled("time", run["time"], "s", "time")
     dataset = xr.Dataset(variables | scattered).assign_coords(coordinates)
     published = FRAME["published"]
-    # Its own times hold the compilation.
+    # The times in its attributes include the compilation.
     kept = {name: value for name, value in run.attrs.items() if not name.startswith("seconds_")}
     dataset.attrs = kept | {
         "history": run.attrs["history"].replace("warpdyn.campaigns.running.simulate", "studies/seed_frame.py"),

@@ -1,14 +1,14 @@
-"""SimCenter's way to run the buildings of a region, one by one in OpenSees, beside warpdyn on the same core.
+"""Buildings of a region, analysed one by one in OpenSees as in SimCenter, and with warpdyn on the same core.
 
     python studies/simcenter.py --out results
 
-SimCenter's R2D makes a multi-storey shear model of each building by its application MDOF-LU, and OpenSees runs it
-under one pair of ground motions after the other. Here twenty Hazus buildings of 1 to 20 storeys run under 25 pairs of
-the FEMA P-695 near-field set as recorded: by OpenSeesPy with R2D's settings (parts/simcenter/opensees.py says which),
-then without the files of recorders, then with the solver and the step that suit OpenSees best; and by warpdyn. The
-study prints the processor time of a history, the ratios, what they make of 1.84 million buildings under 25 pairs, and
-how far peak storey drifts lie apart, at the settings that each has by itself and where both have converged. It takes a
-quarter of an hour and writes simcenter.nc. Needs openseespy and the records: pip install "warpdyn[test]".
+SimCenter's R2D makes a multi-storey shear model of each building by its application MDOF-LU, and OpenSees runs it under
+one pair of ground motions after the other. Here twenty Hazus buildings of 1 to 20 storeys run under 25 pairs of the
+FEMA P-695 near-field set as recorded: by OpenSeesPy with R2D's settings (see parts/simcenter/opensees.py), then without
+the files of recorders, then with the fastest solver and step for OpenSees; and by warpdyn. The study prints the
+processor time per history, the ratios, the extrapolated time for 1.84 million buildings under 25 pairs, and the
+differences of peak storey drifts, with default settings and with converged steps. It takes 15 minutes and writes
+simcenter.nc. Needs openseespy and the records: pip install "warpdyn[test]".
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 
 REGION = 1_840_000 * 25 * 2  # histories of SimCenter's Bay Area testbed: buildings, pairs of motions, components
-FINE = 5e-4  # s, the longest step where both have converged
-# Nothing tried was faster than the last by more than a tenth: band solvers, one model a component, other algorithms and
-# tests of convergence, linear acceleration.
+FINE = 5e-4  # s, longest step of the converged runs
+# Other settings were at most 10 % faster than the last: band solvers, one model per component, other algorithms and
+# convergence tests, linear acceleration.
 WAYS = {
     "OpenSees as in R2D": Way(),
     "without recorder files": Way(writes_files=False),
@@ -59,7 +59,7 @@ def run_opensees(buildings: Sequence[Building], pairs: Pairs) -> xr.Dataset:
         for i, building in enumerate(buildings):
             model = multi_storey_model(building)
             for j, pair in enumerate(pairs):
-                for k, way in enumerate(ways.values()):  # in turns, so that what else the machine does falls on all
+                for k, way in enumerate(ways.values()):  # alternately, so that other load of the machine affects all
                     found = analyse(ops, model, pair, way)
                     seconds[k, i, j], steps[k, i, j], ended[k, i, j] = found.seconds, found.steps, found.is_finished
                     if found.peak_drift_ratio is not None:
@@ -86,13 +86,13 @@ def run_warpdyn(
     Args:
         buildings: The buildings.
         pairs: The pairs of motions.
-        copies: How many buildings of each there are; several are scattered in stiffness and damping.
-        longest_step: Upper bound of the step [s], in float64; None for what warpdyn does by itself, in float32.
+        copies: Number of buildings of each type; several have random stiffness and damping.
+        longest_step: Upper bound of the step [s], in float64; None: the default of warpdyn, in float32.
     """
     scatter = SCATTER if copies > 1 else {}
     portfolio = wd.Portfolio({each.name: wd.Archetype(shear_building(each), copies, scatter) for each in buildings})
     design = wd.Cloud([motion for pair in pairs for motion in pair])
-    scene = wd.Scene(portfolio, design, recorders=("drift", "acceleration"))  # as R2D asks for both
+    scene = wd.Scene(portfolio, design, recorders=("drift", "acceleration"))  # R2D records both
     started = time.process_time()
     dtype = "float32" if longest_step is None else "float64"
     run = wd.simulate(scene, longest_step=longest_step, dtype=dtype, device="cpu", threads=1)
@@ -113,7 +113,7 @@ def measure(buildings: Sequence[Building], pairs: Pairs, copies: int) -> xr.Data
         return [alone, *(run_warpdyn(group, pairs, copies)[0] for group in groups.values())], peaks
 
     load = [os.getloadavg()[0]]
-    take_times()  # compiles what a machine compiles once
+    take_times()  # compiles the kernels
     before, ours = take_times()
     load.append(os.getloadavg()[0])
     found = run_opensees(buildings, pairs)
@@ -139,9 +139,9 @@ def measure(buildings: Sequence[Building], pairs: Pairs, copies: int) -> xr.Data
 
 
 def differences(found: xr.Dataset, one: str, other: str) -> xr.DataArray:
-    """Return the largest difference of a history's storeys over the largest peak of its storeys, by history.
+    """Return the largest difference over the storeys of each history, divided by its largest peak.
 
-    NaN where OpenSees did not come to the end.
+    NaN if OpenSees failed before the end.
     """
     peaks = found["peak_storey_drift_ratio"]
     first, second = peaks.sel(way=one), peaks.sel(way=other)

@@ -1,12 +1,12 @@
-"""Stability limits of each method: growth per step measured from the kernels, beside the theory of one oscillator.
+"""Stability limits of each method: growth per step, measured with the kernels and compared with theory.
 
     python studies/stability.py --out results
 
 Maps of growth over w h and damping for every method, the limits measured in them, period and damping errors, RK4 on
 either side of its limit; then cases beyond that theory: stiffness-proportional damping in a tall chain, the limit of
 Bouc-Wen's law, implicit methods on yielding storeys, and time summed in float32. Writes stability.nc, 8 figures and
-stability_limits.csv, of which docs/reference/methods keeps a copy.
-dormand_prince54 is left out: it chooses its own steps, and so has no growth per step.
+stability_limits.csv (copied to docs/reference/methods).
+dormand_prince54 is excluded: with adaptive steps it has no growth per step.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from warpdyn.foundations.files import netcdf
 
 STEPPED = [name for name, method in METHODS.items() if not method.is_adaptive]
 LIMITED = [name for name in STEPPED if np.isfinite(stability_limit(METHODS[name], 0.05))]
-# Damping ratios of the limits: those of the tables, and as many as a curve needs.
+# Damping ratios of the limits: those of the tables, and more for smooth curves.
 TABULATED = (0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.99, 1, 1.1, 1.25, 1.5, 2)
 LIMIT_DAMPING = np.unique(np.round([*TABULATED, *np.linspace(0, 2, 81)], 12))
 TABLED_DAMPING = (0, 0.02, 0.05, 0.1, 0.5, 1)  # of stability_limits.csv
@@ -46,9 +46,9 @@ YIELDING_METHODS = ("newmark_average", "newmark_linear")
 YIELDING_STEPS, YIELDING_COUNT = np.geomspace(0.1, 10, 121), 800
 SHOWN_YIELDING, LARGEST_DRIFT = np.array([0.2, 5.0]), 1e30
 CLOCK_STEPS, CLOCK_TIMES = np.array([1e-2, 1e-3, 1e-4, 1e-5]), np.linspace(0, 10, 501)
-STATUS_TEXT = "what the kernel says of the run: " + ", ".join(f"{i} {text}" for i, text in enumerate(STATUS_MEANINGS))
+STATUS_TEXT = "status of the run in the kernel: " + ", ".join(f"{i} {text}" for i, text in enumerate(STATUS_MEANINGS))
 FIGURES = figures.FIGURES | failure_figures.FIGURES
-# Dimension -> its values, what they are, and their units.
+# Values, description and units of each dimension.
 DIMENSIONS = {
     "method": (STEPPED, "integration method", "1"),
     "limited_method": (LIMITED, "integration method with a stability limit", "1"),
@@ -76,7 +76,7 @@ DIMENSIONS = {
 
 
 def growth_maps(samples: int, device: str | None) -> tuple[dict[str, Variable], dict[str, Variable]]:
-    """Return each method's growth per step over a grid of about so many oscillators, and the grid's coordinates."""
+    """Return each method's growth per step on a grid of about this many oscillators, and the grid's coordinates."""
     rows = max(3, round(np.sqrt(0.4 * samples)))
     ratio = np.linspace(0, 2, rows)
     columns = max(3, samples // rows)
@@ -240,7 +240,7 @@ def build_dataset(samples: int, device: str | None) -> xr.Dataset:
 
 
 def print_report(result: xr.Dataset) -> None:
-    """Print the limits beside the theory, and the results for cases beyond the theory."""
+    """Print the limits with the theoretical ones, and the results for cases beyond the theory."""
     print(
         f"{'method':<26} {'limit of w h':>12} {'in theory':>10} {'largest difference':>19} {'0.5 % inside':>13} outside"
     )

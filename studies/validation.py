@@ -1,10 +1,10 @@
-"""The table of the validation report: what tests measure against truths from elsewhere.
+"""The table of the validation report: errors measured by tests with independent references.
 
     python studies/validation.py --out docs/validation
 
-Runs the tests that use the fixture `measured` (tests/validation.py) on this machine, and writes measured.csv: a row a
-claim, with the truth it is held to, the worst figure of all cases, its bound and the test. The documentation makes its
-tables from it when it is built; the tests compare their claims and bounds with it whenever they run.
+Runs the tests that use the fixture `measured` (tests/validation.py) on this machine, and writes measured.csv: one row
+per claim, with the reference, the largest error of all cases, its bound and the test. The tables of the documentation
+are made from this file; the tests compare their claims and bounds with it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ COLUMNS = ("claim", "truth", "value", "bound", "units", "cases", "test")
 
 
 def rows_of(lines: list[str]) -> list[dict[str, object]]:
-    """Return a row a claim, with the worst figure of its cases.
+    """Return one row per claim, with the largest error of its cases.
 
     Raises:
         ValueError: If cases of one claim differ in anything else, such as their bounds.
@@ -39,7 +39,7 @@ def rows_of(lines: list[str]) -> list[dict[str, object]]:
     rows = []
     for claim, cases in found.items():
         if len({tuple(case[key] for key in ("truth", "bound", "units", "test")) for case in cases}) > 1:
-            raise ValueError(f"cases of {claim!r} differ in truth, bound, units or test: give them claims of their own")
+            raise ValueError(f"cases of {claim!r} differ in reference, bound, units or test: use different claims")
         rows.append(cases[0] | {"value": f"{max(case['value'] for case in cases):.2e}", "cases": len(cases)})
     return sorted(rows, key=lambda row: (row["test"], row["claim"]))
 

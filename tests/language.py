@@ -18,8 +18,9 @@ from typing import NamedTuple
 
 ROOT = Path(__file__).parents[1]
 UNITS = (
-    "building|degree of freedom|event|floor|history|level|motion|pair|record|region|row|sample|site|state|step|storey|"
-    "structure|thread|year"
+    "building|case|claim|column|damage state|damping ratio|degree of freedom|element|event|floor|history|law|level|"
+    "machine|method|minute|motion|node|pair|panel|process|record|region|row|sample|second|site|state|step|storey|"
+    "structure|thread|worker|year"
 )
 
 # What a machine can find, and what to write instead.
@@ -30,29 +31,37 @@ PATTERNS: dict[str, str] = {
     r"\blikewise\b": "repeat the verb",
     r"\bso (many|often)\b": "give the number, or the name of the constant",
     r"\bbut for\b": "except",
-    r"\bas of (?!\d|version|[A-Z])": "repeat the short list, or link to it",
+    r"\bas of (?!\d|version|(?-i:[A-Z]))": "repeat the short list, or link to it",
     r"\b(is|are|was|were|be|been) told\b": "is reported; a warning names it",
     r"\btold (of|by|from)\b": "reported",
     r"\btells? (of|what|which|why|how|whether|where|when)\b": "reports, shows, states",
     r"\b(says?|said) (of|what|which|why|how|whether|where|when|so)\b": "states, reports, shows",
-    r"\b(is|are|was|were) none\b": "is missing, is not a ..., is meaningless",
+    r"\b(is|are|was|were) (?-i:none)\b": "is missing, is not a ..., is meaningless",
+    r"(?<!there )\b(is|are|was|were) no (?!longer\b|more\b|less\b)[A-Za-z]": "is not a ...",
     r"\bNone for (none|no)\b": "None: no ...",
     r"\bwhere there (is|are|was|were) (none|no)\b": "if there is no ...",
     r"\bfor none\b": "name what is missing",
     r"\bstands? (in|beside|at|for|there|between|after|before|above|below|alone|under|on|of|by|with)\b": "is in, means",
     r"\bleave (it|them|out|one) (out|one|of|it)\b": "Remove NAME: name the argument",
-    rf"\b(one|ones|value|values|number|numbers|row|rows|steps?|coefficients?|threads?|times) an? ({UNITS})\b": "per",
+    rf"\b(one|ones|values?|numbers?|rows?|columns?|panels?|steps?|coefficients?|threads?|times)"
+    rf" an? ({UNITS})\b(?! (time|half|third|quarter)\b)": "per",
     r"(?:^|(?<=[.;:!?] )|(?<=\n\n))What (?![^.]*\?)": "start with a noun, a function or an actor",
     r"\b(is|are|be) what\b": "name the thing",
-    r"\b(rungs?|ladders?(?![:=])|climb|climbs|climbed|climbing|glides?|resurrections?|foothold)\b": (
-        "use the technical term"
-    ),
+    r"\b(rungs?|ladders?(?![:=])|climb|climbs|climbed|climbing|glides?|resurrections?|foothold)\b": "technical term",
+    r"\brooms? (for|above|below|of|that|before|imports?)\b|\bof (the )?rooms\b": "space; package",
+    r"\bwhat `?[\w.]+(\([^)]*\))?`? (returned|returns|gave|wrote|writes|has written)\b": "the result of ...",
+    r"\btells? (the|its|their|a|an|no|nothing|more|less|apart|as much|it)\b": "reports, shows, states; estimates",
+    r"\bsays? (it|nothing|by)\b": "states, shows",
+    r"(?<!by )\bhand(s|ed)? (back|on|over)\b": "returns, passes",
+    r"\bgo(es|ing)? on\b": "continues, resumes",
+    r"\bsome (\d|ten|twenty|thirty|hundreds?|thousands?|millions?|tenths|dozens?)": "about; a few",
+    r"\bthe more so\b": "increasingly",
+    r"\bat hand\b|\bside by side\b(?! (with|in|by))": "available; together, in parallel",
     r"\bby another hand\b": "independent",
     r"\bfor want of\b": "because there is no ...",
     r"\blet go of\b": "released, freed",
-    r"\bgo(es)? on (from|with|to)\b": "resumes, continues",
     r"\bcomes? to (?!an end|rest)": "equals, reaches",
-    r"\bbeside\b": "next to, in addition to, with",
+    r"(?<!-)\bbeside\b": "next to, in addition to, with",
     r"\bin however\b": "even with the shortest ...",
     r"\bthereof\b|\bwhereof\b|\bwhereby\b": "start a new sentence",
     r"\bin turn\b": "one after another, alternately",
@@ -121,17 +130,28 @@ def texts_of_markdown(source: str) -> Iterator[tuple[int, str]]:
         lines.append(line)
 
 
+def matches_in(text: str) -> Iterator[tuple[int, str, str]]:
+    """Yield the line (from 0), the words and the advice of each match in a text."""
+    without_code = re.sub(r"`[^`\n]*`", lambda found: "`" + "x" * (len(found[0]) - 2) + "`", text)
+    # Join the lines of each paragraph, and keep the position of each letter in the text.
+    flat, positions, last = "", list[int](), 0
+    for end in re.finditer(r"(?<!\n)\n(?!\n)[ \t]*", without_code):
+        flat += without_code[last : end.start()] + " "
+        positions += range(last, end.start() + 1)
+        last = end.end()
+    flat += without_code[last:]
+    positions += range(last, len(text) + 1)
+    for pattern, advice in _COMPILED:
+        for found in pattern.finditer(flat):
+            yield text[: positions[found.start()]].count("\n"), found[0].strip(), advice
+
+
 def matches_of(path: Path) -> Iterator[Match]:
     """Yield the matches in a Python or Markdown file."""
     source = path.read_text(encoding="utf-8")
-    texts = texts_of_python(source) if path.suffix == ".py" else texts_of_markdown(source)
-    for first, text in texts:
-        without_code = re.sub(r"`[^`\n]*`", lambda found: "`" + "x" * (len(found[0]) - 2) + "`", text)
-        flat = re.sub(r"(?<!\n)\n(?!\n)\s*", " ", without_code)
-        for pattern, advice in _COMPILED:
-            for found in pattern.finditer(flat):
-                line = first + text[: found.start()].count("\n")
-                yield Match(path, line, found[0].strip(), advice)
+    for first, text in texts_of_python(source) if path.suffix == ".py" else texts_of_markdown(source):
+        for line, words, advice in matches_in(text):
+            yield Match(path, first + line, words, advice)
 
 
 def files_in(paths: list[Path]) -> list[Path]:

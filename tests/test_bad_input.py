@@ -335,7 +335,7 @@ NO_BUILDING = {
 NO_DATASET = {
     "modal_table": (wd.modal_table, "; give building.modal()"),
     "write": (lambda given: wd.write(given, "run.nc"), ""),
-    "summary": (wd.summary, "; give what simulate() returned"),
+    "summary": (wd.summary, "; pass the result of simulate()"),
     "fragility": (lambda given: wd.fragility(given, LIMITS), "; give what simulate() returned"),
     "damage_shares": (
         lambda given: wd.damage_shares(given, {"A": LIMITS}),
@@ -350,12 +350,12 @@ NO_DATASET = {
         "; give what simulate() returned of a portfolio",
     ),
     "select_storeys": (lambda given: wd.select_storeys(given, 1, 2), "; give what simulate() returned"),
-    "plots.fragility_curves": (plots.fragility_curves, "; draw what fragility(run, limits) returned"),
+    "plots.fragility_curves": (plots.fragility_curves, "; draw the result of fragility(run, limits)"),
     "plots.drift_over_height": (plots.drift_over_height, "; draw a run"),
     "plots.drift_against_intensity": (plots.drift_against_intensity, "; draw a run"),
-    "plots.spectra": (plots.spectra, "; draw what response_spectra("),
-    "plots.hysteresis": (plots.hysteresis, "; run simulate("),
-    "plots.pushover_curve": (plots.pushover_curve, "; draw what pushover("),
+    "plots.spectra": (plots.spectra, "; draw the result of response_spectra("),
+    "plots.hysteresis": (plots.hysteresis, "; draw a run of simulate("),
+    "plots.pushover_curve": (plots.pushover_curve, "; draw the result of pushover("),
 }
 for name, (call, told) in NO_BUILDING.items():
     for given in (None, system()):
@@ -370,7 +370,7 @@ OTHER_DATASETS = {
         lambda: wd.modal_table(xr.Dataset({"period": 1.0})),
         "the dataset has no effective_mass_ratio: give building.modal()",
     ),
-    "summary of modes": (lambda: wd.summary(building().modal()), "has no status, integration_step: give what simulate"),
+    "summary of modes": (lambda: wd.summary(building().modal()), "no status, integration_step: pass the result"),
 }
 
 

@@ -228,9 +228,13 @@ def test_readers_of_r2d_read_the_files_back(name, tmp_path):
     assert again["id"].tolist() == RESULTS["id"].tolist()
     np.testing.assert_allclose(again["plan_area"], RESULTS["plan_area"], rtol=1e-10)  # ten digits after the point
     renamed = RESULTS.rename(columns={"plan_area": "PlanArea"})
-    feet = read(wd.write_building_results(renamed, path))
+    with pytest.raises(FileExistsError, match=r"not a table with the same columns.*overwrite=True"):
+        wd.write_building_results(renamed, path)
+    assert read(wd.write_building_results(RESULTS, path))["id"].tolist() == RESULTS["id"].tolist()
+    feet = read(wd.write_building_results(renamed, path, overwrite=True))
     np.testing.assert_allclose(feet["plan_area"], RESULTS["plan_area"] * 0.3048**2, rtol=1e-10)
-    feet = read(wd.write_building_results(RESULTS.rename(columns={"plan_area": "A"}), path), columns={"plan_area": "A"})
+    renamed = RESULTS.rename(columns={"plan_area": "A"})
+    feet = read(wd.write_building_results(renamed, path, overwrite=True), columns={"plan_area": "A"})
     np.testing.assert_allclose(feet["plan_area"], RESULTS["plan_area"] * 0.3048**2, rtol=1e-10)
 
 
@@ -245,7 +249,7 @@ def test_geojson_holds_text_with_any_end_of_a_line(write, tmp_path):
 
 def test_a_column_named_as_one_of_r2d_is_refused(tmp_path):
     for name in ("AIM_id", "NumberOfStories", "assetType", "R2Dres_mean_RepairCost"):
-        with pytest.raises(ValueError, match=f"write_r2d_results: the table has a column '{name}' of its own"):
+        with pytest.raises(ValueError, match=f"write_r2d_results: the file needs the name '{name}'"):
             wd.write_r2d_results(RESULTS.assign(**{name: 1}), tmp_path / "a.geojson")
     assert not list(tmp_path.iterdir())
     only = RESULTS.drop(columns="storeys").assign(NumberOfStories=7)  # no other column becomes it
@@ -256,7 +260,7 @@ def test_a_column_named_as_one_of_r2d_is_refused(tmp_path):
 @pytest.mark.parametrize("column", [["one", 2, None, 3], [1.5, b"x", None, 2]])
 def test_a_column_that_parquet_has_no_type_for_is_named(column, tmp_path):
     pytest.importorskip("pyarrow")
-    with pytest.raises(ValueError, match="write_building_results: column 'mixed' holds values that Parquet has no"):
+    with pytest.raises(ValueError, match="write_building_results: column 'mixed' contains values of several types"):
         wd.write_building_results(RESULTS.assign(mixed=pd.Series(column, dtype=object)), tmp_path / "a.parquet")
     assert not list(tmp_path.iterdir())
 
@@ -291,35 +295,37 @@ def test_other_tables_are_refused_before_a_file_is_made(name, tmp_path):
     write, file, endings = WRITERS[name]
     with pytest.raises(ValueError, match=rf"{name}: the name of .*a\.shp must end in {endings}"):
         write(RESULTS, tmp_path / "a.shp")
-    with pytest.raises(TypeError, match=rf"{name}\(\) takes a DataFrame, got Dataset; give what building_results"):
+    with pytest.raises(
+        TypeError, match=rf"{name}\(\) takes a DataFrame, got Dataset; pass the result of building_results"
+    ):
         write(xr.Dataset(), tmp_path / file)
     with pytest.raises(
-        ValueError, match=f"{name}: the table has no longitude, sample_count: give what building_results"
+        ValueError, match=f"{name}: the table has no longitude, sample_count: pass the result of building_results"
     ):
         write(RESULTS.drop(columns=["longitude", "sample_count"]), tmp_path / file)
     with pytest.raises(ValueError, match=f"{name}: the table has no probabilities of damage"):
         write(RESULTS.drop(columns=[f"probability_{state}" for state in STATES]), tmp_path / file)
     nowhere = RESULTS.assign(latitude=RESULTS["latitude"].where(RESULTS["id"] != "001"))
-    with pytest.raises(ValueError, match=f"{name}: 1 buildings have no place, such as '001'"):
+    with pytest.raises(ValueError, match=f"{name}: 1 buildings have no longitude and latitude, such as '001'"):
         write(nowhere, tmp_path / file)
     with pytest.raises(FileNotFoundError, match="there is no folder"):
         write(RESULTS, tmp_path / "none" / file)
     swapped = RESULTS.rename(columns={"longitude": "latitude", "latitude": "longitude"})
     swapped["latitude"] += 80
     for changed, message in (
-        (edited("longitude", np.inf), r"longitude of '001' \(row 1\) is inf, and must be from -180 to 180 \[degree\]$"),
-        (edited("longitude", -180.5), r"longitude of '001' \(row 1\) is -180.5, and must be from -180 to 180"),
+        (edited("longitude", np.inf), r"longitude of '001' \(row 1\) is inf; it must be from -180 to 180 \[degree\]$"),
+        (edited("longitude", -180.5), r"longitude of '001' \(row 1\) is -180.5; it must be from -180 to 180"),
         (
             edited("latitude", 90.5),
-            r"latitude of '001' .* is 90.5, and must be from -90 to 90 \[degree\]; .* swapped\?",
+            r"latitude of '001' .* is 90.5; it must be from -90 to 90 \[degree\]; .* swapped\?",
         ),
-        (swapped, r"latitude of '000' .* is 100.333, .* are longitude and latitude swapped\?"),
-        (edited("probability_slight", -0.1), r"probability_slight of '001' \(row 1\) is -0.1, and must be from 0 to 1"),
-        (edited("probability_slight", 1.1), r"probability_slight of '001' \(row 1\) is 1.1, and must be from 0 to 1"),
+        (swapped, r"latitude of '000' .* is 100.333; .* are longitude and latitude swapped\?"),
+        (edited("probability_slight", -0.1), r"probability_slight of '001' \(row 1\) is -0.1; it must be from 0 to 1"),
+        (edited("probability_slight", 1.1), r"probability_slight of '001' \(row 1\) is 1.1; it must be from 0 to 1"),
         (edited("standard_error_slight", -1), r"standard_error_slight of '001' .* must be finite and at least 0"),
-        (edited("number", -2), r"number of '001' \(row 1\) is -2, and must be finite and at least 0"),
-        (edited("expected_loss", np.inf), r"expected_loss of '001' .* is inf, and must be finite"),
-        (RESULTS.assign(number=["1", "2", "3", "4"]), "column 'number' is of type .*, and must be of numbers"),
+        (edited("number", -2), r"number of '001' \(row 1\) is -2; it must be finite and at least 0"),
+        (edited("expected_loss", np.inf), r"expected_loss of '001' .* is inf; it must be finite"),
+        (RESULTS.assign(number=["1", "2", "3", "4"]), "column 'number' has the type .*; it must contain numbers"),
     ):
         with pytest.raises(ValueError, match=f"{name}: {message}"):
             write(changed, tmp_path / file)
@@ -327,7 +333,7 @@ def test_other_tables_are_refused_before_a_file_is_made(name, tmp_path):
 
 
 def test_parquet_needs_its_library_and_its_column(tmp_path, monkeypatch):
-    with pytest.raises(ValueError, match="a column 'geometry', which the file needs"):
+    with pytest.raises(ValueError, match="GeoParquet needs the column name 'geometry'"):
         wd.write_building_results(RESULTS.assign(geometry=1), tmp_path / "a.parquet")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(ImportError, match=r'pip install "pyarrow>=17", or write CSV, GeoJSON or netCDF'):

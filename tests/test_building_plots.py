@@ -91,7 +91,7 @@ def test_storey_hysteresis_is_drawn() -> None:
 def test_a_dataset_without_a_pushover_is_refused() -> None:
     with pytest.raises(
         ValueError,
-        match=r"no roof_displacement, base_shear, storey_drift: draw what pushover\(building, ...\) returned",
+        match=r"no roof_displacement, base_shear, storey_drift: draw the result of pushover\(building, ...\)",
     ):
         plots.pushover_curve(xr.Dataset())
 

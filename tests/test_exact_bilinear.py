@@ -263,7 +263,7 @@ def test_bad_input_is_named():
     for change, message in (
         ({"mass": 1.0}, r"mass must have shape \[storey\], got \(\)"),
         ({"mass": [1.0, 0.0, 1.0]}, "mass is 0 at storey 2; it must be finite and above 0"),
-        ({"stiffness": [1.0, 2.0]}, r"stiffness must be one value or one a storey, shape \[3\], got \(2,\)"),
+        ({"stiffness": [1.0, 2.0]}, r"stiffness must be one value or one per storey, shape \[3\], got \(2,\)"),
         ({"yield_force": -1.0}, "yield_force is -1 at storey 1; it must be finite and above 0"),
         ({"hardening_ratio": 1.0}, "hardening_ratio is 1 at storey 1; it must be finite and at least 0 and below 1"),
         ({"damping": 0.0}, r"damping must have shape \[3, 3\]"),

@@ -24,7 +24,7 @@ def test_a_cloud_has_its_line_its_collapses_and_a_median_for_each_limit():
     median = float(CLOUD["fragility_median"][0])
     assert f"slight: median {median:.3g}" in said
     assert any(each.startswith("median of collapse") for each in said)
-    with pytest.raises(ValueError, match=r"no regression_intercept.*: give what fragility_of_cloud"):
+    with pytest.raises(ValueError, match=r"no regression_intercept.*: pass the result of fragility_of_cloud"):
         plots.cloud_regression(RUN, CURVES)
 
 
@@ -75,9 +75,9 @@ def test_colours_are_the_users():
     assert axes.get_xscale() == "log"
     assert axes.get_xlabel() == "PGA [g]"  # without the run as well
     assert plots.fragility_curves(MERGED, scale="linear").axes[0].get_xscale() == "linear"
-    with pytest.raises(ValueError, match="colours has none for 'extensive'"):
+    with pytest.raises(ValueError, match="colours has no colour for 'extensive'"):
         plots.fragility_curves(CURVES, colours={"slight": "gold"})
-    with pytest.raises(ValueError, match="colours holds 'golden', which matplotlib does not know"):
+    with pytest.raises(ValueError, match="colours contains 'golden', which is not a colour of matplotlib"):
         plots.fragility_curves(CURVES, colours=["golden"])
     with pytest.raises(ValueError, match="unknown scale 'logarithmic'"):
         plots.fragility_curves(CURVES, scale="logarithmic")

@@ -297,9 +297,9 @@ NO_DATASET = {
     ),
     "portfolio_losses": (lambda given: wd.portfolio_losses(given, RATIOS, {}), "give what damage_shares(run, limits)"),
     "storey_losses": (lambda given: wd.storey_losses(given, ([0, 1], [0, 1])), "give what simulate() returned"),
-    "plots.disaggregation": (wd.plots.disaggregation, "draw what disaggregate("),
-    "plots.vulnerability": (wd.plots.vulnerability, "draw what vulnerability("),
-    "plots.loss_exceedance": (wd.plots.loss_exceedance, "draw what annual_losses("),
+    "plots.disaggregation": (wd.plots.disaggregation, "draw the result of disaggregate("),
+    "plots.vulnerability": (wd.plots.vulnerability, "draw the result of vulnerability("),
+    "plots.loss_exceedance": (wd.plots.loss_exceedance, "draw the result of annual_losses("),
 }
 
 

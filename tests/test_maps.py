@@ -109,7 +109,7 @@ def test_what_the_map_is_of_is_written_on_it():
     assert wd.plots.damage_map(results, "complete").axes[1].get_ylabel() == "Share of buildings in complete damage"
     one_each = wd.plots.damage_map(results.assign(number=1.0), cell=5.0)
     assert one_each.axes[0].get_title() == "50 buildings, cells of 5 km"
-    assert one_each.axes[1].get_ylabel() == "Expected loss over replacement cost"
+    assert one_each.axes[1].get_ylabel() == "Expected loss divided by replacement cost"
 
 
 def test_buildings_without_a_value_and_undamaged_ones():
@@ -127,13 +127,13 @@ def test_buildings_without_a_value_and_undamaged_ones():
     ("changed", "how", "message"),
     [
         ([], {"state": "sligt"}, r"unknown damage state 'sligt' \(did you mean 'slight'\?\)"),
-        (["expected_loss_ratio"], {}, "the table has no losses; name a damage state"),
+        (["expected_loss_ratio"], {}, "the table has no losses: give state="),
         (["number"], {"state": "slight"}, "the table has no column 'number'"),
         (["replacement_cost"], {}, "the table has no column 'replacement_cost'"),
         (
             [f"standard_error_{state}" for state in ("none", "slight", "complete")],
             {"state": "slight"},
-            r"no probabilities of damage and standard errors: draw what building_results",
+            r"no probabilities of damage and standard errors: draw the result of building_results",
         ),
         ([], {"cell": 0.0}, "cell must be a finite number above 0"),
     ],

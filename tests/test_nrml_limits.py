@@ -176,11 +176,11 @@ def test_a_probability_that_is_kept_below_the_minimum_is_warned_of(tmp_path):
         ((0.3, 5.0, 5.0), "maxIML 5, which must be above minIML, 5"),
         ((0.3, 6.0, 5.0), "must be above minIML"),
         ((-0.1, 0.1, 5.0), "noDamageLimit of imls is -0.1; it must be at least 0"),
-        (("nan", 0.1, 5.0), "noDamageLimit of imls holds nan; every number must be finite"),
-        ((0.1, "inf", 5.0), "minIML of imls holds inf"),
+        (("nan", 0.1, 5.0), "noDamageLimit of imls contains nan; every number must be finite"),
+        ((0.1, "inf", 5.0), "minIML of imls contains inf"),
         ((0.1, -1, 5.0), "minIML of imls is -1; it must be at least 0"),
         ((6.0, 0.1, 5.0), "no intensity would cause damage"),
-        (("", 0.1, 5.0), "noDamageLimit of imls must hold 1 numbers, got 0"),
+        (("", 0.1, 5.0), "noDamageLimit of imls must contain 1 numbers, got 0"),
     ],
 )
 def test_limits_that_cannot_be_are_refused(limits, message, tmp_path):

@@ -30,13 +30,13 @@ def test_weights_of_repeated_rows_are_added(tmp_path):
         ("taxonomy,risk_id,weight\nCR,C1,-1\nCR,C2,2\n", "finite number above 0, got '-1'"),
         ("taxonomy,risk_id,weight\nCR,C1,0\nCR,C2,1\n", "finite number above 0, got '0'"),
         ("taxonomy,risk_id,weight\nCR,C1,\n", "finite number above 0, got ''"),
-        ("taxonomy,risk_id,weight\nCR,C1,0.4\nCR,C1,0.4\n", "sum to 0.8"),
+        ("taxonomy,risk_id,weight\nCR,C1,0.4\nCR,C1,0.4\n", "'CR' is 0.8; it must be 1"),
         ("taxonomy,risk_id,Risk_ID\nCR,C1,C2\n", "differ only in upper and lower case"),
         ("taxonomy;risk_id\nCR;C1\n", "separated by ';'"),
         ("taxonomy,risk_id,weight\nCR,C1\n", "line 2: fewer values"),
-        ("taxonomy,risk_id\n", "no row below"),
+        ("taxonomy,risk_id\n", "has no rows below"),
         ("taxonomy,risk_id\n,C1\n", "taxonomy '' must be ASCII"),
-        ("taxonomy,risk_id\nC R,C1\n", "must be ASCII without spaces"),
+        ("taxonomy,risk_id\nC R,C1\n", "must be ASCII text without spaces"),
     ],
 )
 def test_mappings_that_cannot_be_are_refused_with_the_file(text, message, tmp_path):
@@ -57,11 +57,11 @@ def test_what_a_file_of_consequences_has_instead_is_named(tmp_path):
     text = "risk_id,consequence,loss_type,peril,slight\nC1,losses,structural,tsunami,0.1\n"
     text += "C1,collapsed,contents,earthquake,0.1\n"
     with pytest.raises(
-        ValueError, match=r"by earthquakes; it has losses of structural by tsunami; collapsed of contents"
+        ValueError, match=r"by earthquakes; it has losses for structural by tsunami; collapsed for contents"
     ):
         wd.read_consequences(file(tmp_path, text))
     for values, message in (
-        ("0.5,0.1", "the share falls from 0.5 of 'slight' to 0.1"),
+        ("0.5,0.1", "the share falls from 0.5 for 'slight' to 0.1"),
         ("0.5,1.1", "from 0 to 1 .*got '1.1'"),
         ("nan,1", "got 'nan'"),
         ("-0.1,1", "got '-0.1'"),
@@ -139,7 +139,7 @@ def test_responses_without_a_row_of_units_take_units(tmp_path):
     with_row = RESPONSE.replace("\n0,", "\nUnits,mps2,rad,rad,g\n0,", 1)
     again = wd.read_pelicun_demands(file(tmp_path, with_row), units=UNITS)
     assert again.identical(wd.read_pelicun_demands(file(tmp_path, with_row)))
-    with pytest.raises(ValueError, match=r"column '1-PFA-0-1' is in 'mps2', and units= has 'g' for PFA"):
+    with pytest.raises(ValueError, match=r"column '1-PFA-0-1' is in 'mps2', but units= has 'g' for PFA"):
         wd.read_pelicun_demands(file(tmp_path, with_row), units=UNITS | {"PFA": "g"})
 
 
@@ -153,7 +153,7 @@ def test_responses_without_a_row_of_units_take_units(tmp_path):
         ("0.02", "inf", UNITS, "1 impossible values, the first is inf"),
         ("1-RID-1-1", "1-PID-1-1", UNITS, "'1-PID-1-1' twice"),
         ("1-RID-1-1", "1-pid-1-1", UNITS, "differ only in upper and lower case"),
-        ("1-PFA-0-1,1-PID-1-1", "1-PFA-0-1;1-PID-1-1", UNITS, "names are"),
+        ("1-PFA-0-1,1-PID-1-1", "1-PFA-0-1;1-PID-1-1", UNITS, "names must be"),
     ],
 )
 def test_responses_that_cannot_be_are_refused_with_the_file(old, new, units, message, tmp_path):

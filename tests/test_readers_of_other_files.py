@@ -41,14 +41,14 @@ def test_files_that_are_no_csv(name, file, tmp_path):
 def test_text_that_breaks_a_table(name, tmp_path):
     path = tmp_path / "broken.csv"
     path.write_text('taxonomy,consequence\n"open,1\n')
-    with pytest.raises(ValueError, match=rf"^{name}: .*broken.csv is no CSV: "):
+    with pytest.raises(ValueError, match=rf"^{name}: .*broken.csv is not CSV: "):
         CSV[name](path)
 
 
 def test_rows_of_unequal_length_are_no_demands(tmp_path):
     path = tmp_path / "rows.csv"
     path.write_text(",1-PID-1-1\nUnits,rad\n0,1,2,3,4\n")
-    with pytest.raises(ValueError, match=r"^read_pelicun_demands: .*rows.csv is no CSV: .*line 3"):
+    with pytest.raises(ValueError, match=r"^read_pelicun_demands: .*rows.csv is not CSV: .*line 3"):
         wd.read_pelicun_demands(path)
 
 
@@ -64,7 +64,7 @@ def test_a_hazard_file_that_ends_after_its_first_line(tmp_path):
 def test_files_that_are_no_xml(name, file, tmp_path):
     path = tmp_path / file
     path.write_bytes(OF_OTHER_KINDS[file])
-    with pytest.raises(ValueError, match=rf"^{name}: .*{file} is no XML: "):
+    with pytest.raises(ValueError, match=rf"^{name}: .*{file} is not XML: "):
         XML[name](path)
 
 

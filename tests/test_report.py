@@ -59,7 +59,7 @@ def test_numbers_are_those_of_the_dataset(fitted: xr.Dataset, tmp_path: Path) ->
         np.testing.assert_allclose(page.numbers(table, head), fitted[name], rtol=6e-4)  # four digits
     assert page.column(table, "damage state") == ["slight", "extensive"]
     np.testing.assert_allclose(page.numbers(table, "limit"), [0.01, 0.04])
-    said = dict(page.tables["How these numbers came about"])
+    said = dict(page.tables["Provenance of the results"])
     assert (said["versions"], said["why this method"]) == ("warpdyn 9.9, numpy 0", "of a <reason>")
     assert said["seed of every random draw"] == "7"
     assert page.column("Ground motions: 10", "motion")[0] == "a<b>&c"
@@ -91,20 +91,20 @@ def test_remarks_name_what_limits_the_results(fitted: xr.Dataset, tmp_path: Path
     bad["fit_status"].values[1] = meanings.index("separated")
     told = " ".join(Page(wd.report(bad, tmp_path / "page.html")).remarks)
     for words in (
-        "3 of 40 samples failed in the integration and have no demands: more than the 1%",
-        "1 samples have energies that do not balance within 2% of what was supplied (at worst 0.5)",
+        "3 of 40 samples failed in the integration and have no demands. This is more than 1%",
+        "In 1 samples the energies do not balance within 2% of the energy supplied (largest error 0.5)",
         "4 samples are unreliable",
         "2 samples are sensitive",
-        "No sample was run again at a finer step",
-        "1 samples took shorter steps",
-        "'extensive' is no plain fit: separated",
+        "No sample was run again with a finer step",
+        "1 samples needed shorter steps",
+        "'extensive' is not a regular fit: separated",
     ):
         assert words in told, words
     checked = fitted.copy()
     checked["estimated_relative_error"] = ("demand", "error_statistic"), [[1e-4, 2e-3, 5e-2]]
     checked = checked.assign_coords(demand=["peak_storey_drift_ratio"], error_statistic=["median", "95 %", "worst"])
     page = Page(wd.report(checked, tmp_path / "page.html"))
-    caption = "Estimated relative error, of samples run again at half the step in float64"
+    caption = "Estimated relative error, from samples run again in float64 with half the step"
     assert page.numbers(caption, "worst").tolist() == [0.05]
     assert not any("finer step" in remark for remark in page.remarks)
 
@@ -142,12 +142,12 @@ BAD = {
     "no run": (
         lambda run, folder: wd.report(found_capacities(), folder / "page.html"),
         ValueError,
-        "the dataset has no scene, seed, method, source: give report",
+        "the dataset has no scene, seed, method, source: pass the result of simulate",
     ),
     "no status": (
         lambda run, folder: wd.report(run.drop_vars("status"), folder / "page.html"),
         ValueError,
-        "the dataset has no status: give report",
+        "the dataset has no status: pass the result of simulate",
     ),
     "no samples": (
         lambda run, folder: wd.report(run.isel(sample=[]), folder / "page.html"),
@@ -157,7 +157,7 @@ BAD = {
     "one sample": (
         lambda run, folder: wd.report(run.isel(sample=0), folder / "page.html"),
         ValueError,
-        r"select one by isel\(sample=\[number\]\)",
+        r"select a single sample by isel\(sample=\[number\]\)",
     ),
     "title": (lambda run, folder: wd.report(run, folder / "page.html", title=" "), ValueError, "must not be empty"),
     "title's kind": (

@@ -101,17 +101,21 @@ def test_a_dimension_without_labels_is_numbered(tmp_path):
 def test_what_is_no_table_is_refused(tmp_path):
     curves, path = make_curves(), tmp_path / "curves.csv"
     cases = (
-        (curves.rename(damage_state="limit"), {}, r"has the dimensions limit, stripe: choose one row .* rows='limit'"),
+        (
+            curves.rename(damage_state="limit"),
+            {},
+            r"limit, stripe: choose those of the rows, such as rows='limit'",
+        ),
         (curves, {"rows": "stripes"}, "did you mean 'stripe'"),
         (curves, {"rows": ()}, "must name dimensions"),
         (curves, {"rows": ("stripe", "stripe")}, "each once"),
         (
             curves[["exceedance_fraction"]],
             {"rows": "stripe"},
-            r"no variable lies along stripe alone.*exceedance_fraction\(",
+            r"no variable has only the dimensions stripe.*exceedance_fraction\(",
         ),
         (curves[["excluded_samples"]], {}, "no dimension"),
-        (curves.assign(fragility_median_g=curves.fragility_dispersion), {}, "two variables would be called"),
+        (curves.assign(fragility_median_g=curves.fragility_dispersion), {}, "two columns would have the name"),
     )
     for dataset, how, message in cases:
         with pytest.raises(ValueError, match=message):
@@ -132,7 +136,7 @@ def test_an_older_file_stays_where_the_new_one_fails(tmp_path, monkeypatch):
 
     monkeypatch.setattr(pd.DataFrame, "to_csv", fail)
     with pytest.raises(OSError, match="disk full"):
-        wd.write_table(make_curves(), path)
+        wd.write_table(make_curves(), path, overwrite=True)
     assert [each.read_text() for each in tmp_path.iterdir()] == ["older"]
 
 
@@ -140,7 +144,7 @@ def test_a_link_stays_and_its_target_is_written(tmp_path):
     target, link = tmp_path / "target.csv", tmp_path / "link.csv"
     target.write_text("older")
     link.symlink_to(target)
-    assert wd.write_table(make_curves(), link) == link
+    assert wd.write_table(make_curves(), link, overwrite=True) == link
     assert link.is_symlink()
     assert target.read_text().startswith("damage_state,")
 
@@ -208,7 +212,7 @@ def test_every_variable_is_in_the_table_or_named(tmp_path, caplog):
     curves = make_curves()
     for rows in (None, "stripe", ("damage_state", "stripe")):
         caplog.clear()
-        table = pd.read_csv(wd.write_table(curves, tmp_path / "curves.csv", rows=rows))
+        table = pd.read_csv(wd.write_table(curves, tmp_path / "curves.csv", rows=rows, overwrite=True))
         for name in curves.data_vars:
             assert any(str(column).startswith(name) for column in table) != (name in caplog.text), name
 
@@ -218,3 +222,25 @@ def test_an_index_that_is_not_of_a_dimension_takes_nothing(tmp_path, caplog):
     table = pd.read_csv(wd.write_table(run, tmp_path / "run.csv", rows="sample"))
     assert "motion_name" not in table
     assert "motion_name (rows='motion')" in caplog.text
+
+
+@pytest.mark.parametrize("name", ["curves.csv", "curves.parquet", "CURVES.CSV"])
+def test_only_a_table_with_the_same_columns_is_replaced(name, tmp_path):
+    path = tmp_path / name
+    inventory = pd.DataFrame({"id": ["a"], "storeys": [2]})
+    write = inventory.to_parquet if path.suffix == ".parquet" else inventory.to_csv
+    write(path, index=False)
+    before = path.read_bytes()
+    with pytest.raises(FileExistsError, match=r"(?i)curves.* is not a table with the same columns.*overwrite=True"):
+        wd.write_table(make_curves(), path)
+    assert path.read_bytes() == before
+    wd.write_table(make_curves(), path, overwrite=True)
+    changed = make_curves()
+    changed["fragility_median"][:] = 0.7
+    read = pd.read_parquet if path.suffix == ".parquet" else pd.read_csv
+    assert read(wd.write_table(changed, path))["fragility_median_g"].tolist() == [0.7, 0.7]
+    path.write_bytes(b"\xff\x00 no table")
+    with pytest.raises(FileExistsError, match="exists and is not a table"):
+        wd.write_table(changed, path)
+    with pytest.raises(TypeError, match="overwrite must be True or False, got 'yes'"):
+        wd.write_table(changed, path, overwrite="yes")

@@ -1,10 +1,10 @@
 """Ensembles of structural dynamics, integrated in parallel on GPUs and CPUs.
 
-The public names stand in `__init__.pyi`, with the modules that they come from. Each module is imported when one of its
-names is first asked for (PEP 562), so that `import warpdyn` is quick and imports no warp.
+`__init__.pyi` lists the public names with their modules. A module is imported when one of its names is first used (PEP
+562), so that `import warpdyn` is fast and does not import Warp.
 
 Example:
-    The examples of the public names go on from these lines. A building of two storeys, with scattered strength, under
+    The examples of all public names continue this example. A building with two storeys and random strength, under
     eight motions that are scaled to six levels:
 
     >>> import numpy as np
@@ -21,7 +21,7 @@ Example:
     >>> scene = wd.Scene(building, stripes, scatter)
     >>> run = wd.simulate(scene, structures=3, seed=1)
 
-    Its fragility curves, the hazard of its site, and three buildings of a region under the motions as they are:
+    Its fragility curves, the hazard of its site, and three buildings of a region under the unscaled motions:
 
     >>> limits = {"slight": 0.005, "complete": 0.015}  # storey drift ratios
     >>> curves = wd.fragility(run, limits)
@@ -37,13 +37,13 @@ Example:
 
 import lazy_loader
 
-__version__ = "0.1.0"  # the one place: pyproject.toml reads it from here
+__version__ = "0.1.0"  # pyproject.toml reads it from here
 
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 
 def __getattr__(name: str) -> object:
-    """Return a public name; near misses are answered with the name that was meant."""
+    """Return a public name; the error for a misspelt name suggests the correct one."""
     if name in __all__ or name.startswith("_"):
         return _named(name)
     from warpdyn.foundations.core.near_misses import did_you_mean

@@ -1,1 +1,1 @@
-"""What the studies import: a folder a study, and the command line that they share."""
+"""Modules of the studies: one folder per study, and their common command line."""

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING
 
 from warpdyn.foundations.files.unfinished import check_writable
 
-if TYPE_CHECKING:  # matplotlib takes a third of a second to import, which a study's results need not wait for
+if TYPE_CHECKING:  # importing matplotlib takes 0.3 s; results need not wait for it
     from matplotlib.figure import Figure
 
-# Packages and kernels are objects by the hundred thousand that stay until the end. Python searches them for cycles less
-# often here, and not once more when the study ends, which takes it a third of a second.
+# Packages and kernels create hundreds of thousands of objects that live until the end. Let Python search them for
+# cycles less often, and not at the end of the study, which would take 0.3 s.
 gc.set_threshold(50_000, 20, 50)
 atexit.register(gc.freeze)
 
@@ -24,9 +24,9 @@ def read_arguments(description: str | None, count: int, meaning: str, counted: s
     """Return `out`, `device`, `samples` (or another count) and `seed` from the command line.
 
     Args:
-        description: What the study does, for its help.
+        description: Description of the study, for its help.
         count: Default of the count.
-        meaning: What is counted, for the help.
+        meaning: Description of the count, for the help.
         counted: Name of the count on the command line.
     """
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -1,6 +1,6 @@
-"""What warpdyn is measured against: the same shear chain, written or set up for other tools.
+"""Peers of warpdyn: the same shear chain in hand-written code and other programs.
 
 Each peer is a module with one function, `measure(case)`, which integrates every sample of a case and returns the time
-of the integration alone and the peak storey drifts. None of them imports warpdyn. Where what it needs is not on the
-machine, importing it or `measure` raises ImportError or Missing, and the benchmark names the peer as missing.
+of the integration and the peak storey drifts. Peers do not import warpdyn. If a requirement is not installed,
+importing the peer or `measure` raises ImportError or Missing, and the benchmark lists the peer as missing.
 """

@@ -1,7 +1,7 @@
 """Measure one peer on case files: python -m peers peers.PEER CPUS FOLDER, in the folder `studies`.
 
-Reads every case-N.npz of the folder and writes measured-N.npz beside it: seconds, peak drifts and a note, or why there
-are none. The process keeps to the first CPUS of the processors it may use (0 for all of them), but for compiling.
+Reads every case-N.npz of the folder and writes measured-N.npz to the same folder: seconds, peak drifts and a note, or
+the reason of a failure. The process uses the first CPUS of its processors (0: all of them), except for compiling.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from peers.case import Case, Missing
 def main(peer: str, cpus: int, folder: Path) -> None:
     """Measure a peer on the cases of a folder."""
     cases = {path.name.replace("case", "measured"): Case.read(path) for path in sorted(folder.glob("case-*.npz"))}
-    with contextlib.suppress(Exception):  # `measure` meets it again, case by case
+    with contextlib.suppress(Exception):  # `measure` raises it again for each case
         importlib.import_module(peer).prepare(list(cases.values()))
     if cpus:
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:cpus])
@@ -31,7 +31,7 @@ def main(peer: str, cpus: int, folder: Path) -> None:
             found |= {"seconds": measured.seconds, "peaks": measured.peak_storey_drift, "note": measured.note}
         except (ImportError, Missing) as error:
             found |= {"status": "missing", "note": in_one_line(str(error))}
-        except Exception as error:  # whatever it is, the other cases are measured
+        except Exception as error:  # measure the other cases after any error
             found |= {"status": "failed", "note": in_one_line(f"{type(error).__name__}: {error}")}
         temporary = folder / f".{name}"
         np.savez(temporary, **found)

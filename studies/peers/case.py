@@ -13,12 +13,12 @@ import numpy as np
 HARDENING_RATIO, YIELD_DRIFT = 0.05, 0.01  # 1 and m
 HEIGHT = 3.0  # m, of all storeys
 
-# After a warm-up, runs are repeated until they have taken this long [s]: a GPU's clock needs some 0.2 s to speed up.
+# After a warm-up, runs are repeated until they have taken this long [s]: a GPU's clock needs about 0.2 s to speed up.
 LEAST_RUNS, TIMED_FOR = 2, 0.3
 
 
 class Missing(Exception):
-    """What a peer needs is not on this machine."""
+    """A requirement of a peer is not installed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Case:
     """An ensemble and the terms it is integrated on.
 
     Args:
-        law: A row of `peers.storey_laws.LAWS`; most peers have "elastic" and "bouc_wen" alone.
+        law: A row of `peers.storey_laws.LAWS`; most peers have only "elastic" and "bouc_wen".
         dtype: "float32" or "float64".
         device: "cpu" or "cuda:0".
         step: Integration step [s].
@@ -36,7 +36,7 @@ class Case:
         mass: Floor mass [kg], shape [structure, storey].
         structure: Which structure each sample has, shape [sample].
         scale: Factor on the base acceleration, shape [sample].
-        recorders: "drift", for peak storey drifts alone, or "all", what warpdyn records by default; few peers have it.
+        recorders: "drift" (peak storey drifts), or "all" (the default recorders of warpdyn; only in few peers).
     """
 
     law: str
@@ -84,12 +84,12 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """What a peer returns.
+    """Result of a peer.
 
     Args:
         seconds: Time of the integration of all samples [s], the least of several runs.
         peak_storey_drift: Largest absolute storey drift at any step [m], shape [sample, storey].
-        note: Anything that the reader of the number should know.
+        note: Remark on the result.
     """
 
     seconds: float
@@ -98,7 +98,7 @@ class Measured:
 
 
 def least_seconds(run: Callable[[], object]) -> float:
-    """Return the least time [s] of several runs of something warm.
+    """Return the shortest time [s] of several runs after a warm-up.
 
     Args:
         run: Runs it, waits until it is done, and returns its time [s], a float, if it knows better than the clock.
@@ -108,5 +108,5 @@ def least_seconds(run: Callable[[], object]) -> float:
         started = time.perf_counter()
         told = run()
         clock = time.perf_counter() - started
-        seconds.append(told if isinstance(told, float) else clock)  # what else a run returns is no time
+        seconds.append(told if isinstance(told, float) else clock)  # other results of a run are not times
     return min(seconds)

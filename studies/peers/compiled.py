@@ -14,16 +14,16 @@ from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Missing
 REAL = {"float32": "float", "float64": "double"}
 
 
-_FOLDER = tempfile.TemporaryDirectory(prefix="shear_chain")  # made here, before threads compile side by side
+_FOLDER = tempfile.TemporaryDirectory(prefix="shear_chain")  # made before several threads compile
 
 
 @functools.cache
 def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int) -> ctypes.CDLL:
-    """Return a library compiled from a source beside this file.
+    """Return a library compiled from a source in this folder.
 
     Raises:
         Missing: If there is no such compiler.
-        RuntimeError: If it fails; the message ends with what it said.
+        RuntimeError: If it fails; the message ends with its output.
     """
     path = shutil.which(compiler)
     if path is None:
@@ -38,7 +38,7 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
 
 
 def macros_of(case: Case) -> dict[str, str | int | float]:
-    """Return what both sources take from their compiler."""
+    """Return the compiler options of both sources."""
     return {
         "STOREYS": case.storeys,
         "REAL": REAL[case.dtype],

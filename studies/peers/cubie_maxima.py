@@ -1,7 +1,7 @@
-"""CuBIE: its RK4 at a fixed step, one sample a thread, running maxima of the drifts as summaries; it needs a GPU.
+"""CuBIE: its RK4 at a fixed step, one sample per thread, running maxima of the drifts as summaries; it needs a GPU.
 
 The chain is given as equations, which CuBIE turns into CUDA code; the base motion is a driver, interpolated linearly;
-the drifts are observables, of which the largest magnitude is kept at every step. The law's constants are compiled in.
+the drifts are observables, and their largest magnitude is updated at every step. The law's constants are compiled in.
 Timed by CuBIE's own events around its kernel, inputs and outputs on the device, with the settings that it chooses for
 the hardware.
 """

@@ -1,7 +1,7 @@
-"""Hand-written CUDA (shear_chain.cu): RK4, one sample a thread, its whole history in registers.
+"""Hand-written CUDA (shear_chain.cu): RK4, one sample per thread, its whole history in registers.
 
-It does what warpdyn's kernel does with the recorder of drifts, or with those of its defaults, but for the place of
-the largest drift ratio, the residual drifts and the test for a blow-up; and it can do nothing else. Beyond
+It does what warpdyn's kernel does with the recorder of drifts, or with those of its defaults, except the location of
+the largest drift ratio, the residual drifts and the test for divergence; it has no other features. Beyond
 20 storeys in float32 and 10 in float64 its registers spill. Timed by events, all data on the device.
 """
 
@@ -20,7 +20,7 @@ FLAGS = ("-std=c++17", "-arch=native", "-O3", "-Xcompiler", "-fPIC")
 
 
 def prepare(cases: Sequence[Case]) -> None:
-    """Compile what cases need, side by side."""
+    """Compile the libraries of the cases in parallel."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(_library, cases))
 
@@ -36,7 +36,7 @@ def measure(case: Case) -> Measured:
 
 
 def run(case: Case) -> tuple[float, np.ndarray, str]:
-    """Return the time of the kernel [s], what it has recorded, shape [row, sample], and what it takes of a GPU."""
+    """Return the time of the kernel [s], its results, shape [row, sample], and its use of GPU resources."""
     *tables, scale, acceleration = case.arrays()
     arrays = [np.ascontiguousarray(table.T) for table in tables] + [scale, acceleration]
     rows = 3 * case.storeys + 5 if case.recorders == "all" else case.storeys

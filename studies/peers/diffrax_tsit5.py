@@ -1,6 +1,6 @@
 """diffrax: Tsit5 at a constant step in diffeqsolve, a vmap over the samples, compiled by jit.
 
-How one uses diffrax. Tsit5 is of order 5 and evaluates the equation six times a step where RK4 does four times. All
+The usual way of using diffrax. Tsit5 has order 5 and evaluates the equation six times per step, RK4 four times. All
 drifts are saved at every step, for a solve has no running peak, and their largest is taken afterwards, on the device.
 """
 
@@ -48,7 +48,7 @@ def measure(case: Case) -> Measured:
                 rest(case),
                 own,
                 saveat=saved,
-                max_steps=case.steps + 16,  # rounding may leave a last sliver of a step
+                max_steps=case.steps + 16,  # rounding may leave a tiny last step
             )
             return jnp.abs(solved.ys).max(axis=0)
 

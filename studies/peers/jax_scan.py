@@ -1,6 +1,6 @@
 """JAX: RK4 in a lax.scan over the steps, a vmap over the samples, compiled by jit; a sample's storeys are an array.
 
-How one writes it in JAX. XLA makes a step into a few fused kernels; the state goes through memory between them.
+The usual way of writing it in JAX. XLA compiles a step to a few fused kernels, which exchange the state through memory.
 """
 
 from __future__ import annotations

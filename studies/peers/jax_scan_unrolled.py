@@ -1,6 +1,6 @@
-"""JAX as in jax_scan, but every storey a scalar of its own, in Python loops: what one does to help XLA fuse a step.
+"""JAX as in jax_scan, but with a separate scalar for each storey, in Python loops, so that XLA can fuse a step.
 
-XLA is slow to compile it beyond some ten storeys.
+Compilation by XLA is slow with more than about ten storeys.
 """
 
 from __future__ import annotations

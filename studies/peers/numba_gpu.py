@@ -1,6 +1,6 @@
-"""numba-cuda: RK4, one sample a thread, its state in local arrays that the compiler may keep in registers.
+"""numba-cuda: RK4, one sample per thread, its state in local arrays that the compiler may keep in registers.
 
-The kernel that one writes after the C++ one, in Python; it does the same work. Timed by events, all data on the device.
+A translation of the C++ peer to Python, with the same task. Timed by events, all data on the device.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def measure(case: Case) -> Measured:
         end.synchronize()
         return start.elapsed_time(end) / 1e3
 
-    run()  # which compiles it
+    run()  # compiles the kernel
     return Measured(least_seconds(run), peaks.copy_to_host().T)
 
 

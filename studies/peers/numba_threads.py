@@ -1,8 +1,8 @@
 """Numba on CPU threads: RK4 in a parallel loop over blocks of samples, written so that LLVM turns it into vector code.
 
-The natural loop, one sample after another, is not vectorised and ten times slower. What is here is what it takes: rows
-of samples in the innermost loop, and all of a block's state in one array, so that LLVM can see that rows do not
-overlap. Rows of 16 and 32 samples are tried; the faster counts. It does the work of the C++ peer.
+The natural loop, one sample after another, is not vectorised and ten times slower. Vectorisation needs rows
+of samples in the innermost loop, and the whole state of a block in one array, so that LLVM can see that rows do not
+overlap. Rows of 16 and 32 samples are tried; the faster counts. The task is that of the C++ peer.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def _compiled(storeys: int, row: int, dtype: str, is_bouc_wen: bool) -> Callable
         real((1 - HARDENING_RATIO) * YIELD_DRIFT),
         real(1 / YIELD_DRIFT),
     )
-    # Each variable's rows in a block's one array: a row a storey, after one for the ground, which stays zero.
+    # Rows of each variable in the array of a block: one row for the ground (zero), then one row per storey.
     u, v, z, trial_u, trial_v, trial_z, sum_u, sum_v, sum_z, k, c, inverse_mass, peak = (
         variable * (storeys + 1) for variable in range(13)
     )

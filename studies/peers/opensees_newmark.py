@@ -1,10 +1,9 @@
-"""OpenSeesPy in one process: zeroLength elements of a storey law's material and linear dampers, a model a sample.
+"""OpenSeesPy in one process: zeroLength elements of a storey law's material and linear dampers, one model per sample.
 
 Newmark's linear acceleration method with Newton iterations and a banded solver, the fastest of those tried; drifts
 from OpenSees' own envelope recorder. Its BoucWen material integrates z by the backward Euler method, of first order:
 with the step that suffices for RK4, 5 ms, its peak drifts are up to 4 % off, and within 1 % at an eighth of it, which
-is why this peer is measured there. What is timed is `analyze` alone, by the processor time of its one thread: no model
-is built in that time.
+is why this peer is measured there. The time is the processor time of `analyze` in one thread, without building models.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ def measure(case: Case) -> Measured:
             started = time.process_time()
             failed = ops.analyze(case.steps, case.step)
             seconds += time.process_time() - started
-            ops.wipe()  # which writes the envelope
+            ops.wipe()  # writes the envelope
             if failed:
                 raise RuntimeError(f"analyze returned {failed} at sample {sample}")
             largest = np.loadtxt(envelope, ndmin=2)[2]  # after the least and the largest: the largest absolute

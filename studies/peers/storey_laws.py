@@ -1,4 +1,4 @@
-"""Storey laws with parameters as of typical buildings, as warpdyn and as OpenSees take them."""
+"""Storey laws with parameters of typical buildings, for warpdyn and for OpenSees."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ class StoreyLaw:
     """One storey law.
 
     Args:
-        words: What it is, in a few words.
-        parameters: From the yield drift [m] to warpdyn's parameters, but for stiffness and yield force.
-        material: OpenSees' uniaxial material.
-        numbers: From stiffness [N/m], yield force [N] and warpdyn's parameters to the material's, in its order.
+        words: Short description. parameters: Function from the yield drift [m] to warpdyn's parameters, except
+        stiffness and yield force. material: OpenSees' uniaxial material. numbers: Function from stiffness [N/m], yield
+        force [N] and warpdyn's parameters to the material's, in its order.
     """
 
     words: str

@@ -1,4 +1,4 @@
-"""Figures, reports and files of other tools."""
+"""Figures, reports, and files of other programs."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Exact response of shear chains of bilinear storeys: a reference for tests and charts, which the engine never uses."""
+"""Exact response of shear chains of bilinear storeys, as a reference for tests and figures."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from scipy.special import comb
 from warpdyn.truth.chain import ShearChain, YieldingResponse
 
 # A piece of the motion lasts at most 1 rad of the highest frequency, and its series ends with this power: the remainder
-# is below 2^(21/2) / 21! = 3e-17, because the norm is sqrt(2) with a memory beside a drift.
+# is below 2^(21/2) / 21! = 3e-17, because the norm of drift and memory is sqrt(2).
 DEGREE = 20
 POWERS = np.arange(DEGREE + 1)
 BINOMIAL = comb(POWERS[:, None], POWERS)
-# Matrices from a polynomial on [0, 1] to its Bernstein coefficients, which bound it, and from these to each half's.
+# Matrices from a polynomial on [0, 1] to its Bernstein coefficients (bounds of its values), and to those of each half.
 BERNSTEIN = BINOMIAL / BINOMIAL[-1]
 FIRST_HALF = BINOMIAL / 2.0 ** POWERS[:, None]
 SECOND_HALF = FIRST_HALF[::-1, ::-1]
-# Slack that keeps a storey at rest at yield from switching back and forth on rounding, as a share of the yield force.
+# Tolerance as a share of the yield force; without it, rounding would switch a storey at rest at yield back and forth.
 YIELD_SLACK = 1e-13
-LARGEST_CACHE = 10**8  # bytes of exponentials kept, one for each set of yielding storeys
+LARGEST_CACHE = 10**8  # bytes of cached exponentials, one per set of yielding storeys
 
 
 def bilinear_chain_response(
@@ -40,10 +40,10 @@ def bilinear_chain_response(
     """Response of bilinear storeys with kinematic hardening, exact between the instants of yielding and unloading.
 
     Between these instants the motion is linear: the exponential of the state, augmented with the load and its rate, is
-    a Taylor series in time, so that each storey's drift, drift rate and memory are polynomials. Where the Bernstein
-    coefficients of one, which bound it, stay within yield (or off 0, for the rate of a storey that yields) nothing can
-    happen; elsewhere they are halved until each root stands alone. So no instant is missed, however close to another
-    or to a mere touch. A storey that never comes to its yield force is linear, and its peak exact all the same.
+    a Taylor series in time, so that each storey's drift, drift rate and memory are polynomials. Bernstein coefficients
+    bound a polynomial. While they stay within yield (or do not change sign, for the drift rate of a yielding storey),
+    there is no instant of yielding or unloading; otherwise the interval is halved until each root is isolated. No
+    instant is missed, even if two are very close.
 
     Args:
         mass: Floor mass [kg], shape [storey].
@@ -104,7 +104,7 @@ def bilinear_chain_response(
                 before, state = state, series.sum(axis=0) if part == 1 else part**POWERS @ series
                 _raise_peak(peak, series, bounds, state, part)
                 dissipated = dissipated + flow * chain.hysteretic_force * (state - before)[:storeys]
-                if switching is not None:  # what is known of it is put without rounding: no drift rate, or full yield
+                if switching is not None:  # set the exact value: drift rate 0, or full yield
                     if flow[switching]:
                         flow[switching] = state[storeys + switching] = 0.0
                     else:
@@ -135,7 +135,7 @@ def _exponential_series(chain: ShearChain, elastic: np.ndarray, duration: float)
 
 
 def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.ndarray) -> tuple[float, int | None]:
-    """Return when in [0, 1] a storey first yields or unloads, and which storey; (1, None) if none does."""
+    """Return the instant in [0, 1] at which a storey first yields or unloads, and the storey; otherwise (1, None)."""
     n = flow.size
     (low, high), limit = bounds, 1 + YIELD_SLACK
     elastic = flow == 0
@@ -165,7 +165,7 @@ def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.n
 def _raise_peak(
     peak: np.ndarray, series: np.ndarray, bounds: tuple[np.ndarray, ...], state: np.ndarray, part: float
 ) -> None:
-    """Raise each storey's peak to the largest absolute drift in the first part [0, part] of a piece."""
+    """Update the peak of each storey with the largest absolute drift in the part [0, part] of a piece."""
     n = peak.size
     np.maximum(peak, np.abs(state[:n]), out=peak)
     for storey in np.flatnonzero(np.maximum(bounds[1][:n], -bounds[0][:n]) > peak):
@@ -191,7 +191,7 @@ def _descents(series: np.ndarray) -> Iterator[float]:
         start, end, hull = parts.pop()
         positive = hull[hull != 0] > 0
         changes = np.count_nonzero(positive[1:] != positive[:-1])
-        if changes > 1 and end - start > 1e-12:  # two roots closer than this are taken as none
+        if changes > 1 and end - start > 1e-12:  # two roots closer than this are ignored
             middle = (start + end) / 2
             parts += [(middle, end, SECOND_HALF @ hull), (start, middle, FIRST_HALF @ hull)]
         elif positive.size:

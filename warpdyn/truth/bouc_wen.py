@@ -1,4 +1,4 @@
-"""Response of shear chains of Bouc-Wen storeys to near rounding: a reference for tests, not for the engine."""
+"""Response of shear chains of Bouc-Wen storeys, exact to about rounding, as a reference for tests."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warpdyn.engine.laws import LAWS
 from warpdyn.truth.chain import ShearChain, YieldingResponse
 
 RELATIVE_TOLERANCE = 1e-12
-# Absolute tolerance as a share of a small drift: near 0 a relative tolerance alone is too strict.
+# Absolute tolerance as a share of a small drift; near 0 a relative tolerance is too strict.
 ABSOLUTE_TOLERANCE = 1e-13
 
 
@@ -33,8 +33,8 @@ def bouc_wen_chain_response(
 ) -> YieldingResponse:
     """Response of Bouc-Wen storeys by scipy's eighth-order method at a relative tolerance of 1e-12.
 
-    It integrates from corner to corner: of the load, and of the law where a storey's drift rate or z changes sign.
-    These instants are solved for, so that each step is of a smooth system and ends at each extreme of a drift.
+    It integrates from corner to corner: corners of the load, and instants at which a storey's drift rate or z changes
+    sign. These instants are computed, so the system is smooth in each step, and steps end at the extremes of drifts.
 
     Args:
         mass: Floor mass [kg], shape [storey].
@@ -79,13 +79,13 @@ def bouc_wen_chain_response(
     power = exponent[0] if (exponent == exponent[0]).all() else exponent  # numpy is fast at one power of 1 or 2
     recoverable = chain.hysteretic_force * chain.yield_drift / 2
     state = np.concatenate([chain.start(0.0, initial_velocity), np.zeros(n)])
-    # The least drift to expect, that of the highest mode, or the yield drift where that is less.
+    # The smallest drift to expect: that of the highest mode, or the yield drift if it is smaller.
     least = (np.abs(chain.load).max() / chain.fastest + np.abs(state).max()) / chain.fastest
     scale = np.minimum(chain.yield_drift, least) if least > 0 else chain.yield_drift
     shares = scale / chain.yield_drift
     scales = np.concatenate([scale, scale * chain.fastest, shares, recoverable * shares**2])
     tolerances = {"rtol": RELATIVE_TOLERANCE, "atol": ABSOLUTE_TOLERANCE * scales}
-    # Signs of drift rates and memories are fixed during a step, so that the system is smooth there.
+    # Signs of drift rates and memories are constant during a step, so that the system is smooth.
     signs = np.where(state[n : 3 * n] < 0, -1.0, 1.0)
     weight = (beta * signs[:n] * signs[n:] + gamma) / chain.yield_drift
     stiff = 1 / chain.yield_drift
@@ -97,7 +97,7 @@ def bouc_wen_chain_response(
     def slope(time: float, state: np.ndarray) -> np.ndarray:
         drift_rate, memory = state[n : 2 * n], state[2 * n : 3 * n]
         bend = np.abs(memory) ** power
-        if any_odd:  # goes on smoothly below 0
+        if any_odd:  # a smooth continuation below 0
             bend = np.copysign(bend, np.where(odd, memory * signs[n:], 1.0))
         return np.concatenate(
             [
@@ -141,7 +141,7 @@ def bouc_wen_chain_response(
 
 def _advance(solver: DOP853, sample: int) -> None:
     """Take one step of the solver."""
-    with np.errstate(over="ignore", invalid="ignore"):  # of a trial step far too long, which is refused then
+    with np.errstate(over="ignore", invalid="ignore"):  # a trial step may be far too long; it is rejected
         message = solver.step()
     if solver.status == "failed":
         raise RuntimeError(f"after force[{sample}], {solver.t:g} s: {message}")
@@ -150,11 +150,11 @@ def _advance(solver: DOP853, sample: int) -> None:
 def _first_corner(
     solver: DOP853, acceleration: Callable[[float, np.ndarray], np.ndarray], before: np.ndarray, signs: np.ndarray
 ) -> tuple[float, np.ndarray] | None:
-    """Return when in the last step a drift rate or memory first changes sign, and which; None if none does."""
+    """Return the instant and the components of the first sign change in the last step; None without a sign change."""
     n = signs.size // 2
     watched = slice(n, 3 * n)
     may_leave = signs * solver.y[watched] < 0
-    # A drift rate that approaches 0 and recedes may have crossed it twice; a memory reverses at a corner only.
+    # A drift rate that approaches 0 and recedes may have crossed it twice; a memory reverses only at a corner.
     coming, going = acceleration(solver.t_old, before), acceleration(solver.t, solver.y)
     may_leave[:n] |= (signs[:n] * coming < 0) & (signs[:n] * going > 0)
     candidates = np.flatnonzero(may_leave)
@@ -162,7 +162,7 @@ def _first_corner(
         return None
     dense, instants = solver.dense_output(), np.linspace(solver.t_old, solver.t, 9)
     values = (signs[:, None] * dense(instants)[watched])[candidates]
-    # The solver's values at the ends, which differ from the interpolant's by rounding.
+    # At the ends use the solver's values, from which the interpolant differs by rounding.
     values[:, 0], values[:, -1] = (signs * before[watched])[candidates], (signs * solver.y[watched])[candidates]
     first = np.inf
     changing: list[int] = []

@@ -1,4 +1,4 @@
-"""Shear chains of yielding storeys in the form that the exact responses use: storey drifts and memories."""
+"""Shear chains of yielding storeys in terms of storey drifts and memories, for the exact responses."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ POSITIVE = Parameter("", "", low=0.0, low_open=True)
 
 @dataclass(frozen=True, eq=False)
 class YieldingResponse:
-    """Response of a chain of yielding storeys, at the samples of its load.
+    """Response of a chain of yielding storeys at the samples of the load.
 
     Args:
         displacement: Floor displacement [m], shape [time, storey].
@@ -24,7 +24,7 @@ class YieldingResponse:
         memory: Hysteretic force of each storey over its yield force, which is z of Bouc-Wen [-], shape [time, storey];
             with bilinear storeys drift - memory yield_force / stiffness is the plastic drift.
         hysteretic_energy: Energy dissipated by each storey so far [J], shape [time, storey].
-        peak_storey_drift: Largest absolute drift of each storey at any time, between samples too [m], shape [storey].
+        peak_storey_drift: Largest absolute drift of each storey at any time, also between samples [m], shape [storey].
     """
 
     displacement: np.ndarray
@@ -37,8 +37,8 @@ class YieldingResponse:
 class ShearChain:
     """A shear chain whose storeys have the force a k d + (1 - a) Fy z in their drift d, where z is their memory.
 
-    The state is (d, d', z): drift rates of a storey at rest are 0 to the last digit, which differences of floor
-    velocities are not.
+    The state is (d, d', z). Drifts instead of floor displacements are used, because the drift rate of a storey at rest
+    is then exactly 0.
 
     Args:
         mass: Floor mass [kg], shape [storey].
@@ -100,7 +100,7 @@ class ShearChain:
         """Return a parameter as an array [storey], or raise a ValueError that names the problem."""
         array = finite_numbers(name, value)
         if array.shape not in ((), (self.storeys,)):
-            raise ValueError(f"{name} must be one value or one a storey, shape [{self.storeys}], got {array.shape}")
+            raise ValueError(f"{name} must be one value or one per storey, shape [{self.storeys}], got {array.shape}")
         array = np.array(np.broadcast_to(array, self.storeys))
         problem = parameter and parameter.first_violation(name, array, ("storey",))
         if problem:

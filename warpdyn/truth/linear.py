@@ -1,4 +1,4 @@
-"""Exact linear responses by matrix exponentials: a reference for tests and charts, which the engine never uses."""
+"""Exact linear responses by matrix exponentials, as a reference for tests and figures."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def harmonic_response(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Exact response of M u'' + C u' + K u = F0 sin(w t + phase), with any damping matrix, at resonance too.
 
-    The state is augmented with the load's sine and cosine. Each instant takes two exponentials, one from t = 0 to
-    the head of its block and one from there on, so that rounding does not add up over the steps.
+    The state is augmented with the sine and cosine of the load. Each instant needs two exponentials, from t = 0 to
+    the beginning of its block and from there to the instant, so that rounding errors do not accumulate.
 
     Args:
         mass: Masses [kg], shape [dof], or mass matrix, shape [dof, dof].
@@ -34,8 +34,8 @@ def harmonic_response(
         frequency: Circular frequency of the load w [rad/s].
         phase: Phase of the load [rad].
         time: Uniform instants after t = 0, where the initial state holds [s], shape [time].
-        initial_displacement: Displacement at t = 0 [m], shape [dof]; at rest if left out.
-        initial_velocity: Velocity at t = 0 [m/s], shape [dof]; at rest if left out.
+        initial_displacement: Displacement at t = 0 [m], shape [dof]; None: at rest.
+        initial_velocity: Velocity at t = 0 [m/s], shape [dof]; None: at rest.
 
     Returns:
         Displacement [m], velocity [m/s] and acceleration [m/s2], each of shape [time, dof].
@@ -106,8 +106,8 @@ def piecewise_linear_response(
         stiffness: Stiffness matrix [N/m], symmetric and positive definite, shape [dof, dof].
         force: Force samples [N], shape [time, dof]; a base acceleration a_g is the force -M r a_g.
         step: Time between samples [s].
-        initial_displacement: Displacement at the first sample [m], shape [dof]; at rest if left out.
-        initial_velocity: Velocity at the first sample [m/s], shape [dof]; at rest if left out.
+        initial_displacement: Displacement at the first sample [m], shape [dof]; None: at rest.
+        initial_velocity: Velocity at the first sample [m/s], shape [dof]; None: at rest.
 
     Returns:
         Displacement [m], velocity [m/s] and acceleration [m/s2], each of shape [time, dof].

@@ -1,4 +1,4 @@
-"""What a result of these scripts was measured with: versions, the kind of machine, and the day."""
+"""Provenance of the results of these scripts: versions, kind of machine, and date."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ RESULTS, FIGURES = FOLDER / "results", FOLDER / "figures"
 
 
 def provenance(*packages: str, **others: str) -> dict[str, str]:
-    """Return versions of packages, and of what has no package, the kind of machine and the day.
+    """Return versions of packages and other tools, the kind of machine and the date.
 
     Args:
-        *packages: Distributions whose versions are told beside those of warpdyn, Warp and NumPy.
+        *packages: Distributions whose versions are added to those of warpdyn, Warp and NumPy.
         **others: Versions of tools that are not installed as packages.
     """
     named = ("warpdyn", "warp-lang", "numpy", *packages)
@@ -33,9 +33,9 @@ def provenance(*packages: str, **others: str) -> dict[str, str]:
 
 
 def _processor() -> str:
-    """Return the model of the processor, or its architecture where the system does not tell."""
-    told = Path("/proc/cpuinfo")
-    lines = told.read_text(encoding="utf-8").splitlines() if told.exists() else []
+    """Return the model of the processor, or its architecture if the model is not known."""
+    file = Path("/proc/cpuinfo")
+    lines = file.read_text(encoding="utf-8").splitlines() if file.exists() else []
     return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 

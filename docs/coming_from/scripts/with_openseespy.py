@@ -1,4 +1,4 @@
-"""The same five-storey building under the same 44 records by OpenSeesPy and by warpdyn: peaks and seconds.
+"""Peak drifts and computing times of a five-storey building under 44 records, with OpenSeesPy and with warpdyn.
 
     python docs/coming_from/scripts/with_openseespy.py
 
@@ -64,7 +64,7 @@ def by_opensees(motion: wd.GroundMotion, frequencies: np.ndarray, substeps: int,
     ops.recorder("EnvelopeElement", "-file", envelope, "-precision", 12, "-eleRange", 1, 5, "deformation")
     if ops.analyze(substeps * (len(motion.values) - 1), motion.step / substeps):
         raise RuntimeError(f"{motion.name}: no convergence")
-    ops.wipe()  # which writes the envelope: least, largest and largest absolute
+    ops.wipe()  # writes the envelope: minimum, maximum and largest absolute value
     return np.loadtxt(envelope)[2]
 
 
@@ -97,19 +97,19 @@ REPEATS = 5
 
 
 def processor_seconds(call: Callable[[], np.ndarray]) -> tuple[float, np.ndarray]:
-    """Return the processor time of a call, of all threads, and what it returned."""
+    """Return the processor time of a call (all threads), and its result."""
     started = time.process_time()
     result = call()
     return time.process_time() - started, result
 
 
 def main() -> None:
-    """Run both, and write what they came to."""
+    """Run both programs, and write the results."""
     motions = [wd.GroundMotion(1.5 * motion.values, motion.step, motion.name) for motion in wd.records.far_field()]
     frequencies = building().modal()["circular_frequency"].values
     substeps = [max(1, round(motion.step / STEP)) for motion in motions]
     steps = sum(n * (len(motion.values) - 1) for n, motion in zip(substeps, motions, strict=True))
-    by_warpdyn(motions), by_warpdyn(motions, 100)  # which compiles
+    by_warpdyn(motions), by_warpdyn(motions, 100)  # compiles the kernels
 
     def all_by_opensees(finer: int = 1) -> np.ndarray:
         pairs = zip(motions, substeps, strict=True)
@@ -117,7 +117,7 @@ def main() -> None:
             return np.array([by_opensees(motion, frequencies, finer * n, folder) for motion, n in pairs])
 
     timed: dict[str, list[float]] = {"OpenSeesPy": [], "warpdyn": [], "warpdyn, 4,400 histories": []}
-    for _ in range(REPEATS):  # interleaved, so that other work on the machine meets all alike
+    for _ in range(REPEATS):  # alternating, so that other load of the machine affects both
         seconds, ours = processor_seconds(lambda: by_warpdyn(motions))
         timed["warpdyn"].append(seconds)
         timed["warpdyn, 4,400 histories"].append(processor_seconds(lambda: by_warpdyn(motions, 100))[0])
@@ -163,13 +163,13 @@ def main() -> None:
 
 
 def _apart(values: np.ndarray, reference: np.ndarray) -> list[float]:
-    """Return median, 95 % and largest difference of a history's storeys over its largest peak."""
+    """Return the median, 95 % quantile and maximum of the differences of histories, divided by their largest peak."""
     apart = np.abs(values - reference).max(axis=1) / reference.max(axis=1)
     return np.percentile(apart, (50, 95, 100)).tolist()
 
 
 def _laws() -> list[list[str]]:
-    """Return a row for each storey law: names beside OpenSees', and the largest difference of forces along cycles."""
+    """Return a row for each storey law: its name, OpenSees' name, and the largest difference of forces in cycles."""
     stiffness, yield_force, refined = 1.0e7, 1.0e5, 40
     yield_drift = yield_force / stiffness
     turns = yield_drift * np.array([0, *(s * d for d in (0.5, 1, 2, 3, 4, 6, 8, 10) for s in (1, -1)), 0])
@@ -198,7 +198,7 @@ def _laws() -> list[list[str]]:
 
 
 def _draw(ours: np.ndarray, theirs: np.ndarray) -> None:
-    """Draw the peak drift ratios of both against each other, and the profile of their medians."""
+    """Draw the peak drift ratios of one program against the other, and the profile of their medians."""
     figure = Figure(figsize=(8.5, 3.8), layout="constrained")
     scatter, profile = figure.subplots(1, 2, width_ratios=(1.2, 1))
     a, b = 100 * theirs / HEIGHT, 100 * ours / HEIGHT

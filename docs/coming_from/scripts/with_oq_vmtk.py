@@ -1,12 +1,12 @@
-"""The cloud analysis of GEM's vulnerability modellers' toolkit, by the toolkit and by warpdyn, on the same records.
+"""Cloud analysis with GEM's vulnerability modellers' toolkit and with warpdyn, for the same records.
 
     python docs/coming_from/scripts/with_oq_vmtk.py PATH/demos/CloudAnalysis REVISION
 
 It needs warpdyn with the extra ".[test]", the toolkit (`openquake.vmtk`, with PATH on PYTHONPATH if it is not
 installed), the folder of the toolkit's public demonstration, which holds 200 records and their intensity measures, and
-the toolkit's revision, which is kept beside the results.
+the toolkit's revision, which is written to the results.
 It writes results/oq_vmtk*.csv, results/oq_vmtk.json and figures/oq_vmtk.png. The toolkit's 200 histories are run twice,
-at the step of the demonstration and at half of it, in some four minutes of processor time.
+at the step of the demonstration and at half of it, in about four minutes of processor time.
 """
 
 from __future__ import annotations
@@ -30,21 +30,21 @@ import warpdyn as wd
 sys.path.insert(0, str(Path(__file__).parents[3] / "studies"))
 from peers.opensees_newmark import load_opensees
 
-load_opensees()  # with the libraries that it brings, before the toolkit imports it
+load_opensees()  # with its libraries, before the toolkit imports it
 from openquake.vmtk.calibration import calibrate_model  # noqa: E402
 from openquake.vmtk.modeller import modeller  # noqa: E402
 from openquake.vmtk.postprocessor import postprocessor  # noqa: E402
 
-# What the demonstration is given.
+# Input of the demonstration.
 STOREYS, HEIGHT, PARTICIPATION, DAMPING_RATIO = 2, 2.8, 1.33, 0.05
 CAPACITY = np.array(
     [[0.00060789, 0.00486316, 0.02420000, 0.04353684], [0.10315200, 0.20630401, 0.12378241, 0.12502023]]
 ).T  # spectral displacements [m] and accelerations [g]
 THRESHOLDS = {"slight": 0.00150, "moderate": 0.00545, "extensive": 0.00952, "complete": 0.0135}
-LEAST, MOST = 0.1 * THRESHOLDS["slight"], 1.5 * THRESHOLDS["complete"]  # drift ratios that the regression keeps between
+LEAST, MOST = 0.1 * THRESHOLDS["slight"], 1.5 * THRESHOLDS["complete"]  # limits of the drift ratios in the regression
 MEASURES = ("PGA", "SA(0.3s)", "SA(0.6s)", "SA(1.0s)", "AvgSA")
 G = 9.81  # m/s2, in the toolkit
-REPEATS = 7  # of warpdyn's run, of which the least is taken
+REPEATS = 7  # runs of warpdyn; the shortest time counts
 
 
 def read_records(folder: Path) -> list[wd.GroundMotion]:
@@ -58,7 +58,7 @@ def read_records(folder: Path) -> list[wd.GroundMotion]:
 
 
 class Toolkit:
-    """The demonstration's model, as the toolkit's own functions make it and run it."""
+    """Model of the demonstration, made and analysed by functions of the toolkit."""
 
     def __init__(self, records: Path) -> None:
         self.records = records
@@ -83,7 +83,7 @@ class Toolkit:
         return displacement[:, -1], shear
 
     def run(self, motions: list[wd.GroundMotion], part: float) -> tuple[np.ndarray, float]:
-        """Return the peak drift ratios, shape [record, storey], and the processor time [s], at a part of the step."""
+        """Return peak drift ratios, shape [record, storey], and processor time [s], with a fraction of the step."""
         peaks, started = np.full((len(motions), STOREYS), np.nan), time.process_time()
         with tempfile.TemporaryDirectory() as folder, contextlib.redirect_stdout(io.StringIO()):
             for row, motion in enumerate(motions):
@@ -97,7 +97,7 @@ class Toolkit:
 
 # [building]
 def building_of(mass: np.ndarray, drift: np.ndarray, force: np.ndarray) -> wd.ShearBuilding:
-    """Return the building of the toolkit's floor masses [t], drifts [m] and forces [kN]."""
+    """Return the building with the toolkit's floor masses [t], drifts [m] and forces [kN]."""
     corners = {f"ductility_{i + 1}": drift[:, i] / drift[:, 0] for i in (1, 2, 3)}
     corners |= {f"force_ratio_{i + 1}": force[:, i] / force[:, 0] for i in (1, 2, 3)}
     return wd.ShearBuilding(
@@ -116,7 +116,7 @@ def building_of(mass: np.ndarray, drift: np.ndarray, force: np.ndarray) -> wd.Sh
 
 # [run]
 def cloud(building: wd.ShearBuilding, motions: list[wd.GroundMotion]) -> xr.Dataset:
-    """Return the building under all records as they are."""
+    """Return the run of the building under all unscaled records."""
     cloud = wd.Cloud(motions, wd.SpectralAcceleration(0.3))
     scene = wd.Scene(building, cloud, recorders=("drift",), tail=0.0)
     return wd.simulate(scene)
@@ -137,8 +137,8 @@ def curves_of(run: xr.Dataset, intensity: np.ndarray, of_buildings: float = 0.3)
 
 
 def main(folder: Path, revision: str) -> None:
-    """Run both, and write what they came to."""
-    warnings.filterwarnings("ignore", message="stiffness_damage_use_exponent")  # the page tells of it
+    """Run both programs, and write the results."""
+    warnings.filterwarnings("ignore", message="stiffness_damage_use_exponent")  # the page explains it
     records = next(path for path in (folder / "Records", folder / "records") if path.exists())
     motions = read_records(records)
     measured = pickle.loads((records / "imls_esrm20.pkl").read_bytes())
@@ -167,7 +167,7 @@ def main(folder: Path, revision: str) -> None:
 
     roof, shear = toolkit.pushover(0.9 * toolkit.drift[:, 3].sum(), 400)
     pushed = wd.pushover(building, np.maximum(roof, 0)[1:], pattern="first_mode")["base_shear"].values / 1000
-    # The toolkit's demands, cut off where the demonstration cuts them off, as if they were a run of warpdyn's.
+    # Demands of the toolkit with the limits of the demonstration, in the form of a run of warpdyn.
     peak, status = run["peak_storey_drift_ratio"], run["status"]
     reached = (theirs >= MOST).any(axis=1).astype(np.int8)
     as_run = run.assign({peak.name: peak.copy(data=np.minimum(theirs, MOST)), "status": status.copy(data=reached)})
@@ -227,14 +227,14 @@ def main(folder: Path, revision: str) -> None:
 
 
 def _seconds_of(building: wd.ShearBuilding, motions: list[wd.GroundMotion]) -> float:
-    """Return the processor time of a run, of all threads."""
+    """Return the processor time of a run (all threads)."""
     started = time.process_time()
     cloud(building, motions)
     return time.process_time() - started
 
 
 def _differences(values: np.ndarray, reference: np.ndarray, chosen: np.ndarray) -> dict[str, float]:
-    """Return percentiles of the difference of the largest peak drifts over the reference's."""
+    """Return percentiles of the difference of the largest peak drifts, divided by those of the reference."""
     values, reference = values[chosen].max(axis=1), reference[chosen].max(axis=1)
     found = np.percentile(np.abs(values / reference - 1), (50, 90, 95, 100))
     return dict(zip(("median", "90 %", "95 %", "largest"), found.tolist(), strict=True))

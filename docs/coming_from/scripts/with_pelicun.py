@@ -1,8 +1,8 @@
-"""Demands of a run in pelicun, and a sample of pelicun's in warpdyn.
+"""Exchange of demand samples between warpdyn and pelicun.
 
     python docs/coming_from/scripts/with_pelicun.py
 
-It needs warpdyn with the extra ".[records]", and pelicun. It writes results/pelicun.csv and .json in some ten seconds.
+It needs warpdyn with the extra ".[records]", and pelicun. It writes results/pelicun.csv and .json in about ten seconds.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def run_and_write(path: Path) -> xr.Dataset:
 
 # [end]
 def main() -> None:
-    """Write demands, have pelicun read, sample and save them, and read what it saved."""
+    """Write demands, let pelicun read, sample and save them, and read the file of pelicun."""
     with tempfile.TemporaryDirectory() as folder:
         path, saved = Path(folder) / "demands.csv", Path(folder) / "saved.csv"
         run = run_and_write(path)

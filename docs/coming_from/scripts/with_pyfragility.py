@@ -1,8 +1,8 @@
-"""Fragility curves of the same runs by pyFragility and by warpdyn.
+"""Fragility curves of the same runs with pyFragility and with warpdyn.
 
     python docs/coming_from/scripts/with_pyfragility.py
 
-It needs warpdyn with the extra ".[test]". It writes results/pyfragility.csv and .json in some ten seconds.
+It needs warpdyn with the extra ".[test]". It writes results/pyfragility.csv and .json in about ten seconds.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ def run_stripes() -> xr.Dataset:
 
 # [stripes]
 def stripes_by_pyfragility(run: xr.Dataset, limit: float) -> pyFragility.FragilityFit:
-    """Return the lognormal curve through the stripes, with records as clusters."""
+    """Return the lognormal curve fitted to the stripes, with records as clusters."""
     exceeds = (run["peak_storey_drift_ratio"].max("storey") > limit) | (run["status"] == 1)
     table = exceeds.to_dataframe(name="exceeds").groupby(["im_level", "motion_index"])
-    # Of all buildings under one record at one level.
+    # Counts over all buildings under one record at one level.
     counts = table["exceeds"].agg(["sum", "size"]).reset_index()
     level, record = counts["im_level"], counts["motion_index"]
     return pyFragility.fit_msa(level, counts["sum"], counts["size"], cluster=record)
@@ -54,7 +54,7 @@ def states_by_pyfragility(run: xr.Dataset) -> pyFragility.FragilityFit:
 
 # [end]
 def main() -> None:
-    """Fit both ways, and write the curves."""
+    """Fit with both programs, and write the curves."""
     warnings.filterwarnings("ignore", module="pyFragility")
     run = run_stripes()
     own = wd.fragility(run, LIMITS, intervals_over="records")

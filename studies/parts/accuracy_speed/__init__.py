@@ -1,1 +1,1 @@
-"""What the accuracy_speed study is made of: its scenes, points, promises and figures."""
+"""Parts of the study accuracy_speed: scenes, points, promises and figures."""

@@ -40,10 +40,10 @@ SCENE_COLOURS = ("black", "#0072B2", "#D55E00", "#009E73", "#CC79A7")
 
 
 def work_precision(dataset: xr.Dataset) -> Figure:
-    """Draw, for every ensemble, the time per sample over the error of the peak drift.
+    """Draw the time per sample against the error of the peak drift, for every ensemble.
 
     Args:
-        dataset: What studies/accuracy_speed.py writes.
+        dataset: Dataset written by studies/accuracy_speed.py.
     """
     figure = Figure(figsize=(15, 9.5), layout="constrained")
     axes = figure.subplots(2, 3)
@@ -53,16 +53,16 @@ def work_precision(dataset: xr.Dataset) -> Figure:
         axis.set_xlabel("Error of the peak storey drift, 95 % of the samples")
     _legend(axes.flat[-1])
     figure.suptitle(
-        f"What accuracy costs: {dataset.attrs['samples']:,} samples an ensemble on {dataset.attrs['device']}"
+        f"Accuracy and computing time: {dataset.attrs['samples']:,} samples per ensemble on {dataset.attrs['device']}"
     )
     return figure
 
 
 def residual_drift(dataset: xr.Dataset) -> Figure:
-    """Draw, for yielding ensembles, the time per sample over the error of the residual drift, and the median errors.
+    """Draw the time per sample against the error of the residual drift, and the median errors, for yielding ensembles.
 
     Args:
-        dataset: What studies/accuracy_speed.py writes.
+        dataset: Dataset written by studies/accuracy_speed.py.
     """
     recorded = np.isfinite(dataset["error"].sel(demand="residual_drift_ratio")).any(
         ["method", "dtype", "step", "statistic"]
@@ -100,7 +100,7 @@ def _diagram(axis: Axes, rows: xr.Dataset) -> None:
     axis.plot(front["x"], front["y"], color="gold", lw=7, alpha=0.5, zorder=0, solid_capstyle="round")
     axis.set(xscale="log", yscale="log", ylabel="Time a sample [µs]")
     (low, high), (least, most) = axis.get_xlim(), axis.get_ylim()
-    axis.set_ylim(least * (least / most) ** 0.6, most)  # room below for the names
+    axis.set_ylim(least * (least / most) ** 0.6, most)  # space for the names below
     for target in (each for each in rows["target"].values if low < each < high):
         held = front.isel(point=np.flatnonzero(front["x"].values <= target)[:1])
         if not held.sizes["point"]:
@@ -154,10 +154,10 @@ def _legend(axis: Axes) -> None:
 
 
 def promises(dataset: xr.Dataset) -> Figure:
-    """Draw the estimated errors over the true errors, and the choices of `plan` over the best points.
+    """Draw estimated against true errors, and the choices of `plan` against the best points.
 
     Args:
-        dataset: What studies/accuracy_speed.py writes.
+        dataset: Dataset written by studies/accuracy_speed.py.
     """
     figure = Figure(figsize=(13, 5.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -168,7 +168,7 @@ def promises(dataset: xr.Dataset) -> Figure:
         true, estimated = (rows[name].values.ravel() for name in ("error", "estimated_error"))
         label = str(rows["scene_label"].item())
         left.loglog(true, estimated, "o", color=colour, ms=4, alpha=0.7, label=label)
-        far = estimated < span[0]  # beyond the edge, shown on it
+        far = estimated < span[0]  # values beyond the edge are drawn on it
         left.plot(true[far], np.full(far.sum(), 1.2 * span[0]), "v", color=colour, ms=7)
         ratio = rows["plan_seconds_per_sample"] / rows["best_seconds_per_sample"]
         for target, marker in zip(dataset["target"].values, "osD", strict=False):

@@ -23,12 +23,12 @@ from warpdyn.engine.methods.table import METHODS, fitting_methods
 # Steps of the charts, from each scene's first step on [s]; an adaptive method also has the tolerance below.
 STEPS = tuple(0.08 / 2**k for k in range(9))
 TOLERANCES = dict(zip(STEPS, 10.0 ** (-0.75 * np.arange(9)), strict=True))
-# Methods charted in float64 beside float32; the errors of the others exceed rounding in float32 at nearly all steps.
+# Methods drawn in float64, too; the errors of other methods exceed float32 rounding at nearly all steps.
 IN_FLOAT64 = ("rk4", "central_difference", "newmark_average", "exact")
 DEMANDS = ("peak_storey_drift", "residual_drift_ratio")
 STATISTICS = {"median": 0.5, "95 %": 0.95}
-# Where more of the samples are beyond their stability limit there is no point: the points of shorter steps show the
-# cost of stable steps.
+# No point is drawn if a larger share of samples exceeds the stability limit; points with shorter steps show the cost of
+# stable steps.
 MOST_SUBSTEPPED = 0.5
 # The shortest of at most this many runs counts; fewer runs are made if they take longer than this [s].
 TIMED_RUNS, TIMED_FOR = 5, 0.5
@@ -56,7 +56,7 @@ class Point:
 
     Args:
         errors: Relative error of each demand, by statistic, shape [demand, statistic]; NaN where it is not recorded.
-        estimated: The errors that `checked_share` estimates from some samples; NaN where there is no estimate.
+        estimated: The errors that `checked_share` estimates from some samples; NaN without an estimate.
         seconds: Time per sample [s].
         substepped: Share of the samples that took more steps than asked for, to be stable.
     """
@@ -81,7 +81,7 @@ def make_run(charted: Charted, method: str, dtype: str, step: float, settings: S
         known=charted.known.setdefault(settings.samples, {}),
     )
     asked = run.schedule.substeps
-    guard(run, vibration, "substep")  # that samples are substepped is told by the point
+    guard(run, vibration, "substep")  # the point contains the share of samples with shorter steps
     return run, float(np.mean(run.schedule.substeps > asked))
 
 

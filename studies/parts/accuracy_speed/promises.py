@@ -15,12 +15,12 @@ from warpdyn.campaigns.accuracy.pilot import plan
 from warpdyn.campaigns.integration.stability_guard import integrate_guarded
 
 TARGETS = (1e-2, 1e-3, 1e-4)
-FACTOR = 2.0  # that estimated errors are to be within
+FACTOR = 2.0  # bound of estimated over true errors
 
 
 @dataclass(frozen=True)
 class Planned:
-    """The choice of `plan` for a target, and the cheapest charted point that keeps it; "" and NaN if there is none.
+    """The choice of `plan` for a target, and the cheapest point that meets it; "" and NaN without such a point.
 
     Args:
         plan_method: Method of the choice.
@@ -32,7 +32,7 @@ class Planned:
         best_dtype: Its dtype.
         best_step: Its longest step [s].
         best_error: Its 95 % error.
-        best_seconds_per_sample: Its time per sample, measured beside that of the choice [s].
+        best_seconds_per_sample: Its time per sample, measured alternately with that of the choice [s].
     """
 
     plan_method: str = ""
@@ -86,7 +86,7 @@ def _planned(
         columns |= dict(zip(("best_method", "best_dtype", "best_step"), key, strict=True))
         columns["best_error"] = float(points[key].errors[0, 1])
         runs["best_seconds_per_sample"] = run
-    # Both are timed in turn, several times, so that a slow phase of the machine affects both.
+    # Both are timed alternately, several times, so that a slow phase of the machine affects both.
     seconds = [{name: timed(run) / every(run).size for name, run in runs.items()} for _ in range(TIMED_RUNS)]
     columns |= {name: min(row[name] for row in seconds) for name in runs}
     return Planned(**columns)

@@ -64,7 +64,7 @@ def _scatter(*names: str) -> dict[str, wd.RandomFactor]:
 def _seed_frame() -> wd.Scene:
     """Return the published frame, whose matrices are those of a shear chain, under its force."""
     stiffness, damping = (-np.diag(FRAME[name], 1)[0] for name in ("stiffness", "damping"))
-    height = 3.0  # m, of which nothing depends
+    height = 3.0  # m, without effect
     frame = wd.ShearBuilding(
         np.diag(FRAME["mass"]), stiffness, height, damping="storey", damping_coefficient=float(damping)
     )

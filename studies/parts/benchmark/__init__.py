@@ -1,1 +1,1 @@
-"""What the benchmark study is made of: its cases, peers, timings, report and figure."""
+"""Parts of the study benchmark: cases, peers, timings, report and figure."""

@@ -22,7 +22,7 @@ LAW_METHODS = ("rk4", "velocity_verlet")
 NO_DEVICE = "none"  # of a peer whose kind of device the run does not have
 RECORDERS = {"drift": ("drift",), "all": None}
 
-# How much of it all is measured. `dof_steps` of a case on a CPU thread, `samples` of one on a GPU.
+# Extent of the measurements. `dof_steps` of a case on a CPU thread, `samples` of one on a GPU.
 FULL: dict[str, Any] = {
     "storeys": STOREYS,
     "laws": LAWS,
@@ -115,7 +115,7 @@ def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]
 def law_cases(device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
     """Return the cases of every law in five storeys by warpdyn, and on a CPU by OpenSeesPy at the same step.
 
-    By RK4, and by the method of OpenSees' order that evaluates a law once a step.
+    By RK4, and by the method of OpenSees' order that evaluates a law once per step.
     """
     cases = []
     for law in size["every_law"]:
@@ -129,7 +129,7 @@ def law_cases(device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def scaling_case(device: str, samples: int, size: dict[str, Any]) -> dict[str, Any]:
-    """Return the case that scaling is measured on, with so many samples."""
+    """Return the case for the measurement of scaling, with this number of samples."""
     case = _case(device, "bouc_wen", 5 if 5 in size["storeys"] else size["storeys"][0], "float32", size)
     return case | {"peer": "warpdyn", "recorders": "drift", "samples": samples, "run_samples": samples}
 
@@ -197,7 +197,7 @@ class Ensemble:
 
 
 def draw_ensemble(storeys: int, samples: int, steps: int) -> Ensemble:
-    """Return an ensemble of at least so many samples, the same for the same arguments in any process."""
+    """Return an ensemble with at least this number of samples; the same arguments give the same ensemble."""
     generator = np.random.default_rng([storeys, samples, steps])
     # 256 different structures and their levels are enough, and tall structures take long to draw.
     structures = min(256 if storeys <= 20 else 64, samples)
@@ -220,7 +220,7 @@ def draw_ensemble(storeys: int, samples: int, steps: int) -> Ensemble:
 
 
 def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray | None = None) -> wd.Scene:
-    """Return warpdyn's scene of an ensemble, or of some of its samples alone, each then a structure of its own."""
+    """Return warpdyn's scene of an ensemble, or of some of its samples, each as a separate structure."""
     structures = slice(None) if chosen is None else ensemble.structure[chosen]
     names = ("stiffness", "damping_coefficient", "mass")
     values = {name: getattr(ensemble, name)[structures] for name in names}
@@ -258,5 +258,5 @@ def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray
 
 
 def spread_out(samples: int, count: int) -> np.ndarray:
-    """Return so many indices of samples, from the first to the last."""
+    """Return this number of indices of samples, from the first to the last."""
     return np.unique(np.linspace(0, samples - 1, min(count, samples)).round().astype(int))

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 from parts.benchmark.cases import LABELS
 from parts.benchmark.report import beside_peers, measurements
 
-# Okabe and Ito's colours, distinct for any colour vision.
+# Colours by Okabe and Ito, distinct also for colour-blind readers.
 BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
     "black",
     "#D55E00",
@@ -29,7 +29,7 @@ DTYPE_STYLES = {"float32": "o-", "float64": "s:"}
 HAND_NAMES = {"cpu": "C++ by hand", "cuda": "CUDA by hand"}
 SHARES = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20)  # ticks
 FULL = 0.75  # of the highest speed
-USUAL_STOREYS = 20  # beyond them the registers of CUDA by hand spill in float32
+USUAL_STOREYS = 20  # above these, registers of the hand-written CUDA code spill in float32
 TITLE, SMALL = 11, 9  # font sizes
 PART_COLOURS = (SKY, BLUE, YELLOW, PURPLE, GREEN, ORANGE)
 
@@ -38,7 +38,7 @@ def draw(result: xr.Dataset) -> Figure:
     """Draw the benchmark: kernels and peers of each device, the main job, and the scaling.
 
     Args:
-        result: What studies/benchmark.py writes.
+        result: Dataset written by studies/benchmark.py.
     """
     kernels = measurements(result, "kernels")
     peers, own = beside_peers(result), kernels[kernels["peer"] == "warpdyn"]
@@ -65,7 +65,7 @@ def _device_words(device: str) -> str:
 
 
 def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
-    """Draw the speed over storeys: as a share of code by hand, or in DOF-steps/s where there is none."""
+    """Draw the speed over storeys: relative to hand-written code, or in DOF-steps/s without such code."""
     table = table[(table["status"] == "measured") & (table["substeps"] == 1) & (table["recorders"] == "drift")]
     keys = ["law", "dtype", "storeys"]
     own = table[table["peer"] == "warpdyn"].set_index(keys)["dof_steps_per_second"]
@@ -85,7 +85,7 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
     axis.xaxis.set_major_formatter(ScalarFormatter())
     axis.xaxis.set_minor_formatter(NullFormatter())
     least, most = axis.get_ylim()
-    axis.set_ylim(least, most * (most / least) ** 0.2)  # room above for the legend
+    axis.set_ylim(least, most * (most / least) ** 0.2)  # space for the legend above
     axis.legend(fontsize=SMALL, ncols=2, loc="upper left")
     axis.grid(alpha=0.3, which="both")
     if not is_share:
@@ -101,7 +101,7 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
     levels = shown.index.get_level_values
     usual = shown[(levels("storeys") <= USUAL_STOREYS) & (levels("dtype") == "float32")]
     if usual.empty:
-        axis.set_title(f"Kernels on {_device_words(device)} beside {name}", fontsize=TITLE)
+        axis.set_title(f"Kernels on {_device_words(device)} and {name}", fontsize=TITLE)
         return
     axis.set_title(
         f"Kernels on {_device_words(device)} have {usual.min():.2f} to {usual.max():.2f} of the speed of\n"
@@ -143,7 +143,7 @@ def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> N
         )
     decades = np.log10(max(speeds) / min(speeds)) + 0.5
     axis.set(xscale="log", xlabel=f"DOF-steps/s, {storeys} storeys, Bouc-Wen, float32")
-    axis.set_xlim(min(speeds) / 3, max(speeds) * 10 ** (0.9 * decades))  # room for the numbers
+    axis.set_xlim(min(speeds) / 3, max(speeds) * 10 ** (0.9 * decades))  # space for the numbers
     axis.grid(alpha=0.3, axis="x")
 
 
@@ -152,7 +152,7 @@ def _name(row: object) -> str:
 
 
 def _plain(value: float) -> str:
-    """Return a number in two digits, in powers of ten only where it is large."""
+    """Return a number in two digits, in powers of ten if it is large."""
     if 0.01 <= value < 1e5:
         return f"{float(f'{value:.2g}'):,g}"
     mantissa, exponent = f"{value:.1e}".split("e")

@@ -25,7 +25,7 @@ PARTS = {
 
 
 def measure_job(device: str | list[str], histories: int) -> dict[str, Any]:
-    """Return the seconds of each part of the main job and its two ratios, of at least so many histories."""
+    """Return the seconds of each part of the main job and its two ratios, for at least this number of histories."""
     scene = build_scene()
     of_a_structure = len(scene.excitation.motions) * len(scene.excitation.levels)
     structures = -(-histories // of_a_structure)

@@ -20,11 +20,11 @@ from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.engine.kernels.build import load_kernel
 
-# The least of several runs counts, after a warm-up: of two at least, and until they have been so long in kernels or
-# taken so long in all [s]. A GPU's clock needs some 0.2 s of work to speed up.
+# The shortest of several runs after a warm-up counts: at least two runs, until these times in kernels or in total [s]
+# are reached. The clock of a GPU needs about 0.2 s of work to speed up.
 LEAST_RUNS, IN_KERNELS_FOR, TIMED_FOR = 2, 0.25, 1.0
 COMMON_SAMPLES = 64  # whose drifts are compared
-LARGEST_DIFFERENCE = 0.01  # of a sample's peak drifts: who is further off has not integrated the same building
+LARGEST_DIFFERENCE = 0.01  # relative, of peak drifts; with a larger difference a peer is wrong
 
 
 def seconds_in_kernels(run: xr.Dataset) -> float:
@@ -70,7 +70,7 @@ def reference_drifts(law: str, storeys: int, samples: int, steps: int, substeps:
 
     Args:
         law, storeys, samples, steps, substeps: The case's.
-        of: How many of the ensemble's samples run, of which some are common.
+        of: Number of samples that run; some of them are the common samples.
     """
     ensemble = draw_ensemble(storeys, samples, steps)
     chosen = common_samples(samples, of)
@@ -80,7 +80,7 @@ def reference_drifts(law: str, storeys: int, samples: int, steps: int, substeps:
 
 
 def common_samples(samples: int, of: int) -> np.ndarray:
-    """Return which of an ensemble's samples are compared, where so many of them run."""
+    """Return the samples that are compared, if this number of samples runs."""
     chosen = spread_out(samples, of)
     return chosen[spread_out(chosen.size, COMMON_SAMPLES)]
 

@@ -1,4 +1,4 @@
-"""The peers' part of the study benchmark: each runs in a process of its own, so that none can stop the study."""
+"""The peers' part of the study benchmark: each runs in a separate process, so a failure does not stop the study."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from tqdm import tqdm
 from parts.benchmark.cases import LABELS, NO_DEVICE, build_peer_case, draw_ensemble, spread_out
 from parts.benchmark.kernels import COMMON_SAMPLES, measured
 
-STUDIES = Path(__file__).parents[2]  # where the package `peers` stands
-Found = dict[str, Any]  # what a peer's process leaves of a case: status, note, seconds, peaks
+STUDIES = Path(__file__).parents[2]  # folder of the package `peers`
+Found = dict[str, Any]  # results of a peer for a case: status, note, seconds, peaks
 BLANK = {"seconds": np.nan, "dof_steps_per_second": np.nan, "peak_drift_difference": np.nan}
 
 
@@ -28,7 +28,7 @@ def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[
 
     Args:
         cases: The cases. Peers of a CPU, on one core each, run in parallel to peers of a GPU.
-        seconds: How long a peer's process may take before it is stopped [s].
+        seconds: Time after which a peer's process is stopped [s].
     """
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for case in cases:

@@ -9,7 +9,7 @@ import xarray as xr
 from parts.benchmark.cases import LABELS, LAW_METHODS
 
 BY_HAND = ("cpp_vectors", "cuda_registers")
-SAME = ["device", "law", "dtype", "storeys", "substeps"]  # what two rows of kernels share that are beside each other
+SAME = ["device", "law", "dtype", "storeys", "substeps"]  # equal values in two rows of kernels that are compared
 
 
 def measurements(result: xr.Dataset, part: str) -> pd.DataFrame:

@@ -1,1 +1,1 @@
-"""What the decision study is made of: the errors of fragility medians and their cost, and its figure."""
+"""Parts of the study decision: errors of fragility medians, their cost, and the figure."""

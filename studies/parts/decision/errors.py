@@ -22,7 +22,7 @@ DESIGNS = ("crossed, Monte Carlo", "crossed, Sobol", "nested, Sobol")
 
 @dataclass(frozen=True)
 class Choices:
-    """What is charted.
+    """Choices in the chart.
 
     Args:
         methods: Integration methods.
@@ -30,10 +30,10 @@ class Choices:
         dtypes: Number types.
         structures: Numbers of structures of the crossed designs.
         structures_per_motion: Numbers of structures of each record of the nested design.
-        replications: Seeds that the error of sampling is found from.
+        replications: Number of seeds for the error of sampling.
         structures_of_truth: Structures of the reference.
         step_of_truth: Its longest step [s].
-        structures_of_steps: Structures that the errors of the integration are found with.
+        structures_of_steps: Structures for the errors of the integration.
     """
 
     methods: Sequence[str] = ("rk4", "velocity_verlet", "newmark_average")
@@ -113,10 +113,10 @@ def errors_of(choices: Choices, device: str | None, seed: int, truth: np.ndarray
     """Return the errors of every design and integration, and the seconds they take.
 
     Args:
-        choices: What is charted.
+        choices: The choices in the chart.
         device: Device.
         seed: Seed of the draws.
-        truth: Logarithms of the true medians, where another device has found them; None to find them here.
+        truth: Logarithms of the true medians from another device; None: compute them.
     """
     base, plans = build_scene(), plans_of(choices)
     truth = truth_of(base, choices, device, seed) if truth is None else truth
@@ -176,7 +176,7 @@ def precision_point(
 
     Args:
         base: The scene.
-        precision: Half the relative width of the intervals that is asked for.
+        precision: Target for half of the relative width of the intervals.
         truth: Logarithms of the true medians.
         device: Device.
         seeds: Seeds of its replications.

@@ -14,7 +14,7 @@ COLOURS = {"crossed, Monte Carlo": "#D55E00", "crossed, Sobol": "#0072B2", "nest
 WORDS = {
     "crossed, Monte Carlo": "same structures under all records, Monte Carlo",
     "crossed, Sobol": "same structures under all records, Sobol",
-    "nested, Sobol": "structures of its own for each record, Sobol",
+    "nested, Sobol": "separate structures for each record, Sobol",
 }
 DEFAULT = "crossed, Sobol", 64
 
@@ -23,7 +23,7 @@ def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
     """Draw total error against seconds.
 
     Args:
-        results: What the study wrote on each device.
+        results: Datasets of the study from each device.
     """
     figure = Figure(figsize=(6.4 * len(results) + 0.8, 6.6), layout="constrained")
     all_axes = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
@@ -32,7 +32,7 @@ def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
     all_axes[0].set_ylabel("Error of a fragility median (root mean square of four states)")
     handles, labels = all_axes[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
-    figure.suptitle("What accuracy costs: five storeys, 44 records;\nmethods, steps, number types and designs")
+    figure.suptitle("Accuracy and computing time: five storeys, 44 records;\nmethods, steps, number types and designs")
     return figure
 
 
@@ -87,7 +87,7 @@ def _panel(axes: Axes, result: xr.Dataset) -> None:
 
 
 def _wasted(axes: Axes, result: xr.Dataset) -> None:
-    """Draw one design at every step: its error stops falling where the structures decide."""
+    """Draw one design at every step: at short steps the number of structures determines the error."""
     for design, size, words in ((*DEFAULT, "64 structures"), ("nested, Sobol", 2, "2 for each record")):
         chosen = np.flatnonzero((result["design"] == design).values & (result["size"] == size).values)
         if not chosen.size:

@@ -54,10 +54,10 @@ def build_scene(
         storeys: Number of storeys.
         period: First period [s].
         motions: The records.
-        levels: Spectral accelerations at the first period, over that at which the building yields.
-        recorders: As of `Scene`.
+        levels: Spectral accelerations at the first period, divided by that at yield.
+        recorders: Recorders of `Scene`.
         shape: How the stiffness falls over the height, TAPERED or PARABOLIC.
-        damping: As of `ShearBuilding`, with a ratio of DAMPING_RATIO in the first mode; dampers ("storey") stand in the
+        damping: Damping of `ShearBuilding`, with a ratio of DAMPING_RATIO in the first mode; "storey": dampers in the
             lower half of the storeys.
     """
     below, mass = np.arange(storeys) / max(storeys - 1, 1), np.full(storeys, FLOOR_MASS)
@@ -110,7 +110,7 @@ class Case:
             return prepare(self.scene, structures=self.structures, method=method, dtype=dtype, **terms)
 
     def run(self, method: str, steps: float, dtype: str = "float32") -> Ensemble:
-        """Return the ensemble with so many steps of a method in each default step of RK4, and more for stability."""
+        """Return the ensemble with a number of steps per default step of RK4, and more if stability needs them."""
         run, vibration = self._prepared(method, dtype)
         finer = np.maximum(1, np.ceil(steps * self.substeps - 1e-9).astype(np.int64))
         run.schedule = run.restepped(np.arange(run.sample.size), finer)

@@ -1,1 +1,1 @@
-"""What the study growth is made of."""
+"""Parts of the study growth."""

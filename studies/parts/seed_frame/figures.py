@@ -7,16 +7,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, distinct for any colour vision: one for each degree of freedom or storey.
+# Colours by Okabe and Ito, distinct also for colour-blind readers: one for each degree of freedom or storey.
 COLOURS = ("#0072B2", "#E69F00", "#009E73")
 PUBLISHED, MODAL, NEUTRAL = "#D55E00", "#CC79A7", "0.25"
 
 
 def overview(dataset: xr.Dataset) -> Figure:
-    """Draw histories, drifts, phase plane, shapes, energies, modes, and peaks beside the published ones.
+    """Draw histories, drifts, phase plane, shapes, energies, modes, and peaks with the published peaks.
 
     Args:
-        dataset: What studies/seed_frame.py writes.
+        dataset: Dataset written by studies/seed_frame.py.
     """
     figure = Figure(figsize=(15, 11), layout="constrained")
     axes = figure.subplots(3, 3)
@@ -33,7 +33,7 @@ def convergence(dataset: xr.Dataset) -> Figure:
     """Draw the error of RK4 over time, and its largest value against the step.
 
     Args:
-        dataset: What studies/seed_frame.py writes.
+        dataset: Dataset written by studies/seed_frame.py.
     """
     figure = Figure(figsize=(11, 4.4), layout="constrained")
     over_time, over_step = figure.subplots(1, 2)
@@ -73,7 +73,7 @@ def _time_axis(axis: Axes, dataset: xr.Dataset) -> None:
 
 
 def _legend_above(axis: Axes, columns: int) -> None:
-    """Make room above the curves for a legend in one row."""
+    """Make space above the curves for a legend in one row."""
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + 0.22 * (high - low))
     axis.legend(ncols=columns, loc="upper center", fontsize=8, columnspacing=1.0, handlelength=1.4)

@@ -32,7 +32,7 @@ class Building:
 
     @property
     def name(self) -> str:
-        """What tables call it."""
+        """Name in tables."""
         return f"{self.building_type} {self.design_level} {self.storeys}"
 
     @property
@@ -70,19 +70,19 @@ BUILDINGS = tuple(
 
 @dataclass(frozen=True, eq=False)
 class MultiStoreyModel:
-    """What MDOF-LU hands to OpenSees of a building: Lu et al. 2014, Advances in Engineering Software 70.
+    """Model of a building by MDOF-LU for OpenSees: Lu et al. 2014, Advances in Engineering Software 70.
 
     Args:
         mass: Floor mass [kg].
         stiffness: Storey stiffness [N/m].
         height: Storey height [m].
-        yield_force: Of the storeys [N], shape [storey].
-        yield_drift: Of the storeys [m], shape [storey].
-        ultimate_force: Of the storeys [N], shape [storey]; they keep it.
-        ultimate_drift: Where they come to it [m], shape [storey].
-        pinching: Of drift and force in reloading [1].
-        unloading_exponent: Power of ductility by which unloading softens [1].
-        damping_ratio: Of Rayleigh's damping [1].
+        yield_force: Yield force of the storeys [N], shape [storey].
+        yield_drift: Yield drift of the storeys [m], shape [storey].
+        ultimate_force: Ultimate force of the storeys [N], shape [storey]; constant at larger drifts.
+        ultimate_drift: Drift at the ultimate force [m], shape [storey].
+        pinching: Pinching factor of drift and force in reloading [1].
+        unloading_exponent: Exponent of the ductility in the unloading stiffness [1].
+        damping_ratio: Damping ratio of Rayleigh damping [1].
     """
 
     mass: float
@@ -121,10 +121,10 @@ def multi_storey_model(building: Building) -> MultiStoreyModel:
 
 
 def shear_building(building: Building) -> wd.ShearBuilding:
-    """Return a building as warpdyn has it, with the stiffness of MDOF-LU's fit and the damping that R2D comes to.
+    """Return a building as warpdyn has it, with the stiffness of MDOF-LU's fit and the damping of R2D's models.
 
-    The fit is 0.3 % below the stiffness of `from_hazus` at one storey and within 0.01 % of it elsewhere. Of the damping
-    docs/coming_from/r2d.md tells.
+    The fit is 0.3 % below the stiffness of `from_hazus` at one storey and within 0.01 % of it elsewhere.
+    docs/coming_from/r2d.md explains the damping.
     """
     of_type = building.building_type, building.design_level, building.storeys
     given = {"floor_area": building.plan_area, "law": "hysteretic", "damping": "mass_proportional"}

@@ -1,18 +1,18 @@
-"""One building under one pair of motions in OpenSeesPy, as SimCenter's R2D has OpenSees run it.
+"""Analysis of one building under one pair of motions in OpenSeesPy with the settings of SimCenter's R2D.
 
-After the scripts that the application OpenSees-Simulation writes for MDOF-LU's models with the settings of R2D's
+Follows the scripts that the application OpenSees-Simulation writes for MDOF-LU's models with the settings of R2D's
 examples E2 and E3 (NHERI-SimCenter/R2DExamples; E3 is a magnitude 7 earthquake on the Hayward fault): nodes of six
-degrees of freedom, four of them fixed; a zeroLength element a storey, with the material Hysteretic in both directions;
-Newmark's average acceleration; Newton's method until unbalanced forces are below 0.01 N; the solver Umfpack; shorter
-steps where that fails; Rayleigh damping of the first and the last mode. The elements are made without -doRayleigh, so
-that its term of the stiffness does nothing, and damping is in proportion to the mass.
+degrees of freedom, four of them fixed; one zeroLength element per storey, with the material Hysteretic in both
+directions; Newmark's average acceleration; Newton's method until unbalanced forces are below 0.01 N; the solver
+Umfpack; shorter steps if that fails; Rayleigh damping of the first and the last mode. The elements are defined without
+-doRayleigh, so its stiffness term has no effect, and the damping is proportional to the mass.
 
-The step is the record's, or 2 pi / (20 w^2) where that is shorter: the script divides by the eigenvalue, which is w^2,
-where a twentieth of the first period, 2 pi / (20 w), may be meant. Houses take several times as many steps for it, and
-are the more exact; `Way.divides_by_frequency` has a twentieth of the period.
+The step is the record's, or 2 pi / (20 w^2) if that is shorter: the script divides by the eigenvalue w^2, although 1/20
+of the first period, 2 pi / (20 w), may be intended. Therefore houses have several times as many steps and smaller
+errors. `Way.divides_by_frequency` selects 1/20 of the period.
 
-All of this happens in one process here. The workflow starts OpenSees anew for each building and pair of motions, and
-writes and reads JSON and a script: that time is left out.
+Here all analyses run in one process. The workflow of R2D starts OpenSees for each building and pair of motions, and
+writes and reads JSON and a script; this time is not included.
 """
 
 from __future__ import annotations
@@ -59,14 +59,14 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """What came of one building under one pair of motions.
+    """Result of one building under one pair of motions.
 
     Args:
         seconds: Processor time of building the model and of the analysis, with the writing of files [s].
         steps: Steps of the analysis.
-        is_finished: Whether OpenSees came to the end of the motions.
-        peak_drift_ratio: Largest drift ratio of each storey, shape [component, storey]; None without files, and where
-            the analysis did not come to its end.
+        is_finished: Whether OpenSees reached the end of the motions.
+        peak_drift_ratio: Largest drift ratio of each storey, shape [component, storey]; None without files, or if
+            the analysis failed before the end.
     """
 
     seconds: float
@@ -104,7 +104,7 @@ def analyse(ops: ModuleType, model: MultiStoreyModel, pair: Sequence[wd.GroundMo
         step = min(interval, longest, way.longest_step)
         steps = int(values * interval / step)
         is_finished = _advance(ops, steps, step, SUBLEVELS)
-        ops.wipe()  # which writes what was recorded
+        ops.wipe()  # writes the recorded values
         seconds = time.process_time() - started
         peaks = None
         if way.writes_files and is_finished:
@@ -139,9 +139,9 @@ def _build(ops: ModuleType, model: MultiStoreyModel, freedoms: int) -> None:
 
 
 def _advance(ops: ModuleType, steps: int, step: float, levels: int) -> bool:
-    """Return whether the analysis came so many steps further, those that fail in so many levels of shorter ones.
+    """Run steps, and divide failed steps at several levels; return whether all succeeded.
 
-    So does OpenSees itself by R2D's `analysis Transient -numSubLevels 2 -numSubSteps 10`, which OpenSeesPy ignores.
+    OpenSees does this by R2D's `analysis Transient -numSubLevels 2 -numSubSteps 10`, which OpenSeesPy ignores.
     """
     end = ops.getTime() + steps * step
     while (left := round((end - ops.getTime()) / step)) > 0:

@@ -1,1 +1,1 @@
-"""What the stability study is made of: its oscillators, failures and figures."""
+"""Parts of the study stability: oscillators, failures and figures."""

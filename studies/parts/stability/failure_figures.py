@@ -13,7 +13,7 @@ def chain(dataset: xr.Dataset) -> Figure:
     """Draw the longest steps of a 20-storey chain with four dampings, and the misleading limit of one of them.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -55,7 +55,7 @@ def bouc_wen(dataset: xr.Dataset) -> Figure:
     """Draw z of a pushed Bouc-Wen storey, and how far it stays from its bound, over the step.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -65,7 +65,7 @@ def bouc_wen(dataset: xr.Dataset) -> Figure:
         left.plot(step, z[: first + 1], ".-", color=colour, lw=1, ms=5, label=f"{ratio:g} of the limit")
     left.axhline(1, color="black", lw=0.8)
     left.set(xlabel="Steps", ylabel="Hysteretic variable z", xlim=(0, first), ylim=(-1.4, 1.6))
-    left.set_title("A storey of n = 2 pushed at a constant velocity under RK4: z must come to 1", fontsize=TITLE)
+    left.set_title("A storey of n = 2 pushed at a constant velocity under RK4: exact limit of z: 1", fontsize=TITLE)
     left.legend(fontsize=8, ncols=3, loc="upper center")
     ratio = dataset["push_ratio"].values
     rows = zip(dataset["exponent"].values, dataset["unsettled"].values, dataset["push_status"].values, strict=True)
@@ -85,7 +85,7 @@ def yielding(dataset: xr.Dataset) -> Figure:
     """Draw peak drifts of storeys that yield under two of Newmark's methods, and histories that end well.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 8.4), layout="constrained")
     axes = figure.subplots(2, 2)
@@ -134,7 +134,7 @@ def clock(dataset: xr.Dataset) -> Figure:
     """Draw the seed frame's error over the step in float32 and float64, and the error of time that is summed.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)

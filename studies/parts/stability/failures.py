@@ -63,7 +63,7 @@ def chain_limits(damping: str, device: str | None = None) -> tuple[float, float,
 
     def grows(step: np.ndarray) -> np.ndarray:
         size = chain_sizes(damping, step.ravel(), CHAIN_STEPS // 2, device)
-        # Both are needed, because displacements and velocities vanish in turn.
+        # Both are needed, because displacements and velocities vanish alternately.
         return (size[:, 2] > 2 * size[:, 1]).reshape(step.shape)
 
     measured = first_failure(grows, 1, 0.01, 0.04, points=32)[0]

@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Okabe and Ito's colours, distinct for any colour vision, and a grey.
+# Colours by Okabe and Ito, distinct also for colour-blind readers, and a grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "0.55")
 STYLES = ("-", "--", ":")
 MEASURED, FAINT = "#F0E442", "0.6"
@@ -31,7 +31,7 @@ NAMES = {
 
 
 def words(name: str) -> str:
-    """Return a method's name as it is written in text."""
+    """Return a method's name for text."""
     return NAMES.get(name, name.replace("_", " "))
 
 
@@ -39,7 +39,7 @@ def growth(dataset: xr.Dataset) -> Figure:
     """Draw each method's map of growth with its limit, measured over theoretical.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(15, 8.2), layout="constrained")
     axes = figure.subplots(3, 6, sharex=True, sharey=True)
@@ -69,7 +69,7 @@ def growth(dataset: xr.Dataset) -> Figure:
     bar = figure.colorbar(mesh, ax=axes, extend="both", aspect=45, pad=0.01)
     bar.set_ticks([-1, -0.5, 0, 0.5, 1], labels=["0.5", "0.71", "1", "1.41", "2"])
     bar.set_label("Factor of the free vibration in one step, measured from the kernels")
-    figure.suptitle("What one step makes of a free vibration, by method, frequency times step, and damping")
+    figure.suptitle("Growth of a free vibration per step, by method, frequency times step, and damping")
     return figure
 
 
@@ -77,7 +77,7 @@ def limits(dataset: xr.Dataset) -> Figure:
     """Draw all limits over the damping ratio, and how far the measured ones are from the theoretical ones.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -106,7 +106,7 @@ def accuracy(dataset: xr.Dataset) -> Figure:
     """Draw period error and numerical damping over the step in periods.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(14, 5.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -134,7 +134,7 @@ def accuracy(dataset: xr.Dataset) -> Figure:
     left.set_title("Period error without damping (triangles: the period is too short)", fontsize=TITLE)
     right.set_ylabel("Size of the numerical damping ratio [%]")
     right.set_title("Damping that a method adds (triangles: it feeds the motion)", fontsize=TITLE)
-    none = "no damping of their own:\ncentral differences, Verlet,\nNewmark's two, exact"
+    none = "no numerical damping:\ncentral differences, Verlet,\nNewmark's two, exact"
     right.text(0.02, 0.97, none, transform=right.transAxes, va="top", fontsize=8)
     figure.legend(*left.get_legend_handles_labels(), loc="outside right center", fontsize=8)
     grids(left, right)
@@ -145,7 +145,7 @@ def rk4(dataset: xr.Dataset) -> Figure:
     """Draw undamped motions under RK4 on either side of its limit.
 
     Args:
-        dataset: What studies/stability.py writes.
+        dataset: Dataset written by studies/stability.py.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -177,7 +177,7 @@ FIGURES = {"growth": growth, "limits": limits, "accuracy": accuracy, "rk4": rk4}
 
 
 def equal_rows(values: xr.DataArray) -> list[list[str]]:
-    """Return the names along the first dimension whose rows are the same but for rounding, together."""
+    """Return the names along the first dimension whose rows are equal except for rounding, as groups."""
     groups: dict[int, list[str]] = {}
     rows = values.values
     for i, name in enumerate(values[values.dims[0]].values.tolist()):

@@ -11,10 +11,10 @@ import xarray as xr
 
 
 def write(result: xr.Dataset, damping_ratios: Sequence[float], path: Path) -> None:
-    """Write the measured limits of all methods that have one, a row a method, a column a damping ratio.
+    """Write the measured limits of all methods that have one, one row per method, one column per damping ratio.
 
     Args:
-        result: What `build_dataset` returns.
+        result: Dataset of `build_dataset`.
         damping_ratios: Damping ratios of the columns, of those that were measured.
         path: The file.
     """

@@ -48,7 +48,7 @@ def oscillator_states(
 def multipliers(states: np.ndarray, stride: np.ndarray | int = 1) -> np.ndarray:
     """Return the factors by which a number of steps multiplies motions, fitted to states by least squares.
 
-    The state is (u, v/w) and the next u, for methods that carry an acceleration of their own: three motions at most.
+    The state is (u, v/w) and the next u, for methods with an internal acceleration: at most three motions.
     Each pair of states is scaled to a first one of size 1, so that growth or decay gives none of them more weight.
 
     Args:
@@ -56,7 +56,8 @@ def multipliers(states: np.ndarray, stride: np.ndarray | int = 1) -> np.ndarray:
         stride: Steps, shape [oscillator] or one for all.
 
     Returns:
-        Eigenvalues of the map from one state to that so many steps on, shape [oscillator, 3]; 0 where there are fewer.
+        Eigenvalues of the map from one state to the state `stride` steps later, shape [oscillator, 3]; missing ones are
+        0.
     """
     stride = np.broadcast_to(stride, len(states))
     # The first state is left out, because a method may begin with a step of another kind.
@@ -150,11 +151,11 @@ def sizes(
 
 
 def steps_to_grow(frequency_step: np.ndarray, times: float, steps: int, device: str | None = None) -> np.ndarray:
-    """Return the steps in which undamped oscillators grow so many times under RK4, shape [oscillator].
+    """Return the number of steps in which undamped oscillators grow by a factor under RK4, shape [oscillator].
 
     Args:
         frequency_step: w h [-], shape [oscillator].
-        times: Growth looked for.
+        times: The factor.
         steps: Steps taken, enough for all.
         device: Warp device.
     """

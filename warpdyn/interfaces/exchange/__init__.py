@@ -1,1 +1,1 @@
-"""Files of other tools: OpenQuake's NRML and tables, pelicun's demands, tables for pandas."""
+"""Files of other programs: OpenQuake's NRML and tables, pelicun's demands, tables for pandas."""

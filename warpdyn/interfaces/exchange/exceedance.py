@@ -1,4 +1,4 @@
-"""What the curves of one building must hold before they are written for another tool."""
+"""Checks of fragility curves before they are written for another program."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import numpy as np
 
 from warpdyn.answers.risk.curves.curve_set import CurveSet
 
-# Lognormal curves of different dispersions cross somewhere. A tool that subtracts one from the next gets a negative
-# share of the buildings there, which so small a probability keeps below what matters.
+# Lognormal curves with different dispersions cross somewhere. There, a program that subtracts one curve from the next
+# gets a negative share of buildings; shares above this limit are refused.
 LARGEST_CROSSING = 1e-3
-CHECKED_POINTS = 1000  # of curves without points
-LEAST_CHECKED = 1e-3  # of the greatest intensity: the first of these points, if curves begin at 0
+CHECKED_POINTS = 1000  # intensities at which continuous curves are checked
+LEAST_CHECKED = 1e-3  # first of these points over the greatest intensity, if the curves begin at 0
 
 
 def check_order(what: str, curves: CurveSet) -> None:
     """Raise a ValueError if the median of a damage state is below that of a lighter state."""
     for i in np.flatnonzero(np.diff(curves.median) < 0):
         raise ValueError(
-            f"{what}: the medians of {curves.names[i]!r} and {curves.names[i + 1]!r} fall, {curves.median[i]:.4g} and "
-            f"{curves.median[i + 1]:.4g} {curves.units}: damage states must be in order from the lightest to the "
-            "heaviest"
+            f"{what}: the median of {curves.names[i + 1]!r} ({curves.median[i + 1]:.4g} {curves.units}) is below the "
+            f"median of {curves.names[i]!r} ({curves.median[i]:.4g} {curves.units}): sort the damage states with the "
+            "lightest first"
         )
 
 
@@ -43,17 +43,17 @@ def check_exceedance(what: str, curves: CurveSet, levels: np.ndarray, probabilit
         for i in np.flatnonzero(np.diff(values) < 0):
             raise ValueError(
                 f"{what}: the probability of exceeding {state!r} falls from {values[i]:.4g} at {levels[i]:g} {units} "
-                f"to {values[i + 1]:.4g} at {levels[i + 1]:g} {units}; write the fitted curve at intensities= instead "
-                "of stripe fractions"
+                f"to {values[i + 1]:.4g} at {levels[i + 1]:g} {units}; write the fitted curves by intensities=[...] "
+                "instead of the stripe fractions"
             )
     for lighter in range(len(states) - 1):
         excess = probability[lighter + 1] - probability[lighter]
         worst = int(np.argmax(excess))
         if excess[worst] > LARGEST_CROSSING:
             raise ValueError(
-                f"{what}: damage states {states[lighter]!r} and {states[lighter + 1]!r} cross: at "
-                f"{levels[worst]:.4g} {units} the heavier is exceeded with probability "
-                f"{probability[lighter + 1, worst]:.4g} and the lighter with {probability[lighter, worst]:.4g}, so "
-                f"that a negative share of buildings (more than {LARGEST_CROSSING:g}) would be between them; give both "
-                "one dispersion, or write a range of intensities where they do not cross"
+                f"{what}: the curves of {states[lighter]!r} and {states[lighter + 1]!r} cross: at {levels[worst]:.4g} "
+                f"{units} the probability of exceeding the heavier state is {probability[lighter + 1, worst]:.4g}, "
+                f"that of the lighter state {probability[lighter, worst]:.4g}. The share of buildings in the lighter "
+                f"state would be negative (beyond -{LARGEST_CROSSING:g}). Give both states one dispersion, or write "
+                "a range of intensities in which the curves do not cross"
             )

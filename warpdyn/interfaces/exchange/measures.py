@@ -1,4 +1,4 @@
-"""Intensity measures in OpenQuake's files: names and units."""
+"""Names and units of intensity measures in warpdyn and in OpenQuake."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _ALLOWED = f"{', '.join(sorted(OPENQUAKE_UNITS.keys() - {'SA'}))} and SA(period 
 def openquake_measure(text: str) -> str:
     """Return OpenQuake's name of an intensity measure, such as "SA(0.3)" for "Sa(0.3 s, 5 %)".
 
-    The geometric mean and RotD50 of both components are SA too, since OpenQuake's ground-motion models state which of
-    them they predict. SA and AvgSA have a damping ratio of 5 %.
+    SA is also the name for the geometric mean and RotD50 of two components; the ground-motion model in OpenQuake
+    defines which of them it predicts. SA and AvgSA have a damping ratio of 5 %.
 
     Args:
-        text: The name in a dataset's attribute `intensity_measure`, or OpenQuake's own.
+        text: warpdyn's name, as in the attribute `intensity_measure` of a dataset, or OpenQuake's name.
 
     Raises:
-        ValueError: If OpenQuake has no such measure.
+        ValueError: If OpenQuake does not have the measure.
     """
     return _openquake(text)[0]
 
@@ -33,14 +33,14 @@ def openquake_measure(text: str) -> str:
 def _openquake(text: str) -> tuple[str, IntensityMeasure]:
     """Return OpenQuake's name of a measure, and the measure."""
     if not isinstance(text, str):
-        raise ValueError(f"measure must be text, such as 'SA(0.3)', got {text!r}")
+        raise ValueError(f"measure must be a name, such as 'SA(0.3)', got {text!r}")
     found = measure_named(text)
     if found is None or not found.kind or found.components not in COMPONENTS:
-        raise ValueError(f"OpenQuake has no intensity measure {text!r}; allowed as measure= are {_ALLOWED}")
+        raise ValueError(f"OpenQuake has no intensity measure {text!r}; measure= may be {_ALLOWED}")
     if found.parameters and found.parameters[0] != DAMPING:
         raise ValueError(
-            f"OpenQuake's spectral accelerations have a damping ratio of {DAMPING:g} %, and {text!r} has "
-            f"{found.parameters[0]:g} %; give the measure of the hazard curve as measure='SA(...)'"
+            f"{text!r} has a damping ratio of {found.parameters[0]:g} %, but OpenQuake's spectral accelerations have "
+            f"{DAMPING:g} %; if the intensities are for {DAMPING:g} %, give measure='SA({found.parameters[1]})'"
         )
     return f"SA({found.parameters[1]})" if found.kind == "SA" else found.kind, found
 
@@ -52,15 +52,15 @@ def own_name(measure: str) -> str:
 
 
 def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
-    """Return OpenQuake's name of the intensity measure of a dataset, or of the user's `measure`.
+    """Return OpenQuake's name of the measure of a dataset, or of the user's `measure`.
 
     Args:
         what: Name of the dataset in errors.
         dataset: The dataset, with the attribute `intensity_measure`.
-        given: The user's `measure`; None to use the measure of the dataset. A warning says if the two differ.
+        given: The user's `measure`; None: the measure of the dataset. A warning is given if they differ.
 
     Raises:
-        ValueError: If neither names a measure that OpenQuake has.
+        ValueError: If OpenQuake does not have the measure.
     """
     own = dataset.attrs.get("intensity_measure")
     text = own if given is None else given
@@ -71,12 +71,12 @@ def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
     except ValueError as error:
         raise ValueError(f"{what}: {error}") from None
     if given is not None and own is not None and own not in UNNAMED and same_measure(str(own), name) is not True:
-        warn_caller(f"{what}: the intensities are of {own!r}, and are written as if they were of {name}")
+        warn_caller(f"{what}: the intensities are {own!r} but are written as {name}: check measure=")
     return name
 
 
 def to_openquake(what: str, units: object, measure: str) -> float:
-    """Return the factor from a dataset's unit of an intensity to OpenQuake's.
+    """Return the factor from the unit of an intensity in a dataset to OpenQuake's unit.
 
     Args:
         what: Name of the dataset in errors.
@@ -100,6 +100,8 @@ def from_openquake(path: object, measure: str) -> tuple[str, float]:
     """
     found = measure_named(measure)
     if found is None or not found.kind:
-        warn_caller(f"{path}: warpdyn does not know the intensity measure {measure!r}; its values are read as they are")
+        warn_caller(
+            f"{path}: warpdyn does not know the intensity measure {measure!r}; its values are read without conversion"
+        )
         return "1", 1.0
     return found.from_openquake()

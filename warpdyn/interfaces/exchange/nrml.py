@@ -1,4 +1,4 @@
-"""The frame of OpenQuake's NRML 0.5: elements, and what its names may hold."""
+"""Elements and allowed names of OpenQuake's XML format NRML 0.5."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ LOSS_TYPES = (
     *("structural", "nonstructural", "contents", "business_interruption"),
     *("occupants", "occupants_day", "occupants_night", "occupants_transit"),
 )
-LONGEST_NAME = 75  # of a limit state; the engine's MAX_ID_LENGTH
+LONGEST_NAME = 75  # characters of a limit state; MAX_ID_LENGTH in OpenQuake
 
 
 def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
     """Raise an error unless an argument maps names of taxonomies to datasets."""
-    advice = "give {'taxonomy': dataset}"
-    if isinstance(datasets, xr.Dataset):  # which is a mapping too
+    advice = "pass {'taxonomy': dataset}"
+    if isinstance(datasets, xr.Dataset):  # a Dataset is a mapping, too
         raise TypeError(
             f"{function}() takes a mapping of taxonomies to datasets, got one Dataset; {advice} as {argument}"
         )
@@ -40,32 +40,32 @@ def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
 
 
 def check_taxonomy(function: str, taxonomy: object, what: str = "taxonomy") -> None:
-    """Raise a ValueError unless a taxonomy has the characters that the engine takes in exposures and functions."""
+    """Raise a ValueError unless OpenQuake accepts a taxonomy in exposures and functions."""
     good = isinstance(taxonomy, str) and taxonomy and taxonomy.isascii() and not re.search(r"[\s#'\"]", taxonomy)
     if not good:
-        raise ValueError(f"{function}: {what} {taxonomy!r} must be ASCII without spaces, quotes or '#'")
+        raise ValueError(f"{function}: {what} {taxonomy!r} must be ASCII text without spaces, quotes or '#'")
 
 
 def check_state_names(function: str, states: Iterable[object]) -> None:
-    """Raise a ValueError unless damage states have names that the engine reads as one name each."""
+    """Raise a ValueError unless OpenQuake reads the name of each damage state as one name."""
     for state in states:
         if not re.fullmatch(r"[A-Za-z0-9_\-:]+", str(state)) or len(str(state)) > LONGEST_NAME:
             raise ValueError(
-                f"{function}: OpenQuake splits or refuses the name of damage state {str(state)!r}; it may hold "
-                f"letters, digits, '_', '-', ':', {LONGEST_NAME} at most; rename it by assign_coords(damage_state=...)"
+                f"{function}: OpenQuake splits or refuses the name of damage state {str(state)!r}; use at most "
+                f"{LONGEST_NAME} letters, digits, '_', '-' and ':'; rename it by assign_coords(damage_state=[...])"
             )
 
 
 def checked_description(function: str, description: str | None, default: str) -> str:
-    """Return the description of a model, which the engine insists on."""
+    """Return the description of a model, which OpenQuake requires."""
     text = default if description is None else description
     if not isinstance(text, str) or not text.strip():
-        raise ValueError(f"{function}: description must be text, which the engine insists on, got {description!r}")
+        raise ValueError(f"{function}: description must be text (OpenQuake requires it), got {description!r}")
     return text.strip()
 
 
 def model(tag: str, loss_type: str, description: str) -> tuple[ElementTree.Element, ElementTree.Element]:
-    """Return the root of a file and the model in it, with its description."""
+    """Return the root element of a file, and in it the element of the model with its description."""
     root = ElementTree.Element("nrml", xmlns=NAMESPACE)
     attributes = {"id": "warpdyn", "assetCategory": "buildings", "lossCategory": loss_type}
     found = ElementTree.SubElement(root, tag, attributes)
@@ -74,43 +74,43 @@ def model(tag: str, loss_type: str, description: str) -> tuple[ElementTree.Eleme
 
 
 def write_xml(path: Path, root: ElementTree.Element) -> Path:
-    """Write the elements below a root to a file."""
+    """Write a root element to a file."""
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return write_text(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')
 
 
 def row(values: Iterable[float]) -> str:
-    """Return numbers as text that reads back as the same numbers."""
+    """Return numbers as text from which exactly the same numbers are read."""
     return " ".join(repr(float(value)) for value in values)
 
 
 def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.Element:
-    """Return the model of a NRML 0.5 file, its elements without their namespace.
+    """Return the element of the model in an NRML 0.5 file; the names of elements have no namespace.
 
     Raises:
-        ValueError: If it is no NRML 0.5 file or holds another model.
-        FileNotFoundError: If there is no such file.
+        ValueError: If the file is not NRML 0.5 or contains another model.
+        FileNotFoundError: If the file does not exist.
     """
     path = existing_file(function, path)
     try:
         root = ElementTree.parse(path).getroot()
-    except (ElementTree.ParseError, LookupError, ValueError) as error:  # of an encoding that is not known too
-        raise ValueError(f"{function}: {path} is no XML: {error}") from None
+    except (ElementTree.ParseError, LookupError, ValueError) as error:  # the last two: unknown encoding
+        raise ValueError(f"{function}: {path} is not XML: {error}") from None
     if root.tag != f"{{{NAMESPACE}}}nrml":
-        raise ValueError(f"{function}: {path} is no NRML 0.5: its root is {root.tag!r}, not 'nrml' of {NAMESPACE}")
+        raise ValueError(f"{function}: {path} is not NRML 0.5: its root is {root.tag!r}, not 'nrml' of {NAMESPACE}")
     for element in root.iter():
         element.tag = element.tag.rpartition("}")[2]
     found = root.find(tag)
     if found is None:
         raise ValueError(
-            f"{function}: {path} holds no {tag}, but {', '.join(child.tag for child in root) or 'nothing'}"
+            f"{function}: {path} contains no {tag}; it contains {', '.join(child.tag for child in root) or 'nothing'}"
         )
     return found
 
 
 def child(path: object, parent: ElementTree.Element, tag: str) -> ElementTree.Element:
-    """Return an element below another, or raise a ValueError that names both."""
+    """Return a child of an element, or raise a ValueError that names both."""
     found = parent.find(tag)
     if found is None:
         raise ValueError(f"{path}: {_named(parent)} has no {tag}")
@@ -126,7 +126,7 @@ def attribute(path: object, element: ElementTree.Element, name: str) -> str:
 
 
 def number(path: object, element: ElementTree.Element, name: str, least: float = -np.inf) -> float:
-    """Return an attribute of an element as a finite number of at least a bound; errors name both."""
+    """Return an attribute of an element as a finite number; raise a ValueError if it is below `least`."""
     what = f"{name} of {_named(element)}"
     value = float(_numbers(path, what, attribute(path, element, name), 1)[0])
     if value < least:
@@ -135,7 +135,7 @@ def number(path: object, element: ElementTree.Element, name: str, least: float =
 
 
 def numbers(path: object, element: ElementTree.Element, count: int | None = None) -> np.ndarray:
-    """Return the finite numbers in an element; raise a ValueError if one is missing or they are not so many."""
+    """Return the numbers in an element; raise a ValueError if one is not finite or their number is not `count`."""
     return _numbers(path, _named(element), element.text or "", count)
 
 
@@ -143,11 +143,11 @@ def _numbers(path: object, what: str, text: str, count: int | None) -> np.ndarra
     try:
         values = np.array([float(word) for word in text.split()])
     except ValueError:
-        raise ValueError(f"{path}: {what} must hold numbers, got {text.strip()!r}") from None
+        raise ValueError(f"{path}: {what} must contain numbers, got {text.strip()!r}") from None
     if not np.isfinite(values).all():
-        raise ValueError(f"{path}: {what} holds {values[~np.isfinite(values)][0]:g}; every number must be finite")
+        raise ValueError(f"{path}: {what} contains {values[~np.isfinite(values)][0]:g}; every number must be finite")
     if count is not None and len(values) != count:
-        raise ValueError(f"{path}: {what} must hold {count} numbers, got {len(values)}")
+        raise ValueError(f"{path}: {what} must contain {count} numbers, got {len(values)}")
     return values
 
 

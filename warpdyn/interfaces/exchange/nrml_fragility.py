@@ -22,8 +22,8 @@ from warpdyn.interfaces.exchange.measures import measure_of, to_openquake
 from warpdyn.interfaces.exchange.text_files import checked_path
 
 FUNCTION = "write_nrml_fragility"
-# Probabilities at the default least and greatest intensity. What is left out below decides next to nothing of an annual
-# rate, even on a steep hazard curve; beyond the greatest the engine holds a curve at its value there.
+# Exceedance probabilities at the default minimum and maximum intensity. Intensities below the minimum contribute almost
+# nothing to an annual rate, even with a steep hazard curve. Above the maximum, OpenQuake keeps the probability.
 LEAST_PROBABILITY, GREATEST_PROBABILITY = 1e-6, 0.999
 
 
@@ -42,43 +42,44 @@ def write_nrml_fragility(
 ) -> Path:
     """Write fragility curves as a fragility model of OpenQuake (NRML 0.5).
 
-    Continuous functions are lognormal; of a capacity with median m and dispersion b they have the arithmetic mean
-    m exp(b^2 / 2) and the standard deviation mean sqrt(exp(b^2) - 1). Discrete ones have probabilities at intensities,
-    between which the engine interpolates linearly, from 0 below the first one; beyond the last it holds them.
+    Continuous functions are lognormal. A capacity with median m and dispersion b has the arithmetic mean m exp(b^2 / 2)
+    and the standard deviation mean sqrt(exp(b^2) - 1). Discrete functions have probabilities at given intensities.
+    OpenQuake interpolates linearly between them, uses 0 below the first and keeps the last value above it.
 
-    The engine accepts curves that cross, fall or pass 1; they are refused here. Two lognormal curves of different
-    dispersions cross somewhere: they are refused where they do by more than a probability of 0.001 between the least
-    and greatest intensity. Discrete ones that cross by less are written as equal there.
+    Unlike OpenQuake, warpdyn refuses curves that cross, fall or exceed 1. Two lognormal curves with different
+    dispersions cross somewhere: they are refused if the difference is more than 0.001 between the minimum and the
+    maximum intensity. Discrete functions that cross by less are written as equal there.
 
     Args:
-        curves: What `fragility` returned, by taxonomy, all with the same damage states from the lightest on:
-            `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], and for stripe
-            fractions `exceedance_fraction(damage_state, stripe)`.
-        path: The file, whose name ends in ".xml"; an older one is replaced.
-        format: "continuous", or "discrete".
-        intensities: Intensities of discrete functions [units of the curves], increasing, at which the fitted curves are
-            written; None writes the fractions of the samples that exceeded a state at each stripe.
-        measure: OpenQuake's name of the intensity measure, such as "SA(0.3)", "PGA" or "AvgSA"; None takes it from the
-            curves, where SA and AvgSA must have a damping ratio of 5 %. It is written in OpenQuake's unit (g, cm/s).
-        minimum_intensity: Least intensity (minIML) of continuous functions [units of the curves]. None: the curves'
-            attribute of this name, which `read_nrml_fragility` sets; without it, where the lightest state is exceeded
-            with a probability of 1e-6.
-        maximum_intensity: Greatest one (maxIML) [units of the curves], beyond which the engine keeps the probability.
-            None: the curves' attribute, or where every state is exceeded with a probability of at least 0.999.
-        no_damage_limit: Intensity up to which there is no damage [units of the curves]. None: the curves' attribute;
-            without it, no limit of discrete functions and of those whose minimum is an attribute, and
-            `minimum_intensity` of all others.
-        loss_type: "structural", "nonstructural", "contents" or another of the engine's.
-        description: What the model is; None says how warpdyn fitted the curves.
+        curves: Results of `fragility` by taxonomy, all with the same damage states, the lightest first:
+            `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], or, to write
+            stripe fractions, `exceedance_fraction(damage_state, stripe)`.
+        path: The file; its name ends in ".xml". An existing file is replaced.
+        format: "continuous" or "discrete".
+        intensities: Increasing intensities of discrete functions [unit of the curves], at which the fitted curves are
+            written. None: the stripes, with the fractions of samples that exceeded a state.
+        measure: OpenQuake's name of the intensity measure, such as "SA(0.3)", "PGA" or "AvgSA". None: the measure of
+            the curves; SA and AvgSA need a damping ratio of 5 %. Values are written in OpenQuake's unit (g, cm/s).
+        minimum_intensity: Minimum (minIML) of continuous functions [unit of the curves]. None: the attribute
+            `minimum_intensity` of the curves, as `read_nrml_fragility` sets it; without the attribute, the intensity at
+            which the probability of exceeding the lightest state is 1e-6.
+        maximum_intensity: Maximum (maxIML) [unit of the curves]; above it OpenQuake keeps the probability constant.
+            None: the attribute of the curves, or the intensity at which every state is exceeded with a probability of
+            at least 0.999.
+        no_damage_limit: Intensity up to which there is no damage [unit of the curves]. None: the attribute of the
+            curves. Without the attribute, discrete functions and functions with the attribute `minimum_intensity` have
+            no limit; other functions have the limit `minimum_intensity`.
+        loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
+        description: Description of the model; None: the method by which warpdyn fitted the curves.
 
     Returns:
         The path.
 
     Raises:
         ValueError: If a state has no fit, curves of a continuous model are not lognormal, states cross or differ
-            between taxonomies, probabilities fall or are outside 0 to 1, intensities do not increase, or the measure,
-            its unit or a name is none that the engine reads as meant; the error names taxonomy, state and intensity.
-        TypeError: If `curves` maps no taxonomies to datasets.
+            between taxonomies, probabilities fall or are outside 0 to 1, intensities do not increase, or OpenQuake does
+            not accept the measure, its unit or a name. The error names taxonomy, state and intensity.
+        TypeError: If `curves` does not map taxonomies to datasets.
         OSError: If the file cannot be written.
 
     Example:
@@ -91,9 +92,12 @@ def write_nrml_fragility(
     one_of("format", format, ("continuous", "discrete"))
     one_of("loss_type", loss_type, nrml.LOSS_TYPES)
     if format == "continuous" and intensities is not None:
-        raise ValueError(f"{FUNCTION}: intensities are of format='discrete'; continuous functions have none")
+        raise ValueError(f"{FUNCTION}: continuous functions have no intensities=: remove it, or give format='discrete'")
     if format == "discrete" and not (minimum_intensity is None and maximum_intensity is None):
-        raise ValueError(f"{FUNCTION}: discrete functions have intensities, not a least and a greatest one")
+        raise ValueError(
+            f"{FUNCTION}: discrete functions have no minimum_intensity= and maximum_intensity=: remove them, and give "
+            "the range by intensities=[...]"
+        )
     points = "exceedance_fraction" if format == "discrete" and intensities is None else ""
     sets = {
         taxonomy: CurveSet.from_dataset(f"taxonomy {taxonomy!r}", dataset, points=points)
@@ -106,14 +110,14 @@ def write_nrml_fragility(
         own = sets[taxonomy].names
         if list(own) != states:
             raise ValueError(
-                f"{FUNCTION}: taxonomy {taxonomy!r} has the damage states {', '.join(own)}, and {first!r} has "
-                f"{', '.join(states)}; a model has the same for all"
+                f"{FUNCTION}: taxonomy {taxonomy!r} has the damage states {', '.join(own)}, but {first!r} has "
+                f"{', '.join(states)}; all taxonomies of a model need the same states: write two files"
             )
 
     default = f"warpdyn: {curves[first].attrs.get('fragility_method', 'fragility curves')}"
     beyond = {taxonomy: extrapolated(dataset, tuple(states)) for taxonomy, dataset in curves.items()}
-    told = [f"{taxonomy}: {', '.join(found)}" for taxonomy, found in beyond.items() if found]
-    default += f". Extrapolated medians: {'; '.join(told)}" if told else ""
+    marked = [f"{taxonomy}: {', '.join(found)}" for taxonomy, found in beyond.items() if found]
+    default += f". Extrapolated medians: {'; '.join(marked)}" if marked else ""
     text = nrml.checked_description(FUNCTION, description, default)
     root, model = nrml.model("fragilityModel", loss_type, text)
     ElementTree.SubElement(model, "limitStates").text = " ".join(states)
@@ -123,7 +127,7 @@ def write_nrml_fragility(
         imt = measure_of(what, dataset, measure)
         if not points and "fragility_median" not in dataset:
             raise ValueError(
-                f"{what}: the dataset has no fragility_median(damage_state); give what fragility() returned"
+                f"{what}: the dataset has no fragility_median(damage_state); pass the result of fragility()"
             )
         factor = to_openquake(what, dataset["stripe" if points else "fragility_median"].attrs.get("units"), imt)
         if format == "continuous":
@@ -147,8 +151,8 @@ def _add_continuous(
     check_order(what, curves)
     if curves.shape.name != LOGNORMAL.name:
         raise ValueError(
-            f"{what}: the curves are {curves.shape.name}, and the engine's continuous functions are lognormal; write "
-            "them at intensities= as format='discrete'"
+            f"{what}: the curves are {curves.shape.name}, but OpenQuake's continuous functions are lognormal; give "
+            "format='discrete' and intensities=[...]"
         )
     median, dispersion, units = curves.median, curves.dispersion, curves.units
     low, high = norm.ppf(LEAST_PROBABILITY), norm.ppf(GREATEST_PROBABILITY)
@@ -166,13 +170,15 @@ def _add_continuous(
     if limit is None:
         limit = own.no_damage if is_of_file or NO_DAMAGE in dataset.attrs else least
     if not greatest > least:
-        raise ValueError(f"{what}: the greatest intensity ({greatest:g} {units}) must be above the least, {least:g}")
-    # A file that was read may have limits above a median; typed ones are a mistake there.
+        raise ValueError(
+            f"{what}: maximum_intensity ({greatest:g} {units}) must be above minimum_intensity ({least:g})"
+        )
+    # Limits that were read from a file may be above a median; limits that the user gave must not be.
     if is_given and (not max(least, limit) < median[0] or not greatest > median[-1]):
         raise ValueError(
-            f"{what}: the least intensity ({least:g} {units}), that without damage ({limit:g}) and the greatest "
-            f"({greatest:g}) must leave the medians between them, {median[0]:g} to {median[-1]:g} {units}; leave them "
-            "out to have them chosen"
+            f"{what}: minimum_intensity ({least:g} {units}) and no_damage_limit ({limit:g}) must be below the smallest "
+            f"median, and maximum_intensity ({greatest:g}) above the largest; the medians are {median[0]:g} to "
+            f"{median[-1]:g} {units}"
         )
     levels = np.geomspace(max(least, limit) or LEAST_CHECKED * greatest, greatest, CHECKED_POINTS)
     check_exceedance(what, curves, levels, curves.shape.probability(levels, median, dispersion))
@@ -223,5 +229,5 @@ def _add_discrete(
 def _check_levels(what: str, levels: np.ndarray) -> None:
     if levels.ndim != 1 or levels.size < 2 or not (levels > 0).all() or (np.diff(levels) <= 0).any():
         raise ValueError(
-            f"{what}: a discrete function needs at least 2 intensities above 0 that increase, got {levels.tolist()}"
+            f"{what}: a discrete function needs at least 2 increasing intensities above 0, got {levels.tolist()}"
         )

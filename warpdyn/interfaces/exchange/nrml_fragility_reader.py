@@ -21,24 +21,24 @@ READER = "read_nrml_fragility"
 
 
 def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
-    """Read a fragility model of OpenQuake (NRML 0.5), as `write_nrml_fragility` writes it or another tool.
+    """Read a fragility model of OpenQuake (NRML 0.5), written by `write_nrml_fragility` or another program.
 
     Args:
         path: The file.
 
     Returns:
-        Of each taxonomy a dataset as `fragility` returns it: of continuous functions `fragility_median(damage_state)`
-        [g or SI] and `fragility_dispersion(damage_state)` [1]; of discrete ones
+        For each taxonomy a dataset like the result of `fragility`. Continuous functions have
+        `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1]; discrete functions have
         `exceedance_fraction(damage_state, stripe)` [1]. The attributes `no_damage_limit`, `minimum_intensity` and
-        `maximum_intensity` (noDamageLimit, minIML and maxIML of the file) are in the unit of the medians. Rates,
-        losses, vulnerability functions and files that are written apply them as the engine does: intensities are
-        clipped to the minimum and the maximum, and at or below the limit there is no damage.
+        `maximum_intensity` (noDamageLimit, minIML and maxIML in the file) have the unit of the medians. Rates, losses,
+        vulnerability functions and written files apply them as OpenQuake does: intensities are clipped to the minimum
+        and the maximum, and at or below the limit there is no damage.
 
     Raises:
-        ValueError: If it is no such file, functions lack what the format demands, or values are such that
-            `write_nrml_fragility` would refuse them: not finite, outside their range, falling or crossing. The error
-            names the file and the function.
-        FileNotFoundError: If there is no such file.
+        ValueError: If the file is not a fragility model, lacks a required element, or has values that
+            `write_nrml_fragility` refuses: not finite, outside their range, falling or crossing. The error names the
+            file and the function.
+        FileNotFoundError: If the file does not exist.
 
     Example:
         >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
@@ -57,7 +57,9 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     for function in model.iter("fragilityFunction"):
         taxonomy = nrml.attribute(path, function, "id")
         if taxonomy in found:
-            raise ValueError(f"{path}: two functions have the id {taxonomy!r}; files of several measures are not read")
+            raise ValueError(
+                f"{path}: two functions have the id {taxonomy!r}; several intensity measures per file are not supported"
+            )
         levels = nrml.child(path, function, "imls")
         imt = nrml.attribute(path, levels, "imt")
         units, factor = from_openquake(path, imt)
@@ -80,13 +82,13 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
 
 
 def _rows(path: object, function: ElementTree.Element, tag: str, states: list[str]) -> list[ElementTree.Element]:
-    """Return the elements of each state, in the order of the states, which the file must have too."""
+    """Return the element of each state; their order in the file must be that of limitStates."""
     rows = function.findall(tag)
     names = [nrml.attribute(path, row, "ls") for row in rows]
     if names != states:
         raise ValueError(
-            f"{path}: function {function.get('id')!r} has {tag} of {', '.join(names) or 'no state'}; limitStates are "
-            f"{', '.join(states)}"
+            f"{path}: function {function.get('id')!r} has {tag} for {', '.join(names) or 'no state'}, but limitStates "
+            f"are {', '.join(states)}"
         )
     return rows
 

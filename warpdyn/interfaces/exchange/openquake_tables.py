@@ -1,4 +1,4 @@
-"""OpenQuake's tables beside its models: which functions a taxonomy has, and what damage states lead to."""
+"""OpenQuake's tables: functions of each taxonomy (taxonomy mapping), and consequences of damage states."""
 
 from __future__ import annotations
 
@@ -16,25 +16,25 @@ from warpdyn.interfaces.exchange import nrml
 from warpdyn.interfaces.exchange.text_files import checked_path, write_text
 
 TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
-# Kinds of consequences whose values are shares, and those that count people, per occupant.
+# Kinds of consequences whose values are shares: of the value, of buildings or of occupants.
 KINDS = ("losses", "collapsed", "non_operational", "injured", "fatalities", "homeless")
 SHAKING = ("groundshaking", "earthquake")  # perils; the second is the engine's name of the first until 2025
 SUM_TOLERANCE = 1e-7  # of weights; the engine's pmf.PRECISION
 
 
 def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], path: str | os.PathLike) -> Path:
-    """Write which fragility or vulnerability functions OpenQuake takes for each taxonomy of an exposure.
+    """Write OpenQuake's taxonomy mapping: the fragility or vulnerability functions of each taxonomy of an exposure.
 
     Args:
-        mapping: Of each taxonomy the id of its function, or the weight [1] of each of several, with a sum of 1.
-        path: The file, whose name ends in ".csv"; an older one is replaced.
+        mapping: For each taxonomy the id of its function, or a mapping of ids to weights [1] with the sum 1.
+        path: The file; its name ends in ".csv". An existing file is replaced.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If weights are not above 0 or do not sum to 1, or a name has characters that the engine refuses.
-        TypeError: If `mapping` is no mapping.
+        ValueError: If weights are not above 0 or their sum is not 1, or OpenQuake does not accept a name.
+        TypeError: If `mapping` is not a mapping.
         OSError: If the file cannot be written.
 
     Example:
@@ -51,8 +51,8 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
         nrml.check_taxonomy(TAXONOMIES, taxonomy)
         if not isinstance(given, str | Mapping):
             raise TypeError(
-                f"{TAXONOMIES}: the mapping of taxonomy {taxonomy!r} must be the id of a function, or weights by ids, "
-                f"got {shortened(given)}"
+                f"{TAXONOMIES}: the value for taxonomy {taxonomy!r} must be the id of a function or a mapping of ids "
+                f"to weights, got {shortened(given)}"
             )
         weights = given if isinstance(given, Mapping) else {given: 1.0}
         for risk_id, weight in weights.items():
@@ -62,29 +62,28 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
         total = sum(weights.values())
         if abs(total - 1) > SUM_TOLERANCE:
             raise ValueError(
-                f"{TAXONOMIES}: the weights of taxonomy {taxonomy!r} sum to {total:.9g}; they must sum to 1"
+                f"{TAXONOMIES}: the sum of the weights of taxonomy {taxonomy!r} is {total:.9g}; it must be 1"
             )
     return write_text(path, _csv_text(rows))
 
 
 def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]]:
-    """Read which functions OpenQuake takes for each taxonomy, with their weights.
+    """Read OpenQuake's taxonomy mapping: the functions of each taxonomy with their weights.
 
-    The weights of rows with one taxonomy and one function are added, as the engine does; GEM's published mappings have
-    such rows.
+    If several rows have the same taxonomy and function, their weights are added, as in OpenQuake; GEM's published
+    mappings have such rows.
 
     Args:
-        path: The CSV file, with columns `taxonomy`, `risk_id` (or `conversion`, as of old) and, if it has them,
-            `weight`.
+        path: The CSV file with columns `taxonomy`, `risk_id` (in old files `conversion`) and optionally `weight`.
 
     Returns:
-        Of each taxonomy the weight [1] of each function.
+        For each taxonomy the weight [1] of each function.
 
     Raises:
-        ValueError: If a column is missing, a name has characters that the engine refuses, a weight is no number above
-            0 or the weights of a taxonomy do not sum to 1. The message names the file.
-        FileNotFoundError: If there is no such file.
-        TypeError: If `path` names no file.
+        ValueError: If a column is missing, OpenQuake does not accept a name, a weight is not a number above 0, or the
+            sum of the weights of a taxonomy is not 1. The message names the file.
+        FileNotFoundError: If the file does not exist.
+        TypeError: If `path` is not a path.
 
     Example:
         >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
@@ -104,11 +103,11 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
         own = found.setdefault(taxonomy, {})
         own[risk_id] = own.get(risk_id, 0.0) + weight
     if not found:
-        raise ValueError(f"{path}: there is no row below the names of the columns")
+        raise ValueError(f"{path} has no rows below the names of the columns")
     for taxonomy, weights in found.items():
         if abs(sum(weights.values()) - 1) > SUM_TOLERANCE:
             raise ValueError(
-                f"{path}: the weights of taxonomy {taxonomy!r} sum to {sum(weights.values()):.9g}, not to 1"
+                f"{path}: the sum of the weights of taxonomy {taxonomy!r} is {sum(weights.values()):.9g}; it must be 1"
             )
     return found
 
@@ -120,23 +119,23 @@ def write_consequences(
     consequence: str = "losses",
     loss_type: str = "structural",
 ) -> Path:
-    """Write what each damage state leads to, for OpenQuake's damage calculations.
+    """Write the consequences of each damage state for OpenQuake's damage calculations.
 
     Args:
-        consequences: Of each id of a function the share [1] for each damage state, from the lightest on: of the value
-            lost ("losses"), of buildings ("collapsed", "non_operational") or of people ("injured", "fatalities",
-            "homeless"). Of a pair, such as mean and coefficient of variation, the mean is written.
-        path: The file, whose name ends in ".csv"; an older one is replaced.
-        consequence: What it is: "losses" or another of those above.
-        loss_type: "structural", "nonstructural", "contents" or another of the engine's.
+        consequences: For each id of a function the share [1] for each damage state, the lightest first: share of the
+            value ("losses"), of buildings ("collapsed", "non_operational") or of people ("injured", "fatalities",
+            "homeless"). For a pair, such as mean and coefficient of variation, the mean is written.
+        path: The file; its name ends in ".csv". An existing file is replaced.
+        consequence: Kind of the consequence: "losses" or another word in the list above.
+        loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If a share is outside 0 to 1 or falls from one state to the next, ids have different states, or a
-            name has characters that the engine refuses.
-        TypeError: If `consequences` maps no ids to shares.
+        ValueError: If a share is outside 0 to 1 or falls from one state to the next, ids have different states, or
+            OpenQuake does not accept a name.
+        TypeError: If `consequences` does not map ids to shares.
         OSError: If the file cannot be written.
 
     Example:
@@ -156,10 +155,12 @@ def write_consequences(
         check_kind(CONSEQUENCES, f"shares by damage state for {risk_id!r}", shares, Mapping)
         own = list(shares)
         nrml.check_state_names(CONSEQUENCES, own)
-        if not own or (states and own != states):
+        if not own:
+            raise ValueError(f"{CONSEQUENCES}: {risk_id!r} has no damage states: give {{'slight': 0.1, ...}}")
+        if states and own != states:
             raise ValueError(
-                f"{CONSEQUENCES}: {risk_id!r} has the damage states {', '.join(own) or 'none'}, and the first id "
-                f"{', '.join(states)}; they must be the same for all"
+                f"{CONSEQUENCES}: the damage states of {risk_id!r} are {', '.join(own)}, those of the first id "
+                f"{', '.join(states)}; all ids need the same states"
             )
         states = own
         values = [_share(risk_id, state, shares[state]) for state in states]
@@ -173,13 +174,13 @@ def _check_order(what: str, shares: Mapping[str, float]) -> None:
     for (lighter, one), (heavier, other) in pairwise(shares.items()):
         if other < one:
             raise ValueError(
-                f"{what}: the share falls from {one:g} of {lighter!r} to {other:g} of {heavier!r}; damage states must "
-                "come from the lightest on"
+                f"{what}: the share falls from {one:g} for {lighter!r} to {other:g} for {heavier!r}; sort the damage "
+                "states with the lightest first"
             )
 
 
 def _share(risk_id: str, state: str, given: object) -> float:
-    what = f"{CONSEQUENCES}: share of {state!r} of {risk_id!r}"
+    what = f"{CONSEQUENCES}: share of {state!r} for {risk_id!r}"
     if isinstance(given, Sequence) and not isinstance(given, str):
         if not 1 <= len(given) <= 2:
             raise ValueError(
@@ -195,23 +196,23 @@ def _share(risk_id: str, state: str, given: object) -> float:
 def read_consequences(
     path: str | os.PathLike, *, consequence: str = "losses", loss_type: str = "structural"
 ) -> dict[str, dict[str, float]]:
-    """Read what each damage state leads to.
+    """Read the consequences of each damage state.
 
     Args:
-        path: The CSV file, with columns `risk_id` (or `taxonomy`, as of old), `consequence`, if it has them `loss_type`
-            and `peril` (rows of "groundshaking", or "earthquake" as until 2025, are read), and one for each damage
-            state.
-        consequence: What is read, such as "losses".
-        loss_type: Of which loss type.
+        path: The CSV file with columns `risk_id` (in old files `taxonomy`), `consequence`, optionally `loss_type` and
+            `peril`, and one column per damage state. Rows with the peril "groundshaking" (until 2025 "earthquake") are
+            read.
+        consequence: Kind of the consequence to read, such as "losses".
+        loss_type: Loss type to read.
 
     Returns:
-        Of each id the share [1] for each damage state, as `write_consequences` takes it.
+        For each id the share [1] for each damage state, as `write_consequences` needs it.
 
     Raises:
-        ValueError: If a column is missing, a share is no number from 0 to 1 or falls from one state to the next, or the
-            file has no such consequence or an id twice. The message names the file.
-        FileNotFoundError: If there is no such file.
-        TypeError: If `path` names no file.
+        ValueError: If a column is missing, a share is not a number from 0 to 1 or falls from one state to the next, or
+            the file does not contain the consequence or contains an id twice. The message names the file.
+        FileNotFoundError: If the file does not exist.
+        TypeError: If `path` is not a path.
 
     Example:
         >>> path = wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv")
@@ -222,26 +223,26 @@ def read_consequences(
         checked_text(f"read_consequences: {name}", word)
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
-    others: dict[str, None] = {}  # what the file has instead, in its order
+    others: dict[str, None] = {}  # other consequences in the file, in its order
     for row in _csv_rows("read_consequences", path, ("consequence",)):
         peril = row.get("peril") or SHAKING[0]
         of_row = row["consequence"], row.get("loss_type") or "structural"
         if of_row != (consequence, loss_type) or peril.lower() not in SHAKING:
-            others[f"{of_row[0]} of {of_row[1]}" + (f" by {peril}" if peril.lower() not in SHAKING else "")] = None
+            others[f"{of_row[0]} for {of_row[1]}" + (f" by {peril}" if peril.lower() not in SHAKING else "")] = None
             continue
         risk_id = row.get("risk_id") or row.get("taxonomy")
         if not risk_id:
             raise ValueError(f"{path}: a row has no risk_id")
         if risk_id in found:
-            raise ValueError(f"{path}: {risk_id!r} has {consequence} of {loss_type} twice")
+            raise ValueError(f"{path}: {risk_id!r} has {consequence} for {loss_type} twice")
         states = [name for name in row if name not in named]
         if not states:
-            raise ValueError(f"{path} has no column of a damage state; it has {', '.join(row)}")
+            raise ValueError(f"{path} has no column for a damage state; it has {', '.join(row)}")
         found[risk_id] = {state: _csv_number(path, f"{state} of {risk_id!r}", row[state], most=1) for state in states}
         _check_order(f"{path}: {risk_id!r}", found[risk_id])
     if not found:
         raise ValueError(
-            f"{path} has no consequence {consequence!r} of loss type {loss_type!r} by earthquakes; it has "
+            f"{path} has no consequence {consequence!r} for loss type {loss_type!r} by earthquakes; it has "
             f"{'; '.join(others) or 'no rows'}"
         )
     return found
@@ -263,11 +264,11 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
         for name in needed:
             if name not in (reader.fieldnames or ()):
                 raise ValueError(
-                    f"{path} has no column {name!r}; it has {', '.join(reader.fieldnames or ()) or 'none'}"
+                    f"{path} has no column {name!r}; it has {', '.join(reader.fieldnames or ()) or 'no columns'}"
                 )
         rows = list(reader)
     except csv.Error as error:
-        raise ValueError(f"{function}: {path} is no CSV: line {reader.line_num}: {error}") from None
+        raise ValueError(f"{function}: {path} is not CSV: line {reader.line_num}: {error}") from None
     for place, row in enumerate(rows, 2):
         if None in row or None in row.values():
             raise ValueError(f"{path}, line {place}: {'more' if None in row else 'fewer'} values than columns")
@@ -275,7 +276,7 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
 
 
 def _check_header(path: object, names: Sequence[str]) -> None:
-    """Raise a ValueError unless columns are separated by commas and have names of their own."""
+    """Raise a ValueError unless the names of columns are separated by commas and unique."""
     try:
         check_separator(",".join(names) if len(names) > 1 else "".join(names))
         check_names(names)
@@ -284,7 +285,7 @@ def _check_header(path: object, names: Sequence[str]) -> None:
 
 
 def _csv_number(path: object, what: str, word: str, *, above: float | None = None, most: float | None = None) -> float:
-    """Return a number above a bound, or from 0 to another one."""
+    """Return a finite number; it must be above `above`, and from 0 to `most` if these are given."""
     try:
         value = float(word)
     except ValueError:

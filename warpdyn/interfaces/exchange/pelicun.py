@@ -23,7 +23,7 @@ from warpdyn.interfaces.exchange.text_files import checked_path, write_text
 
 FUNCTION = "write_pelicun_demands"
 EVENT, DIRECTION = 1, 1
-# pelicun's units of the intensity measures that it knows, by OpenQuake's names and the dataset's units.
+# pelicun's units of its intensity measures, by OpenQuake's name and the unit in the dataset.
 INTENSITIES = {("PGA", "g"): "g", ("SA", "g"): "g", ("PGV", "m s-1"): "mps", ("PGD", "m"): "m"}
 
 
@@ -34,38 +34,37 @@ def write_pelicun_demands(
     level: float | Sequence[float] | None = None,
     collapse_drift_ratio: float | None = None,
 ) -> Path:
-    """Write the demands of a run as a demand sample of pelicun, one row a sample.
+    """Write the demands of a run as a demand sample of pelicun, one row per sample.
 
-    Columns are peak storey drift ratios `1-PID-storey-1` [rad] and, where they were recorded, residual ones
-    `1-RID-storey-1` [rad] and peak floor accelerations `1-PFA-floor-1` [m/s2], of which floor 0 is the peak ground
-    acceleration of the scaled motion. Then follow the intensity measure (`1-SA_0.75-0-1`, `1-PGA-0-1` [g], also PGV and
-    PGD; others pelicun does not know, and they are left out) and, where a sample failed, `1-ERROR-0-1`, by which
-    pelicun leaves the sample out. Of a building on isolators, storey 1 is the first above the isolators, and floor 0
-    the base slab. The storey of a tuned mass damper is left out.
+    Columns are peak storey drift ratios (`1-PID-1-1` [rad], storey 1) and, if they were recorded, residual drift ratios
+    (`1-RID-1-1` [rad]) and peak floor accelerations (`1-PFA-1-1` [m/s2]; floor 0 is the peak ground acceleration of the
+    scaled motion). Then follows the intensity measure (`1-SA_0.75-0-1` or `1-PGA-0-1` [g], PGV or PGD; pelicun has no
+    others). If a sample failed, the column `1-ERROR-0-1` makes pelicun ignore it. For a building on isolators, storey 1
+    is the first storey above the isolators and floor 0 the base slab. The storey of a tuned mass damper is not written.
 
-    FEMA P-58 treats collapses apart: they have no demands, and pelicun knows them by a storey drift ratio of at least a
-    limit: the `CensorUpper` of PID where it calibrates its demand model, the capacity of its collapse check elsewhere.
-    A collapsed sample is therefore written with its drifts up to the collapse, of which that of the storey of
-    collapse is at least this limit, and without residual drifts; no other sample reaches it. What the limit may be is
-    told when the file is written.
+    FEMA P-58 treats collapses separately: they have no demands. pelicun recognises them by a storey drift ratio at or
+    above a limit: `CensorUpper` of PID in the calibration of its demand model, or the capacity of its collapse check.
+    Therefore a collapsed sample is written without residual drifts, and with the drifts reached until collapse. In the
+    storey that collapsed the drift ratio is at least this limit; samples without collapse stay below it. A message
+    gives the limit to use in pelicun.
 
     Args:
-        run: What `simulate` returned of a building, with the recorder "drift" and, to have their columns,
-            "acceleration" and "residual".
-        path: The file, whose name ends in ".csv"; an older one is replaced.
-        level: The stripe, or stripes, that are written [the unit of `im_level`]; needed where the run has several.
-        collapse_drift_ratio: The limit [1]; a collapsed sample that ended below it, by rounding or because a storey of
-            its own has a smaller drift capacity, is written with it. None takes the scene's `collapse_drift_ratio`;
-            without one, or where standing samples reach it, the drifts are written as they are, if they tell the
-            collapsed samples from the others.
+        run: Result of `simulate` for a building, with the recorder "drift" and, for their columns, "acceleration" and
+            "residual".
+        path: The file; its name ends in ".csv". An existing file is replaced.
+        level: The stripe or stripes to write [unit of `im_level`]; needed if the run has several.
+        collapse_drift_ratio: The limit [1]. A collapsed sample that ended below it, because of rounding or a smaller
+            drift capacity of a storey, is written with the limit. None: the scene's `collapse_drift_ratio`. Without
+            one, or if samples without collapse reach it, drifts are written unchanged, provided that some limit
+            separates collapsed samples from the others.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If the run is of a portfolio or a sequence, lacks drifts or the peak accelerations of its motions,
-            or has other stripes; if every sample failed; if a sample that did not collapse reaches the limit.
-        TypeError: If `run` is no Dataset.
+        ValueError: If the run is a portfolio or a sequence, lacks drifts, the peak accelerations of its motions or the
+            stripe; if every sample failed; if a sample without collapse reaches the limit.
+        TypeError: If `run` is not a Dataset.
         OSError: If the file cannot be written.
 
     Example:
@@ -76,17 +75,17 @@ def write_pelicun_demands(
     path = checked_path(FUNCTION, path, ".csv")
     needed = ("peak_storey_drift_ratio", "status", "sample")
     check_dataset(
-        FUNCTION, run, *needed, advice="give what simulate() returned, with the recorder 'drift'", argument="run"
+        FUNCTION, run, *needed, advice="pass the result of simulate() with the recorder 'drift'", argument="run"
     )
     for dimension, selection in (("archetype", "select_archetype"), ("event", "select_event")):
         if dimension in run.dims:
-            raise ValueError(f"{FUNCTION}: the run has several {dimension}s; take one by {selection}(run, name)")
+            raise ValueError(f"{FUNCTION}: the run has several {dimension}s; select one by {selection}(run, name)")
     check_samples(FUNCTION, run)
     run = _at_levels(run, level)
     ground, run = _building_alone(run)
     status = decoded_status(run["status"])
     if (status > COLLAPSED).all():
-        raise ValueError(f"{FUNCTION}: every sample failed, so that pelicun would have none")
+        raise ValueError(f"{FUNCTION}: every sample failed: simulate() with a shorter step=")
     drift = run["peak_storey_drift_ratio"].transpose("sample", "storey").values.astype(np.float64)
     drift = _with_collapses(run, drift, status, collapse_drift_ratio)
     columns: dict[str, tuple[str, np.ndarray]] = {}
@@ -101,7 +100,7 @@ def write_pelicun_demands(
         columns |= {_column("RID", storey): ("rad", values) for storey, values in enumerate(residual, 1)}
     columns |= _intensity(run)
     if (status > COLLAPSED).any():
-        # A column that is called ERROR alone, beside names of four parts, is not seen by pelicun 3.10.
+        # pelicun 3.10 ignores a column with the plain name ERROR if the other names have four parts.
         columns[_column("ERROR", 0)] = "", (status > COLLAPSED).astype(np.int8)
     table = pd.DataFrame({name: values for name, (_, values) in columns.items()}, index=run["sample"].values)
     header, _, rows = table.to_csv(lineterminator="\n").partition("\n")
@@ -109,38 +108,38 @@ def write_pelicun_demands(
     return write_text(path, f"{header}\n{units}\n{rows}")
 
 
-def _column(kind: str, place: int) -> str:
-    return f"{EVENT}-{kind}-{place}-{DIRECTION}"
+def _column(kind: str, location: int) -> str:
+    return f"{EVENT}-{kind}-{location}-{DIRECTION}"
 
 
 def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dataset:
-    """Return the samples on some stripes; all samples of a run that has none or one."""
+    """Return the samples on some stripes, or all samples of a run with at most one stripe."""
     has_levels = "im_level" in run.coords
     levels = np.unique(run["im_level"].values) if has_levels else np.empty(0)
     is_striped = has_levels and run["im_level"].attrs.get("design") == STRIPED
     if level is None:
         if is_striped and levels.size > 1:
             raise ValueError(
-                f"{FUNCTION}: the run has {levels.size} stripes, and an assessment by P-58 is of one: give level=, one "
-                f"or several of {', '.join(f'{value:g}' for value in levels)}"
+                f"{FUNCTION}: the run has {levels.size} stripes, but an assessment by FEMA P-58 uses one: give level=, "
+                f"one or several of {', '.join(f'{value:g}' for value in levels)}"
             )
         return run
     if not is_striped:
-        raise ValueError(f"{FUNCTION}: the run is not on stripes, which level= is of; leave it out")
+        raise ValueError(f"{FUNCTION}: level= selects stripes, but the run has none: remove level=")
     kept = np.zeros(run.sizes["sample"], dtype=bool)
     for value in np.atleast_1d(real_numbers("level", level)):
         on_stripe = np.isclose(run["im_level"].values, value, rtol=1e-9, atol=0)
         if not on_stripe.any():
             raise ValueError(
-                f"{FUNCTION}: the run has no stripe of {value:g}; it has {', '.join(f'{each:g}' for each in levels)}: "
-                "choose level= of these"
+                f"{FUNCTION}: the run has no stripe at {value:g}; level= may be "
+                f"{', '.join(f'{each:g}' for each in levels)}"
             )
         kept |= on_stripe
     return run.isel(sample=np.flatnonzero(kept))
 
 
 def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limit: float | None) -> np.ndarray:
-    """Return drift ratios, shape [sample, storey], in which a limit tells the collapsed samples from the others."""
+    """Return drift ratios, shape [sample, storey], in which a limit separates collapsed samples from the others."""
     if limit is not None:
         limit = real_number(f"{FUNCTION}: collapse_drift_ratio", limit, above=0)
         warn_of_implausible_limits({"": limit}, "collapse_drift_ratio")
@@ -152,7 +151,7 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
         raise ValueError(
             f"{FUNCTION}: sample {int(run['sample'].values[worst])} did not collapse and has a storey drift ratio of "
             f"{highest:.4g}, which is not below collapse_drift_ratio = {limit:g} ({np.sum(largest >= limit)} of "
-            f"{standing.size} such samples): give a larger one"
+            f"{standing.size} such samples): give collapse_drift_ratio= above {highest:.4g}"
         )
     if not collapsed.size:
         return drift
@@ -163,11 +162,11 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
     if limit is None:
         if at_end.min() <= highest:
             raise ValueError(
-                f"{FUNCTION}: collapsed samples end at storey drift ratios from {at_end.min():.4g} on, others reach "
-                f"{highest:.4g}, so that no limit tells them apart in pelicun: give collapse_drift_ratio= above "
-                f"{highest:.4g}, which collapsed samples are then written with"
+                f"{FUNCTION}: the smallest storey drift ratio of a collapsed sample is {at_end.min():.4g}, the largest "
+                f"of a sample without collapse {highest:.4g}, so pelicun cannot separate them by a limit: give "
+                f"collapse_drift_ratio= above {highest:.4g}; collapsed samples then get at least this value"
             )
-        # The bounds are rounded towards each other, so that a limit which is typed after them holds.
+        # Round the bounds towards each other, so that a limit within the printed bounds is valid.
         bounds = np.ceil(highest * 1e5) / 1e5, np.floor(at_end.min() * 1e5) / 1e5
         above, most = bounds if bounds[0] < bounds[1] else (highest, at_end.min())
         allowed = f"above {above:.10g} and at most {most:.10g}"
@@ -181,25 +180,25 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
         drift[collapsed, storey] = np.fmax(drift[collapsed, storey], limit)
         allowed = f"{limit:g}"
     tell(
-        f"{FUNCTION}: {collapsed.size} of {status.size} samples collapsed; in pelicun give PID a CensorUpper, and the "
-        f"collapse a storey drift ratio, of {allowed}"
+        f"{FUNCTION}: {collapsed.size} of {status.size} samples collapsed; in pelicun set CensorUpper of PID, or the "
+        f"storey drift ratio of the collapse check, to {allowed}"
     )
     return drift
 
 
 def _limit_of_scene(run: xr.Dataset) -> float | None:
-    """Return the drift ratio at which samples of a run's scene collapse, if the run says it."""
+    """Return the collapse drift ratio in the scene of a run; None if there is no such attribute."""
     try:
-        told = json.loads(run.attrs.get("scene", "{}")).get("collapse_drift_ratio")
+        limit = json.loads(run.attrs.get("scene", "{}")).get("collapse_drift_ratio")
     except (json.JSONDecodeError, AttributeError, TypeError):
         return None
-    return told if isinstance(told, float) and told > 0 else None
+    return limit if isinstance(limit, float) and limit > 0 else None
 
 
 def _building_alone(run: xr.Dataset) -> tuple[np.ndarray | None, xr.Dataset]:
-    """Return the run without storeys of isolators or of a tuned mass damper, and the accelerations of the base slab.
+    """Return the peak accelerations of the base slab, and the run without isolators and tuned mass damper.
 
-    The latter are None if the building stands on the ground, or the run has no accelerations.
+    For a building without isolators at its base, or a run without accelerations, the accelerations are missing (None).
     """
     if STOREY_KIND not in run.coords or not run[STOREY_KIND].values.any():
         return None, run
@@ -216,14 +215,14 @@ def _peak_ground_acceleration(run: xr.Dataset) -> np.ndarray:
     missing = [name for name in needed if name not in run]
     if missing:
         raise ValueError(
-            f"{FUNCTION}: the run has no {missing[0]}, which the peak ground acceleration (floor 0) is computed of; "
-            "drop peak_floor_acceleration to write drifts alone, or run again under ground motions"
+            f"{FUNCTION}: the run has no {missing[0]}, so the peak ground acceleration (floor 0) is unknown; to "
+            "write only drifts, pass run.drop_vars('peak_floor_acceleration')"
         )
     return run["motion_peak_acceleration"].values[run["motion_index"].values] * run["scale_factor_of_motion"].values
 
 
 def _intensity(run: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    """Return the column of the intensity measure, if pelicun knows the measure."""
+    """Return the column of the intensity measure; no column if pelicun does not have the measure."""
     if "im_level" not in run.coords:
         return {}
     attributes = run["im_level"].attrs

@@ -19,7 +19,7 @@ from warpdyn.foundations.files.text import check_names, check_separator, read_cs
 from warpdyn.model.ground_motions.measures.names import measure_named
 
 FUNCTION = "read_pelicun_demands"
-# Factors from pelicun's units to SI. An unknown unit is taken as 1 by pelicun, and refused here.
+# Factors from pelicun's units to SI. pelicun uses the factor 1 for an unknown unit; warpdyn refuses it.
 ACCELERATIONS = {"mps2": 1.0, "g": STANDARD_GRAVITY, "inps2": 0.0254, "inchps2": 0.0254, "ftps2": 0.3048}
 RATIOS = {"rad": 1.0, "unitless": 1.0}
 VELOCITIES = {"mps": 1.0, "cmps": 0.01, "inps": 0.0254, "inchps": 0.0254, "ftps": 0.3048}
@@ -31,27 +31,28 @@ FACTORS |= {"PGV": VELOCITIES, "PGD": LENGTHS}
 def read_pelicun_demands(
     path: str | os.PathLike, *, direction: int = 1, units: Mapping[str, str] | None = None
 ) -> xr.Dataset:
-    """Read a demand sample of pelicun, as `write_pelicun_demands` writes it or another tool, in one direction.
+    """Read a demand sample of pelicun, written by `write_pelicun_demands` or another program, in one direction.
 
     Args:
-        path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units below their names.
-        direction: The direction that is read.
-        units: Units by kind of demand, for a file without a row of units, such as
-            `{"PFA": "mps2", "PID": "rad", "SA": "g"}`; of a file with such a row they must be the same.
+        path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units below the names.
+        direction: Direction to read.
+        units: Units by kind of demand for a file without a row of units, such as
+            `{"PFA": "mps2", "PID": "rad", "SA": "g"}`. If the file has a row of units, they must agree.
 
     Returns:
-        Dataset as `simulate` returns it, of what the file has: `peak_storey_drift_ratio(sample, storey)` [1],
-        `residual_drift_ratio(sample, storey)` [1], `peak_floor_acceleration(sample, floor)` [m/s2],
-        `peak_ground_acceleration(sample)` [m/s2] of floor 0, the coordinate `im_level(sample)` [g, of PGV and PGD SI]
-        (of several measures each by pelicun's name) and `failed(sample)`, which is 1 where the file says
-        ERROR. A collapse is NaN, or a drift of at least the limit that the file was written with.
+        Dataset like the result of `simulate`, with the variables that the file contains:
+        `peak_storey_drift_ratio(sample, storey)` [1], `residual_drift_ratio(sample, storey)` [1],
+        `peak_floor_acceleration(sample, floor)` [m/s2], `peak_ground_acceleration(sample)` [m/s2] (floor 0), the
+        coordinate `im_level(sample)` [g; PGV and PGD in SI units] (if the file has several measures, one coordinate
+        per measure with pelicun's name), and `failed(sample)`, which is 1 for a sample with ERROR in the file. A
+        collapsed sample has NaN, or a drift ratio at or above the limit with which the file was written.
 
     Raises:
-        ValueError: If the file has no units and `units` lacks a kind, a unit that is none of the demand, a column
-            twice, a value that is infinite or below 0 (residual drifts have a sign), or no demand in this direction.
-            The message names the file.
-        FileNotFoundError: If there is no such file.
-        TypeError: If `path` names no file.
+        ValueError: If a unit is missing or does not fit the demand, a column is there twice, a value is infinite or
+            below 0 (residual drifts may be negative), or there is no demand in this direction. The message names the
+            file.
+        FileNotFoundError: If the file does not exist.
+        TypeError: If `path` is not a path.
 
     Example:
         >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g
@@ -70,12 +71,12 @@ def read_pelicun_demands(
     try:
         table = pd.read_csv(io.StringIO(text), index_col=0, dtype=str, keep_default_na=False)
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise ValueError(f"{FUNCTION}: {path} is no CSV: {' '.join(str(error).split())}") from None
+        raise ValueError(f"{FUNCTION}: {path} is not CSV: {' '.join(str(error).split())}") from None
     rows = [row for row in table.index if str(row).strip().lower() == "units"]
     if len(rows) > 1 or (not rows and units is None):
         raise ValueError(
-            f"{FUNCTION}: {path} has {len(rows)} rows of units; it needs one below the names, such as "
-            "'Units,mps2,rad', or give the units of its demands, such as units={'PFA': 'mps2', 'PID': 'rad'}"
+            f"{FUNCTION}: {path} has {len(rows)} rows of units; add one row below the names, such as 'Units,mps2,rad', "
+            "or give units={'PFA': 'mps2', 'PID': 'rad'}"
         )
     of_columns, table = (table.loc[rows[0]], table.drop(index=rows[0])) if rows else (None, table)
     given = _given_units(units)
@@ -89,7 +90,7 @@ def read_pelicun_demands(
         kind, place, along = parts[-3:] if len(parts) in (3, 4) else ("", "", "")
         kind = kind.upper()
         if not (place.isdigit() and along.isdigit()):
-            raise ValueError(f"{FUNCTION}: {path} has a column {name!r}; names are [event-]TYPE-location-direction")
+            raise ValueError(f"{FUNCTION}: {path} has a column {name!r}; names must be [event-]TYPE-location-direction")
         family = kind.partition("_")[0]
         if int(along) != direction or family not in FACTORS:
             continue
@@ -101,12 +102,12 @@ def read_pelicun_demands(
         unit = given[family] if of_columns is None else of_columns[name].strip()
         if of_columns is not None and given.get(family, unit) != unit:
             raise ValueError(
-                f"{FUNCTION}: {path}: column {name!r} is in {unit!r}, and units= has {given[family]!r} for {family}: "
-                "leave out units="
+                f"{FUNCTION}: {path}: column {name!r} is in {unit!r}, but units= has {given[family]!r} for {family}: "
+                "remove units="
             )
         if unit not in FACTORS[family]:
             allowed = ", ".join(FACTORS[family])
-            raise ValueError(f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; {kind} may be in {allowed}")
+            raise ValueError(f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; units of {kind} are {allowed}")
         by_place = found.setdefault(kind, {})
         if int(place) in by_place:
             raise ValueError(f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} twice")
@@ -117,7 +118,7 @@ def read_pelicun_demands(
 
 
 def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
-    """Return the units by kind of demand that the user gave."""
+    """Return the checked units by kind of demand."""
     if units is None:
         return {}
     if not isinstance(units, Mapping):
@@ -128,19 +129,19 @@ def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
     return units
 
 
-def _numbers(path: object, name: object, column: pd.Series, is_size: bool) -> np.ndarray:
-    """Return a column as finite numbers, of at least 0 if they are sizes; NaN where it is empty."""
+def _numbers(path: object, name: object, column: pd.Series, is_magnitude: bool) -> np.ndarray:
+    """Return a column as numbers; empty cells are NaN. Infinite values and negative magnitudes are errors."""
     words = [re.sub(r"^(nan|na|n/a|)$", "nan", word.strip(), flags=re.IGNORECASE) for word in column]
     try:
         values = np.array([float(word) for word in words])
     except ValueError as error:
         raise ValueError(f"{FUNCTION}: {path}: column {name!r}: {error}") from None
-    bad = np.isinf(values) | (is_size & (values < 0))
+    bad = np.isinf(values) | (is_magnitude & (values < 0))
     if bad.any():
         row = int(bad.argmax())
         raise ValueError(
             f"{FUNCTION}: {path}: column {name!r} has {bad.sum()} impossible values, the first is {values[row]:g} of "
-            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_size else ''}"
+            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_magnitude else ''}"
         )
     return values
 
@@ -149,7 +150,7 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
     """Return the dataset of demands by kind and location."""
     numbers = {"sample": np.arange(len(failed), dtype=np.int32)}
     dataset = xr.Dataset(
-        {"failed": ("sample", failed, {"long_name": "1 where the sample failed", "units": "1"})}, numbers
+        {"failed": ("sample", failed, {"long_name": "1 if the sample failed, else 0", "units": "1"})}, numbers
     )
     ground = found.get("PFA", {}).pop(0, None)
     if ground is not None:
@@ -177,6 +178,6 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
         text: dict[str, object] = {"long_name": label_of_levels(measure), MEASURE: measure, **unit_attributes(units)}
         text |= {PERIOD: float(period), DAMPING: 0.05} if period else {}
         values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)
-        name = "im_level" if len(found) == 1 else kind  # a file may have spectral accelerations at several periods
+        name = "im_level" if len(found) == 1 else kind  # a file may contain several measures
         dataset = dataset.assign_coords({name: ("sample", values, text)})
     return dataset

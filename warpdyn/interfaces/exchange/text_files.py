@@ -1,9 +1,11 @@
-"""Text files, which appear in their place only when they are complete."""
+"""Files of other formats: checked before anything is computed, and moved to their place when they are complete."""
 
 from __future__ import annotations
 
+import csv
+import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from warpdyn.foundations.files.disk_errors import disk_error, named_error
@@ -12,18 +14,18 @@ from warpdyn.foundations.files.targets import check_folder, check_replaceable, r
 
 
 def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path:
-    """Return a path that may be written, before anything is computed for it.
+    """Return a path that can be written; called before anything is computed.
 
     Args:
         function: The public function that writes it.
         path: The file, in a folder that exists.
-        suffixes: Endings that its name may have, in any case.
+        suffixes: Endings that its name may have, in lower case; capitals in the name are accepted.
 
     Raises:
-        TypeError: If it is not a path.
-        ValueError: If its name has another ending.
-        OSError: If there is no such folder, or something of that name is not a file (a folder, a device, a pipe), is
-            read-only or belongs to another user.
+        TypeError: If `path` is not a path.
+        ValueError: If the name has another ending.
+        OSError: If the folder does not exist, or the path is a folder, a device or a pipe, is read-only or belongs to
+            another user.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"{function}: path must name a file, got {path!r}")
@@ -40,17 +42,54 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
     return path
 
 
-def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
-    """Write a file under another name and move it into its place when it is complete; an older one is replaced.
+def check_same_table(function: str, path: Path, columns: Sequence[str], overwrite: bool) -> None:
+    """Raise a FileExistsError if a table would replace a file that is not a table with the same columns.
 
-    If threads or processes write the same file at a time, each writes a file of its own, and the last one stays.
+    CSV has no place for the name of the program that wrote a file, so the columns decide: a script that runs again
+    replaces its own table, but not an inventory or a table of another program.
+
+    Args:
+        function: The public function that writes the table.
+        path: The file; its name ends in ".csv", ".parquet" or ".geojson".
+        columns: Names of the columns (for GeoJSON, of the properties).
+        overwrite: Whether any file is replaced.
+    """
+    if not isinstance(overwrite, bool):
+        raise TypeError(f"{function}: overwrite must be True or False, got {overwrite!r}")
+    if not overwrite and path.exists() and _columns_of(path) != set(columns):
+        raise FileExistsError(
+            f"{function}: {path} exists and is not a table with the same columns, so it may contain other data: choose "
+            "another name, or replace it by overwrite=True"
+        )
+
+
+def _columns_of(path: Path) -> set[str] | None:
+    """Return the columns of a table; None if the file is not such a table as warpdyn writes."""
+    try:
+        if path.suffix.lower() == ".parquet":
+            import pyarrow.parquet
+
+            return set(pyarrow.parquet.read_schema(path).names)
+        with open(path, encoding="utf-8", newline="") as file:
+            if path.suffix.lower() == ".csv":
+                return set(next(csv.reader(file)))
+            first = next(line for line in file if line.startswith('{"type": "Feature", '))  # each has its own line
+            return set(json.loads(first.rstrip(",\n"))["properties"])
+    except Exception:  # a file of another kind may cause any error
+        return None
+
+
+def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
+    """Write a file under a temporary name and move it to its place when it is complete; replaces an existing file.
+
+    If several threads or processes write the same file, each has its own temporary file, and the last move wins.
 
     Args:
         path: The file. If it is a symbolic link, the link stays, and its target is replaced.
-        write: Writes the file whose name it is given.
+        write: Function that writes the file with the given name.
 
     Raises:
-        OSError: If it cannot be written; the message names it, and not the file beside it.
+        OSError: If the file cannot be written; the message contains `path`, not the temporary name.
     """
     try:
         with whole_file(resolved(path)) as part:
@@ -61,5 +100,5 @@ def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write text as UTF-8 with plain line feeds."""
+    """Write text as UTF-8 with line feeds as line ends."""
     return write_in_place(path, lambda name: Path(name).write_text(text, encoding="utf-8", newline="\n"))

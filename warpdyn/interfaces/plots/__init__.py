@@ -1,7 +1,7 @@
-"""Figures of buildings, motions and results.
+"""Figures of buildings, ground motions and results.
 
-Each function returns a figure, which a notebook shows where it is a cell's last line, or draws into the axes that it is
-given as `ax` and returns these.
+Each function returns a new figure, or draws into the axes `ax` and returns them. A notebook shows the figure if it is
+the last line of a cell.
 """
 
 from warpdyn.interfaces.plots.buildings import building, pushover_curve

@@ -14,25 +14,25 @@ from warpdyn.foundations.core.checks import check_dataset, check_kind
 from warpdyn.interfaces.plots.style import COLOURS, SMALL, Drawn, grid, panels, title
 from warpdyn.model.structures.shear_building import ShearBuilding
 
-ADDED_HEIGHT = 0.4  # of the lowest storey, at which isolators and a tuned mass damper are drawn
+ADDED_HEIGHT = 0.4  # drawn height of isolators and of a tuned mass damper, over that of the lowest storey
 MOST_IN_A_LINE = 75  # characters of a title
-MOST_LABELS = 10  # storeys that are labelled; of taller buildings some
+MOST_LABELS = 10  # storeys with labels; in taller buildings only some storeys have labels
 
 
 def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
-    """Draw a building to scale: storeys with stiffness and yield force, floors with mass, and its first mode.
+    """Draw a building to scale, with stiffness, yield force and mass of storeys and floors, and its first mode.
 
-    Isolators and a tuned mass damper are drawn with a height of their own, not to scale.
+    Isolators and a tuned mass damper are not to scale.
 
     Args:
         building: The building.
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        TypeError: If it is something else.
+        TypeError: If `building` is not a ShearBuilding.
 
     Example:
         >>> figure = wd.plots.building(building)
@@ -41,12 +41,12 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     check_kind("plots.building", "a ShearBuilding", building, ShearBuilding, argument="building")
     values, storeys = building.parameters, building.storeys
     own = building.own_storeys
-    # The height of isolators and of a tuned mass damper is no length, but scales their drift.
+    # The height of isolators and of a tuned mass damper only scales their drift; it is not a length.
     height = np.where(own, values["height"], ADDED_HEIGHT * values["height"][own].min())
     level = np.append(0.0, np.cumsum(height))
     width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the text
     result, (axes,) = panels("building", ax, size=(6.4, 5.6))
-    # The thickness of columns shows the storey stiffness, the depth of slabs the floor mass.
+    # Thicker columns are stiffer storeys, thicker slabs heavier floors.
     thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
     slab = min(0.012 * level[-1], 0.1 * height.min())
     depth = slab * (0.5 + values["mass"] / values["mass"].max())
@@ -64,7 +64,11 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
                 between = "\n" if storeys <= MOST_LABELS and own[storey] else ", "
                 spring += f"{between}Fy = {_engineering(values['yield_force'][storey], 'N')}"
             middle = (level[storey] + level[storey + 1]) / 2
-            paper = {"facecolor": "white", "edgecolor": "none", "pad": 1.5}  # over the slabs of a tall building
+            paper = {
+                "facecolor": "white",
+                "edgecolor": "none",
+                "pad": 1.5,
+            }  # hides the slabs of a tall building behind the text
             axes.text(width / 2, middle, spring, ha="center", va="center", fontsize=SMALL, bbox=paper, zorder=4)
             mass = f"m = {_engineering(1000 * values['mass'][storey], 'g')}"
             axes.text(-0.04 * width, level[storey + 1], mass, ha="right", va="center", fontsize=SMALL)
@@ -88,35 +92,35 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
 
 
 def _added(storey: int, storeys: int) -> str:
-    """Return what a storey is, counted from 0, that is none of the building's own."""
+    """Return the kind of a storey of isolators or of a tuned mass damper; storeys are counted from 0."""
     return "isolators" if storey == 0 else "tuned mass damper" if storey == storeys - 1 else "isolators at mid-height"
 
 
 def _storeys_labelled(storeys: int) -> list[int]:
-    """Return the storeys that are labelled, counted from 0: all, or about ten at equal distances."""
+    """Return the storeys with labels, counted from 0: all, or about ten at equal distances."""
     return list(range(0, storeys, -(-storeys // MOST_LABELS)))
 
 
 def _engineering(value: float, unit: str) -> str:
     """Return a number with an SI prefix, such as 866 MN/m for 8.66e8 N/m."""
-    if unit == "g":  # of masses, tonnes say more than megagrams
+    if unit == "g":  # masses in tonnes instead of megagrams
         return f"{value / 1e6:.4g} t"
     return ticker.EngFormatter(unit=unit, places=None).format_data(float(f"{value:.3g}"))
 
 
 def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> Drawn:
-    """Draw the base shear against the roof displacement, and drift profiles over the height.
+    """Draw the pushover curve (base shear against roof displacement) and drift profiles over the height.
 
     Args:
-        dataset: What `pushover` returned.
-        ax: Two axes to draw into, of the curve and of the profiles; None for a figure of its own.
+        dataset: Result of `pushover`.
+        ax: Two axes to draw into, for the curve and the profiles; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset has no base shears.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.pushover_curve(wd.pushover(building, np.linspace(0.0, 0.1, 101)))
@@ -127,14 +131,16 @@ def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> 
         "roof_displacement",
         "base_shear",
         "storey_drift",
-        advice="draw what pushover(building, ...) returned",
+        advice="draw the result of pushover(building, ...)",
     )
     roof, shear = 1000 * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
     drift = 1000 * dataset["storey_drift"].values
     if dataset["storey_drift"].dims != ("step", "storey"):
         raise ValueError("plots.pushover_curve: select steps and storeys by isel(step=[...], storey=[...])")
     if not roof.size:
-        raise ValueError("plots.pushover_curve: the dataset has no steps: the selection it was taken by left none")
+        raise ValueError(
+            "plots.pushover_curve: the dataset has no steps: check the condition by which you selected steps"
+        )
     result, (curve, profile) = panels("pushover_curve", ax, 2, size=(8.4, 4.2), width_ratios=(3, 2))
     curve.plot(np.append(0.0, roof), np.append(0.0, shear), color=COLOURS[0], lw=1.4)
     curve.axhline(0, color="0.6", lw=0.6)

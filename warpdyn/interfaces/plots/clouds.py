@@ -1,4 +1,4 @@
-"""Figures of clouds: demands against intensity with the regression through them, and the collapses."""
+"""Figure of cloud analysis: demands against intensity, the regression, and collapses."""
 
 from __future__ import annotations
 
@@ -29,31 +29,32 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-_RUN = "draw a run of ground motions, as simulate returned it"
-_CURVES = "give what fragility_of_cloud(run, limits) returned"
-_FEW = 2000  # samples that may be drawn larger
+_RUN = "draw a run of simulate() under ground motions"
+_CURVES = "pass the result of fragility_of_cloud(run, limits)"
+_FEW = 2000  # samples up to which points are drawn larger
 
 
 def cloud_regression(
     run: xr.Dataset, curves: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw the demands of a cloud against their intensity, and the regression that its fragility curves come from.
+    """Draw a cloud analysis: demands against intensity, and the regression on which the fragility curves are based.
 
-    Collapsed samples are crosses at the demand up to which they were followed. Each limit has its median, where the
-    regression with censored collapses passes it; a model of collapse lets collapses come first.
+    Collapsed samples are crosses at the demand that they reached. Each limit is drawn with the median of its fragility
+    curve. If collapses are censored, this is the intensity at which the regression reaches the limit; with a separate
+    model of collapse the median is lower, because collapse also counts as exceedance.
 
     Args:
         run: The run.
-        curves: What `fragility_of_cloud` returned of it.
-        colours: Colour of each damage state: a row from the lightest on, or a mapping by name.
-        ax: Axes to draw into; None for a figure of its own.
+        curves: Result of `fragility_of_cloud` for the run.
+        colours: Colour of each damage state: a list with the lightest state first, or a mapping by name.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the run or the curves lack something.
-        TypeError: If one of them is no Dataset.
+        ValueError: If the run or the curves lack a variable.
+        TypeError: If one of them is not a Dataset.
 
     Example:
         >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
@@ -69,8 +70,8 @@ def cloud_regression(
     is_ratio = demand.endswith("drift_ratio")
     factor = 100.0 if is_ratio else 1.0
     level, values = drawn.level, factor * drawn.values.astype(np.float64)
-    stands = np.flatnonzero(~drawn.collapsed & (values > 0))
-    shown = np.random.default_rng(0).permutation(stands)[:MOST_POINTS]
+    standing = np.flatnonzero(~drawn.collapsed & (values > 0))
+    shown = np.random.default_rng(0).permutation(standing)[:MOST_POINTS]
     size = 4 if level.size > _FEW else 12
     axes.scatter(level[shown], values[shown], s=size, color=PALE, lw=0, rasterized=True, label="samples")
     if drawn.collapsed.any():
@@ -90,15 +91,15 @@ def cloud_regression(
     for colour, state in zip(colours_of(states, colours), states, strict=True):
         row = curves.sel(damage_state=state)
         limit, median = factor * float(row["damage_limit"]), float(row["fragility_median"])
-        if not np.isfinite(limit):  # collapse alone passes it, whose median is drawn below
+        if not np.isfinite(limit):  # only collapse exceeds it; the median of collapse is drawn below
             continue
         axes.axhline(limit, color=colour, lw=1)
         name = literal(state)
-        said = f"{name}: median {median:.3g}" if np.isfinite(median) else f"{name}, no fit"
-        # Away from the median, where the cloud is below a high limit and above a low one.
+        words = f"{name}: median {median:.3g}" if np.isfinite(median) else f"{name}, no fit"
+        # Write the name at the side away from the median, where there are few points near the limit.
         across, anchor = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
         where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": anchor, "va": "bottom"}
-        axes.annotate(said, (across, limit), color=colour, **where, **AMONG_POINTS)
+        axes.annotate(words, (across, limit), color=colour, **where, **AMONG_POINTS)
         if np.isfinite(median):
             axes.plot(median, limit, "o", color=colour, ms=7, mec="white", zorder=5)
     if np.isfinite(float(curves.get("collapse_median", np.inf))):
@@ -113,5 +114,7 @@ def cloud_regression(
     grid(axes)
     legend(axes, loc="lower right")
     has_model = "collapse_median" in curves
-    title(axes, "Regression of what stands, and a model of collapse" if has_model else "Regression, collapses censored")
+    title(
+        axes, "Regression without collapses, and model of collapse" if has_model else "Regression, collapses censored"
+    )
     return result

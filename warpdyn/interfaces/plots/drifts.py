@@ -1,4 +1,4 @@
-"""Figures of drifts: over the height, against the intensity measure, and distributions of several runs side by side."""
+"""Figures of storey drift ratios: over the height, against the intensity measure, and distributions of several runs."""
 
 from __future__ import annotations
 
@@ -41,24 +41,24 @@ OF_MOTIONS = "draw a run of a ShearBuilding under ground motions"
 def drift_over_height(
     dataset: xr.Dataset, levels: int = 5, *, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw the median peak drift ratio of each storey, with its 16 to 84 % range, for some of the stripes.
+    """Draw the median peak drift ratio of each storey and the range of the 16 to 84 % fractiles, for some stripes.
 
-    A collapsed sample exceeds every drift in the storey that collapsed, and counts with its peaks up to then in the
-    others: a storey has no median where more than half of a stripe collapsed in it, and no range where more than 16 %
-    did; the legend tells the share of all collapses.
+    In the storey that collapsed, a collapsed sample exceeds every drift; in the other storeys its peak until collapse
+    counts. A storey has no median if more than half of the samples of a stripe collapsed in it, and no range if more
+    than 16 % did. The legend shows the share of collapsed samples.
 
     Args:
-        dataset: A run on stripes, merged with its `fragility` to show the limits.
+        dataset: A run on stripes; merged with its `fragility` it also shows the limits.
         levels: Number of stripes drawn.
-        colours: Colours of the stripes, from the lowest on.
-        ax: Axes to draw into; None for a figure of its own.
+        colours: Colours of the stripes, the lowest first.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset has no drifts or no levels.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.drift_over_height(run, levels=3)
@@ -66,7 +66,9 @@ def drift_over_height(
     levels = whole_number("levels", levels, 1)
     drawn = demands_of("drift_over_height", dataset, "peak_storey_drift_ratio", OF_STRIPES, by_storey=True)
     if not drawn.is_striped:
-        raise ValueError("the run is not on stripes: drift_over_height draws one curve a stripe")
+        raise ValueError(
+            "drift_over_height draws one curve per stripe, but the run has no stripes: simulate wd.Stripes(...)"
+        )
     chosen = np.unique(np.linspace(0, drawn.levels.size - 1, min(levels, drawn.levels.size)).round().astype(int))
     result, (axes,) = panels("drift_over_height", ax, size=(7.0, 4.6))
     storeys = without_added_storeys(dataset)["storey"].values
@@ -88,7 +90,7 @@ def drift_over_height(
     limits = limits_of(dataset)
     for _, limit in limits:
         axes.axvline(100 * limit, color=DARK, ls=":", lw=1)
-    if limits:  # named on an axis of their own, above which the title finds its place
+    if limits:  # their names are on a second axis, so that the title is placed above them
         above = axes.secondary_xaxis("top")
         above.xaxis.set_minor_locator(ticker.NullLocator())
         names, values = [literal(state) for state, _ in limits], [100 * limit for _, limit in limits]
@@ -96,8 +98,8 @@ def drift_over_height(
             values, labels=names, fontsize=SMALL, color=DARK, rotation=25, ha="left", rotation_mode="anchor"
         )
     grid(axes)
-    legend(axes, beside=True, title=literal(drawn.measure))
-    title(axes, "Peak drift over height: median and 16 to 84 %")
+    legend(axes, outside=True, title=literal(drawn.measure))
+    title(axes, "Peak drift over height: median, 16 and 84 % fractiles")
     return result
 
 
@@ -112,23 +114,23 @@ def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
 def drift_against_intensity(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the largest peak drift ratio of every sample against its intensity measure; on stripes, with fractiles.
+    """Draw the largest peak drift ratio of every sample against the intensity measure; for stripes also fractiles.
 
-    Collapsed samples are crosses at the drift at which they ended. They exceed every drift: the median ends at the last
-    stripe where no more than half of the samples collapsed.
+    Collapsed samples are crosses at the drift that they reached. They count as exceeding every drift, so the median
+    ends at the last stripe in which at most half of the samples collapsed.
 
     Args:
-        dataset: A run of ground motions, merged with its `fragility` to show the limits.
+        dataset: A run under ground motions; merged with its `fragility` it also shows the limits.
         colours: Colours of the damage states.
         scale: Axis of the intensity measure: "log" or "linear".
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset has no drifts or no levels.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
@@ -141,31 +143,31 @@ def drift_against_intensity(
     limits = limits_of(dataset)
     for colour, (state, limit) in zip(colours_of([state for state, _ in limits], colours), limits, strict=True):
         axes.axhline(100 * limit, color=colour, lw=1)
-        place = (0.01, 100 * limit)
+        at = (0.01, 100 * limit)
         axes.annotate(
-            literal(state), place, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS
+            literal(state), at, xycoords=axes.get_yaxis_transform(), color=colour, va="bottom", **AMONG_POINTS
         )
     axes.set_ylabel("Largest peak storey drift ratio [%]")
     return result
 
 
 def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None = None) -> Drawn:
-    """Draw the largest residual drift ratio of every sample against its intensity measure; on stripes, with fractiles.
+    """Draw the largest residual drift ratio of every sample against the intensity measure; for stripes also fractiles.
 
-    Collapsed samples have none: they are crosses at the upper edge, and exceed every residual drift, so that the median
-    ends at the last stripe where no more than half of the samples collapsed.
+    Collapsed samples have no residual drift and are crosses at the upper edge. They count as exceeding every residual
+    drift, so the median ends at the last stripe in which at most half of the samples collapsed.
 
     Args:
-        dataset: A run of ground motions with the recorder "residual".
+        dataset: A run under ground motions with the recorder "residual".
         scale: Axis of the intensity measure: "log" or "linear".
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset has no residual drifts or no levels.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.residual_drifts(run)
@@ -178,12 +180,12 @@ def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None 
     return result
 
 
-FEW = 2000  # samples that may be drawn larger
-LEAST_DRAWN = 1e-3  # of the largest value: what is smaller lies on the lower edge of a logarithmic axis
+FEW = 2000  # samples up to which points are drawn larger
+LEAST_DRAWN = 1e-3  # of the largest value: lower end of a logarithmic axis
 
 
 def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collapsed: np.ndarray | None) -> None:
-    """Draw samples, fractiles of stripes and collapses, these at values of theirs or at the upper edge."""
+    """Draw samples, fractiles of stripes, and collapses at the given values or (None) at the upper edge."""
     level, demand = drawn.level, 100 * drawn.values
     stands = np.flatnonzero(~drawn.collapsed)
     shown = np.random.default_rng(0).permutation(stands)[:MOST_POINTS]
@@ -199,21 +201,21 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
     if largest > 0 and axes.get_ylim()[0] < LEAST_DRAWN * largest:
         axes.set_ylim(LEAST_DRAWN * largest, 2 * largest)
     if drawn.collapsed.any():
-        place = np.flatnonzero(drawn.collapsed)
+        those = np.flatnonzero(drawn.collapsed)
         look: dict[str, Any] = {
             "marker": "x",
             "s": 16,
             "color": COLLAPSE_COLOUR,
             "lw": 0.9,
             "zorder": 3,
-            "label": f"collapsed: {place.size:,} of {level.size:,}",
+            "label": f"collapsed: {those.size:,} of {level.size:,}",
         }
         if where_collapsed is None:
-            each = np.unique(level[place])
+            each = np.unique(level[those])
             edge = np.full(each.size, 0.98)
             axes.scatter(each, edge, transform=axes.get_xaxis_transform(), clip_on=False, **look)
         else:
-            each, at = np.unique(np.stack([level[place], 100 * where_collapsed[place]]), axis=1)
+            each, at = np.unique(np.stack([level[those], 100 * where_collapsed[those]]), axis=1)
             axes.scatter(each, at, **look)
     axes.set_xlabel(literal(drawn.measure))
     set_scale(axes, scale, level.min(), level.max())
@@ -225,27 +227,26 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
 def drift_distributions(
     runs: Mapping[str, xr.Dataset], *, level: float | None = None, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw the distribution of the largest peak drift ratio in several runs: the share of samples below each drift.
+    """Draw the distributions of the largest peak drift ratio in several runs (share of samples below each drift).
 
-    Collapsed samples exceed every drift: a curve ends below 1 by their share, with a cross.
+    Collapsed samples exceed every drift: a curve ends with a cross at the share of samples without collapse.
 
     Args:
-        runs: The run of each design by its name, such as `{"as it is": run, "with dampers": other}`.
-        level: Level of the stripe that is drawn [unit of the levels], where runs are on stripes; None where all
-            samples are on one, or on none, as under random motions.
-        colours: Colour of each design, in their order or by name.
-        ax: Axes to draw into; None for a figure of its own.
+        runs: The run of each design by name, such as `{"existing": run, "with dampers": other}`.
+        level: Level of the stripe to draw [unit of the levels]; needed if runs have several stripes.
+        colours: Colour of each design, as a list or a mapping by name.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If there is no run, one has no drifts, or runs on stripes need a level.
-        TypeError: If a run is no Dataset.
+        ValueError: If there is no run, a run has no drifts, or `level` is missing.
+        TypeError: If a run is not a Dataset.
 
     Example:
         >>> other = wd.simulate(scene, structures=3, seed=2)
-        >>> figure = wd.plots.drift_distributions({"one seed": run, "another": other}, level=0.6)  # g
+        >>> figure = wd.plots.drift_distributions({"seed 1": run, "seed 2": other}, level=0.6)  # g
     """
     named = checked_designs("drift_distributions", runs, "run")
     result, (axes,) = panels("drift_distributions", ax, size=(6.4, 4.6))
@@ -281,10 +282,10 @@ def drift_distributions(
 
 
 def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.Dataset]:
-    """Return datasets by the names of their designs; raise a TypeError or ValueError unless they are at least one."""
-    if not isinstance(designs, Mapping) or isinstance(designs, xr.Dataset):  # a Dataset maps names to variables
+    """Return datasets by name of design; raise a TypeError or ValueError unless there is at least one Dataset."""
+    if not isinstance(designs, Mapping) or isinstance(designs, xr.Dataset):  # a Dataset is a mapping, too
         raise TypeError(
-            f"plots.{function}() takes a {what} for each name of a design, such as {{'as it is': ..., 'with dampers': "
+            f"plots.{function}() takes a {what} for each name of a design, such as {{'existing': ..., 'with dampers': "
             f"...}}, got {type(designs).__name__}"
         )
     for name, dataset in designs.items():
@@ -293,7 +294,7 @@ def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.D
                 f"plots.{function}(): the {what} of design {name!r} must be a Dataset, got {type(dataset).__name__}"
             )
     if not designs:
-        raise ValueError(f"plots.{function}() needs at least one {what}, got none")
+        raise ValueError(f"plots.{function}() needs at least one {what}, got an empty mapping")
     return {str(name): dataset for name, dataset in designs.items()}
 
 
@@ -302,15 +303,15 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
     stripes, units = drawn.levels, drawn.units
     listed = f"{', '.join(f'{each:g}' for each in stripes)} {units}"
     if level is None and stripes.size > 1:
-        raise ValueError(f"run {name!r} is on several stripes: give level=, one of {listed}")
+        raise ValueError(f"run {name!r} has several stripes: give level=, one of {listed}")
     chosen = stripes[0] if level is None else real_number("level", level)
     here = np.isclose(drawn.level, chosen, rtol=1e-6)
     if not here.any():
-        raise ValueError(f"run {name!r} has no stripe of {chosen!r} {units}; it has {listed}: choose level= of these")
+        raise ValueError(f"run {name!r} has no stripe at {chosen!r} {units}: level= may be {listed}")
     parts: Iterable[str] = ("values", "collapsed", "level", "structure", "motion", "beyond")
     return Demands(**vars(drawn) | {each: getattr(drawn, each)[here] for each in parts})
 
 
 def _stripe_of(drawn: Demands) -> str:
-    """Return the level of a stripe in words."""
+    """Return the intensity measure and level of a stripe as text."""
     return f"{literal(drawn.measure_name)} = {drawn.level[0]:g} {drawn.units}"

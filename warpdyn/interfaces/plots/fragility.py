@@ -1,4 +1,4 @@
-"""Figures of fragility curves: of one building, and of several designs side by side."""
+"""Figures of fragility curves: one building, and a comparison of several designs."""
 
 from __future__ import annotations
 
@@ -30,30 +30,29 @@ from warpdyn.interfaces.plots.style import (
 )
 
 _CURVES = (
-    "draw what fragility(run, limits) returned, or run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
+    "draw the result of fragility(run, limits), or run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
 )
-MOST_IN_A_ROW = 4  # names of a legend
+MOST_IN_A_ROW = 4  # names in a legend
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
 def fragility_curves(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the fitted curves and, where there are stripes, their fractions, with intervals.
+    """Draw fragility curves and, for stripes, the exceedance fractions, with confidence intervals.
 
     Args:
-        dataset: What `fragility`, `fragility_from_capacities` or `fragility_of_cloud` returned, or a run merged with
-            it.
-        colours: Colour of each damage state: a row from the lightest on, or a mapping by name.
+        dataset: Result of `fragility`, `fragility_from_capacities` or `fragility_of_cloud`, or a run merged with it.
+        colours: Colour of each damage state: a list with the lightest state first, or a mapping by name.
         scale: Axis of the intensity measure: "log" or "linear".
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset lacks the curves.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.fragility_curves(curves, colours={"slight": "tab:blue", "complete": "tab:red"})
@@ -84,26 +83,27 @@ def fragility_comparison(
     scale: str = "log",
     ax: Iterable[Axes] | Axes | None = None,
 ) -> Drawn:
-    """Draw the fragility curves of several designs side by side, a panel for each damage state.
+    """Draw the fragility curves of several designs, one panel per damage state.
 
     Args:
-        curves: What `fragility` (or `fragility_from_capacities`, `fragility_of_cloud`) returned of each design, by its
-            name, such as `{"as it is": curves, "on isolators": others}`; the intensity measure is the same.
-        colours: Colour of each design: a row in their order, or a mapping by name.
+        curves: Result of `fragility`, `fragility_from_capacities` or `fragility_of_cloud` for each design by name, such
+            as `{"existing": curves, "on isolators": others}`, all with the same intensity measure.
+        colours: Colour of each design: a list, or a mapping by name.
         scale: Axis of the intensity measure: "log" or "linear".
-        ax: Axes to draw into, one for each damage state; None for a figure of its own.
+        ax: Axes to draw into, one per damage state; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If a design lacks curves, or they have no damage state or another intensity measure in common.
-        TypeError: If a design's curves are no Dataset.
+        ValueError: If a design lacks curves, or the designs have no common damage state or different intensity
+            measures.
+        TypeError: If the curves of a design are not a Dataset.
 
     Example:
         >>> stiffer = wd.ShearBuilding(1e5, 6e7, 3.0, law=law, **damped)
         >>> others = wd.fragility(wd.simulate(wd.Scene(stiffer, stripes, scatter), structures=3), limits)
-        >>> figure = wd.plots.fragility_comparison({"as it is": curves, "stiffer": others})
+        >>> figure = wd.plots.fragility_comparison({"existing": curves, "stiffer": others})
     """
     function = "fragility_comparison"
     named = checked_designs(function, curves, "dataset of fragility curves")
@@ -112,15 +112,19 @@ def fragility_comparison(
     first = next(iter(named.values()))
     of_each = {name: label_of_measure(dataset) for name, dataset in named.items()}
     if len(set(of_each.values())) > 1:
-        said = "; ".join(f"{name!r}: {measure}" for name, measure in of_each.items())
-        raise ValueError(f"plots.{function}: the curves are of different intensity measures ({said})")
+        listed = "; ".join(f"{name!r}: {measure}" for name, measure in of_each.items())
+        raise ValueError(
+            f"plots.{function}: the designs have different intensity measures ({listed}): run them with the same one"
+        )
     common = [
         state
         for state in first["damage_state"].values
         if all(state in dataset["damage_state"].values for dataset in named.values())
     ]
     if not common:
-        raise ValueError(f"plots.{function}: the designs have no damage state in common")
+        raise ValueError(
+            f"plots.{function}: the designs have no common damage state: give the same limits to fragility()"
+        )
     columns = 1 if len(common) == 1 else 2
     size = (7.0, 4.6) if columns == 1 else (3.6 * columns + 0.4, 2.6 * -(-len(common) // columns) + 0.4)
     result, all_axes = panels(function, ax, len(common), columns=columns, size=size, sharex=True, sharey=True)
@@ -133,8 +137,8 @@ def fragility_comparison(
             style = LINE_STYLES[number % len(LINE_STYLES)]
             _draw_curve(axes, row, colour, f"{literal(name)}{_without_fit(row)}", style=style)
         _finish(axes, np.concatenate([_levels(dataset) for dataset in named.values()]), scale)
-        said = limits.pop() if len(limits) == 1 else ""
-        title(axes, f"{literal(state)}{f': {said}' if said else ''}")
+        limit = limits.pop() if len(limits) == 1 else ""
+        title(axes, f"{literal(state)}{f': {limit}' if limit else ''}")
     for axes in all_axes[-columns:]:
         axes.set_xlabel(literal(label_of_measure(first)))
     for axes in all_axes[::columns]:
@@ -149,12 +153,14 @@ def fragility_comparison(
 
 def _check_curves(function: str, dataset: xr.Dataset) -> None:
     check_dataset(f"plots.{function}", dataset, "fragility_curve", "confidence", "damage_state", advice=_CURVES)
-    of_stripes = ("stripe",) if "exceedance_fraction" in dataset else ()  # curves of capacities or a cloud have none
+    of_stripes = (
+        ("stripe",) if "exceedance_fraction" in dataset else ()
+    )  # curves from capacities or a cloud have no stripes
     check_kept(function, "curves", dataset, "damage_state", *of_stripes, "intensity")
 
 
 def _limit(row: xr.Dataset) -> str:
-    """Return the limit of a damage state in words; "" where it has several."""
+    """Return the limit of a damage state as text; "" if it has several limits."""
     limit = row.get("damage_limit")
     if limit is None or limit.ndim:
         return ""
@@ -170,7 +176,7 @@ def _limit(row: xr.Dataset) -> str:
 
 
 def _without_fit(row: xr.Dataset) -> str:
-    """Return a remark if a damage state has no fit, or a median outside the intensities that were run."""
+    """Return a remark if a damage state has no fit, or if its median is an extrapolation."""
     if not np.isfinite(row["fragility_median"]):
         return ", no fit"
     is_beyond = MEDIAN_STATUS in row and int(row[MEDIAN_STATUS]) == EXTRAPOLATED
@@ -178,7 +184,7 @@ def _without_fit(row: xr.Dataset) -> str:
 
 
 def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str = "-") -> None:
-    """Draw one curve, its band, and the fractions of its stripes with their bars."""
+    """Draw one curve with its interval, and the exceedance fractions of the stripes with error bars."""
     intensity = row["intensity"].values
     bounds = row["fragility_curve_lower"], row["fragility_curve_upper"]
     axes.fill_between(intensity, *bounds, color=colour, alpha=0.18, lw=0)
@@ -191,7 +197,7 @@ def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str
 
 
 def _levels(dataset: xr.Dataset) -> np.ndarray:
-    """Return the stripes, or without them the intensities between which the curves rise."""
+    """Return the levels of the stripes, or, without stripes, the range of intensities in which the curves rise."""
     if "exceedance_fraction" in dataset:
         return dataset["stripe"].values
     curve = dataset["fragility_curve"].transpose("damage_state", "intensity").values
@@ -201,7 +207,7 @@ def _levels(dataset: xr.Dataset) -> np.ndarray:
 
 
 def _finish(axes: Axes, stripes: np.ndarray, scale: str) -> None:
-    """Set axes of probabilities over intensities."""
+    """Set the axes of intensity and probability."""
     set_scale(axes, scale, stripes.min(), stripes.max())
     axes.set_ylim(-0.02, 1.02)
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))

@@ -1,4 +1,4 @@
-"""Figures of ground motions: acceleration, Arias intensity over time and response spectrum; and spectra of many."""
+"""Figures of ground motions: acceleration, Arias intensity over time, and response spectra."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.response_spectra import response_spectra
 
 PERIODS = np.geomspace(0.05, 5.0, 100)  # s
-MOST_NAMED = 8  # motions that a legend names
+MOST_NAMED = 8  # motions with a name in the legend
 
 
 def ground_motions(
@@ -41,22 +41,22 @@ def ground_motions(
     colours: Colours = COLOURS,
     ax: Iterable[Axes] | None = None,
 ) -> Drawn:
-    """Draw the acceleration of ground motions, how their Arias intensity grows (Husid), and their response spectra.
+    """Draw ground motions: acceleration, growth of the Arias intensity (Husid plot), and response spectra.
 
-    Of one motion its peak, Arias intensity and the time between 5 and 95 % of it are written as well.
+    For a single motion the figure also has its peak, Arias intensity and significant duration (5 to 95 %) as text.
 
     Args:
-        motions: A ground motion, or some.
-        damping_ratio: Of the response spectra, as a fraction of critical [1].
-        colours: Colours of the motions, in their order or by name.
-        ax: Three axes to draw into; None for a figure of its own.
+        motions: One or several ground motions.
+        damping_ratio: Damping ratio of the response spectra [1].
+        colours: Colours of the motions, as a list or a mapping by name.
+        ax: Three axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If there is no motion, or the damping ratio is out of range.
-        TypeError: If a motion is no GroundMotion.
+        TypeError: If a motion is not a GroundMotion.
 
     Example:
         >>> figure = wd.plots.ground_motions(motions[:2])
@@ -65,9 +65,9 @@ def ground_motions(
     real_number("damping_ratio", damping_ratio, least=0)
     result, (history, growth, spectrum) = panels("ground_motions", ax, 3, columns=1, size=(7.0, 7.4))
     spectra = response_spectra(drawn, PERIODS, damping_ratio, device="cpu")["pseudo_spectral_acceleration"].values[:, 0]
-    is_crowd = len(drawn) > MOST_NAMED and colours is COLOURS  # more than colours tell apart
-    row = colours_of([motion.name for motion in drawn], DARK if is_crowd else colours)
-    for motion, colour, acceleration in zip(drawn, row, spectra / STANDARD_GRAVITY, strict=True):
+    is_crowd = len(drawn) > MOST_NAMED and colours is COLOURS  # too many motions for distinct colours
+    chosen = colours_of([motion.name for motion in drawn], DARK if is_crowd else colours)
+    for motion, colour, acceleration in zip(drawn, chosen, spectra / STANDARD_GRAVITY, strict=True):
         time = motion.step * np.arange(motion.acceleration.size)
         name = literal(motion.name) if len(drawn) <= MOST_NAMED else None
         history.plot(time, motion.acceleration / STANDARD_GRAVITY, color=colour, lw=0.6, label=name)
@@ -80,9 +80,9 @@ def ground_motions(
     spectrum.set(xscale="log", xlabel="Period [s]", ylabel=f"Sa, {100 * damping_ratio:g} % damping [g]", ylim=(0, None))
     plain_numbers(spectrum.xaxis)
     if len(drawn) == 1:
-        _describe(drawn[0], history, growth, row[0])
+        _describe(drawn[0], history, growth, chosen[0])
     elif len(drawn) <= MOST_NAMED:
-        legend(history, beside=True)
+        legend(history, outside=True)
     else:
         title(history, f"{len(drawn)} ground motions, and the median of their spectra")
         median = np.median(spectra / STANDARD_GRAVITY, axis=0)
@@ -92,7 +92,7 @@ def ground_motions(
 
 
 def _describe(motion: GroundMotion, history: Axes, growth: Axes, colour: str) -> None:
-    """Mark and write a motion's peak and its significant duration."""
+    """Mark the peak and the significant duration of a motion, and write their values."""
     peak = int(np.abs(motion.acceleration).argmax())
     at = peak * motion.step, motion.acceleration[peak] / STANDARD_GRAVITY
     history.plot(*at, "o", color=colour, ms=4)
@@ -107,30 +107,30 @@ def _describe(motion: GroundMotion, history: Axes, growth: Axes, colour: str) ->
 
 
 def spectra(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
-    """Draw the pseudo-spectral acceleration of every motion, the median and the 16 to 84 % range, by damping ratio.
+    """Draw response spectra: pseudo-spectral acceleration of every motion, median, and 16 to 84 % range.
 
     Args:
-        dataset: What `response_spectra` returned.
-        colours: Colour of the median and its range, of each damping ratio.
-        ax: Axes to draw into, one for each damping ratio; None for a figure of its own.
+        dataset: Result of `response_spectra`.
+        colours: Colour of the median and its range for each damping ratio.
+        ax: Axes to draw into, one per damping ratio; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset has no spectra.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.spectra(wd.response_spectra(motions, periods=np.geomspace(0.1, 2.0, 20)))
     """
-    advice = "draw what response_spectra(motions, periods) returned"
+    advice = "draw the result of response_spectra(motions, periods)"
     check_dataset("plots.spectra", dataset, "pseudo_spectral_acceleration", "period", advice=advice)
     table = dataset["pseudo_spectral_acceleration"] / STANDARD_GRAVITY
     for dim in ("motion", "damping_ratio", "period"):
-        table = table if dim in table.dims else table.expand_dims(dim)  # what one was selected of
+        table = table if dim in table.dims else table.expand_dims(dim)  # after selecting one value
         if not table.sizes[dim]:
-            raise ValueError(f"plots.spectra: the dataset has no {dim}: the selection it was taken by left none")
+            raise ValueError(f"plots.spectra: the dataset has no {dim}: check the condition by which you selected it")
     table = table.transpose("damping_ratio", "motion", "period")
     period, count = table["period"].values, table.sizes["damping_ratio"]
     size = (6.4 if count == 1 else 1.0 + 3.4 * count, 4.6)

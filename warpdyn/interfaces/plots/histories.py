@@ -1,4 +1,4 @@
-"""Figures of one sample's whole history: displacements, drifts and base shear over time, and hysteresis loops."""
+"""Figures of the response history of one sample: displacements, drifts, base shear, and hysteresis loops."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ from warpdyn.interfaces.plots.style import (
 )
 
 PANELS_IN_A_ROW = 5
-MOST_LINES_NAMED = 10  # storeys that a legend names; of taller buildings some
-BEYOND = 1.1  # how far the axis of the time goes on beyond a collapse
-_HISTORIES = "run simulate(..., histories=Histories(...))"
+MOST_LINES_NAMED = 10  # storeys with a name in the legend; in taller buildings only some
+BEYOND = 1.1  # end of the time axis over the time of collapse
+_HISTORIES = "draw a run of simulate(..., histories=wd.Histories([0]))"
 
 
 def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | None = None) -> Drawn:
-    """Draw the displacements, storey drifts and base shear of one sample over time; a collapse ends them.
+    """Draw the displacements, storey drifts and base shear of one sample over time, up to a collapse.
 
     Args:
-        dataset: A run with histories; of a LinearSystem the displacements alone are drawn.
-        history: Which of the histories, counted from 0.
-        ax: Axes to draw into, three of a ShearBuilding and one of a LinearSystem; None for a figure of its own.
+        dataset: A run with histories. For a LinearSystem only the displacements are drawn.
+        history: Number of the history, counted from 0.
+        ax: Axes to draw into, three for a ShearBuilding, one for a LinearSystem; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset has no such history.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> run = wd.simulate(scene, structures=3, histories=wd.Histories([0]))
@@ -76,13 +76,13 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
         grid(axes)
     collapse = _collapse(dataset, chosen)
     if collapse:
-        at, said = collapse
+        at, words = collapse
         for axes in all_axes:
-            axes.axvline(at, color=COLLAPSE_COLOUR, lw=1, ls="--", label=said)
-        time = time[time <= max(BEYOND * at, time[1])]  # there is nothing after it
+            axes.axvline(at, color=COLLAPSE_COLOUR, lw=1, ls="--", label=words)
+        time = time[time <= max(BEYOND * at, time[1])]  # the history ends there
     if count > 1 or collapse:
         for axes in all_axes[:2]:
-            legend(axes, beside=True)
+            legend(axes, outside=True)
     for axes in all_axes:
         axes.set_xlim(time[0], time[-1])
     all_axes[-1].set_xlabel("Time [s]")
@@ -91,19 +91,19 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
 
 
 def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
-    """Draw the storey force against the storey drift: of one sample's whole history, or of storeys pushed slowly.
+    """Draw hysteresis loops: storey force against storey drift, from a history or from a static test.
 
     Args:
-        dataset: A run of a ShearBuilding with histories, or what `storey_hysteresis` or `pushover` returned.
-        history: Which of the histories, counted from 0.
-        ax: Axes to draw into, one for each storey; None for a figure of its own.
+        dataset: A run of a ShearBuilding with histories, or the result of `storey_hysteresis` or `pushover`.
+        history: Number of the history, counted from 0.
+        ax: Axes to draw into, one per storey; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the dataset has no storey forces along a path.
-        TypeError: If `dataset` is no Dataset.
+        ValueError: If the dataset has no storey forces.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.hysteresis(wd.storey_hysteresis(building, [0.0, 0.02, -0.02, 0.02]))
@@ -128,7 +128,7 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
 
 
 def _loops(drift: np.ndarray, force: np.ndarray, ax: Iterable[Axes] | Axes | None) -> tuple[Drawn, list[Axes]]:
-    """Draw the force [N] against the drift [m] of each storey, both of shape [step, storey], a panel each."""
+    """Draw the force [N] against the drift [m], both of shape [step, storey], one panel per storey."""
     storeys = force.shape[1]
     columns = min(storeys, PANELS_IN_A_ROW)
     size = (2.2 * columns + 0.6, 2.9 * -(-storeys // columns))
@@ -148,17 +148,18 @@ def _loops(drift: np.ndarray, force: np.ndarray, ax: Iterable[Axes] | Axes | Non
 
 
 def _chosen_history(function: str, dataset: xr.Dataset, history: int, *names: str) -> xr.Dataset:
-    """Return one history of a run; raise an error if there is none."""
-    of_what = " of a ShearBuilding" if "storey_force" in names else ""
-    check_run(function, dataset, *names, "history_sample", advice=_HISTORIES + of_what)
+    """Return one history of a run; raise an error if the run has no such history."""
+    kind = " of a ShearBuilding" if "storey_force" in names else ""
+    check_run(function, dataset, *names, "history_sample", advice=_HISTORIES + kind)
     if "history" in dataset.dims:
         count = dataset.sizes["history"]
         if whole_number("history", history, 0) >= count:
-            had = f"plots.{function}: the run has histories 0 to {count - 1}, and {history} was asked for"
-            raise ValueError(f"{had}: choose history= of these")
+            raise ValueError(f"plots.{function}: history={history} does not exist; it may be 0 to {count - 1}")
         dataset = dataset.isel(history=history)
     if not np.isfinite(dataset["displacement"].values).any():
-        raise ValueError(f"plots.{function}: sample {_sample(dataset)} failed: its history is NaN throughout")
+        raise ValueError(
+            f"plots.{function}: sample {_sample(dataset)} failed, so its history is NaN: choose another history="
+        )
     return dataset
 
 
@@ -167,29 +168,29 @@ def _sample(chosen: xr.Dataset) -> int:
 
 
 def _of_sample(dataset: xr.Dataset, chosen: xr.Dataset) -> xr.Dataset | None:
-    """Return what the run has of a history's sample; None if a selection left it out."""
+    """Return the sample of a history; None if the run no longer contains it after a selection."""
     if "sample" not in dataset.dims:
         return None
     numbers = dataset["sample"].values if "sample" in dataset.coords else np.arange(0)
-    place = np.flatnonzero(numbers == _sample(chosen))
-    return dataset.isel(sample=int(place[0])) if place.size else None
+    found = np.flatnonzero(numbers == _sample(chosen))
+    return dataset.isel(sample=int(found[0])) if found.size else None
 
 
 def _collapse(dataset: xr.Dataset, chosen: xr.Dataset) -> tuple[float, str] | None:
-    """Return the time of a history's collapse [s] and what is said of it; None if it has none."""
+    """Return the time [s] and a description of the collapse in a history; None without collapse."""
     own = _of_sample(dataset, chosen)
     if own is None or "status" not in own or decoded_status(own["status"].expand_dims("sample"))[0] != COLLAPSED:
         return None
     if "time_of_collapse" in own:
         at = float(own["time_of_collapse"])
         return at, f"collapse of storey {int(own['storey_of_collapse'])} at {at:.3g} s"
-    stands = np.flatnonzero(np.isfinite(chosen["displacement"].values).all(axis=1))
-    at = float(chosen["time"].values[stands[-1]])
+    finite = np.flatnonzero(np.isfinite(chosen["displacement"].values).all(axis=1))
+    at = float(chosen["time"].values[finite[-1]])
     return at, f"collapse at {at:.3g} s"
 
 
 def _sample_title(dataset: xr.Dataset, chosen: xr.Dataset) -> str:
-    """Return which sample a history is of, its motion and its level."""
+    """Return a title with the sample of a history, its motion and its level."""
     text, own = f"Sample {_sample(chosen)}", _of_sample(dataset, chosen)
     if own is None:
         return text

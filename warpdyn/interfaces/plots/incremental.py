@@ -1,4 +1,4 @@
-"""Figures of incremental dynamic analysis: demands at growing intensities, up to collapse, and the capacities found."""
+"""Figures of incremental dynamic analysis (IDA): demands at increasing intensities up to collapse, and capacities."""
 
 from __future__ import annotations
 
@@ -29,37 +29,36 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-MOST_CURVES = 200  # drawn; fractiles are of all
-APART = 0.04  # of the axis, between the names of two limits
-BEYOND = 1.6  # how far the axis goes on beyond the largest drift, for the flat lines
+MOST_CURVES = 200  # drawn; the fractiles use all curves
+APART = 0.04  # least distance between the names of two limits, as a fraction of the axis
+BEYOND = 1.6  # end of the axis over the largest drift; the flat lines need this space
 
 
 def ida_curves(
     dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "linear", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the intensity measure against the largest peak drift ratio, for each motion, with 16, 50 and 84 % curves.
+    """Draw IDA curves: intensity against the largest peak drift ratio for each motion, and 16, 50 and 84 % curves.
 
-    A curve ends at its first collapse, with a cross, and is flat from there on. Fractiles are those of the drift at
-    each level, where a collapsed sample exceeds every drift; each goes on to the first level that has none and
-    is flat from there on. (The 84 % curve of the drift is the lowest.)
+    A curve has a cross at its first collapse and is flat after it. The fractiles are those of the drift at each level,
+    where a collapsed sample exceeds every drift. A fractile curve becomes flat at the first level at which the fractile
+    is undefined. (The 84 % curve of the drift is the lowest.)
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
     Dynamics 31(3).
 
     Args:
-        dataset: A run on stripes; each structure under each motion has a curve. Merged with its `fragility` it shows
+        dataset: A run on stripes, with one curve per structure and motion; merged with its `fragility` it also shows
             the limits.
         colour: Colour of the fractiles.
         scale: Axis of the drifts: "linear" or "log".
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the run is of several archetypes, is not on at least two stripes or has no drifts, or the scale
-            is unknown.
-        TypeError: If `dataset` is no Dataset.
+        ValueError: If the run has several archetypes, fewer than two stripes or no drifts, or the scale is unknown.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> result = run.merge(curves, combine_attrs="no_conflicts")  # with the limits
@@ -71,7 +70,9 @@ def ida_curves(
         refuse_portfolio("plots.ida_curves", dataset)
     drawn = demands_of("ida_curves", dataset, "peak_storey_drift_ratio", OF_STRIPES)
     if not drawn.is_striped or drawn.levels.size < 2:
-        raise ValueError("plots.ida_curves: the run is not on two stripes or more, which make a curve for each motion")
+        raise ValueError(
+            "plots.ida_curves: a curve needs at least two levels, but the run has fewer: simulate wd.Stripes(...)"
+        )
     result, (axes,) = panels("ida_curves", ax, size=(6.4, 4.8))
     farthest = 100 * BEYOND * float(np.max(drawn.values)) or 1.0
     paths = _paths(drawn)
@@ -94,12 +95,12 @@ def ida_curves(
     for share, drift, style in zip(SHARES, 100 * drawn.fractiles().T, ("--", "-", ":"), strict=True):
         defined = np.isfinite(drift)
         width = 2.0 if share == 0.5 else 1.3
-        # Up to the last level before the first that has none; what stands again above it is not drawn.
+        # Draw a fractile up to the first level at which it is undefined.
         last = int(np.argmin(defined)) if not defined.all() else defined.size
         line = np.append(0.0, drift[:last]), np.append(0.0, drawn.levels[:last])
         axes.plot(*line, style, color=colour, lw=width, label=f"{100 * share:.0f} % of the drifts")
         if 0 < last < defined.size:
-            # As of each curve: up to the level at which so many have collapsed, and flat from there on.
+            # Then rise to the level at which this share of the samples has collapsed, and continue flat.
             rise = (
                 [drift[last - 1], collapses[:, 0].max(), farthest],
                 [drawn.levels[last - 1], *2 * [drawn.levels[last]]],
@@ -117,42 +118,42 @@ def ida_curves(
         axes.set_xlim(0, farthest)
     _name_limits(axes, [(state, 100 * limit) for state, limit in limits_of(dataset)])
     grid(axes)
-    legend(axes, beside=True)
+    legend(axes, outside=True)
     title(axes, "Incremental dynamic analysis")
     return result
 
 
 def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "log", ax: Axes | None = None) -> Drawn:
-    """Draw the 16, 50 and 84 % fractiles of the capacities at each limit, over the curves they were found on.
+    """Draw the 16, 50 and 84 % fractiles of the capacities at each limit, and the IDA curves if they were kept.
 
-    A fractile of the intensity at a given demand (Vamvatsikos and Cornell 2002); of infinite capacities, which lie
-    above the highest level, none is drawn. A state that collapse alone passes is drawn at the right.
+    The fractiles are those of the intensity at a given demand (Vamvatsikos and Cornell 2002). Infinite capacities
+    (above the highest level) are not drawn. A state that only collapse exceeds is drawn at the right end.
 
     Args:
-        dataset: What `capacities` returned; with `keep_curves=True` its curves are drawn too.
+        dataset: Result of `capacities`; with `keep_curves=True` the curves are drawn, too.
         colour: Colour of the fractiles.
         scale: Axes of demand and intensity: "log" or "linear".
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the dataset has no capacities, or all of them are infinite or failed.
-        TypeError: If `dataset` is no Dataset.
+        ValueError: If the dataset has no capacities, or all are infinite or failed.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> found = wd.capacities(scene, limits, structures=2, keep_curves=True)
         >>> figure = wd.plots.capacities(found)
     """
-    advice = "draw what capacities(scene, limits) returned"
+    advice = "draw the result of capacities(scene, limits)"
     check_dataset("plots.capacities", dataset, "capacity", "damage_limit", advice=advice)
     check_kept("capacities", "capacities", dataset, "structure", "motion", "damage_state")
     capacity = dataset["capacity"].transpose("structure", "motion", "damage_state")
     values = capacity.values.reshape(-1, capacity.sizes["damage_state"])
     values = values[~np.isnan(values).any(axis=1)]
     if not np.isfinite(values).any():
-        raise ValueError("plots.capacities: no capacity is finite, and there is nothing to draw: run to a higher level")
+        raise ValueError("plots.capacities: no capacity is finite: give a higher highest= to capacities()")
     limit = dataset["damage_limit"]
     is_ratio = limit.attrs["demand"] == "peak_storey_drift_ratio"
     factor, units = (100, "%") if is_ratio else (1, limit.attrs["units"])
@@ -180,13 +181,13 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
     plain_numbers(axes.xaxis, axes.yaxis)
     _name_limits(axes, list(zip(dataset["damage_state"].values, at, strict=True)))
     grid(axes)
-    legend(axes, beside=True)
+    legend(axes, outside=True)
     title(axes, f"Capacities of {len(values):,} pairs of structure and motion")
     return result
 
 
 def _draw_kept_curves(axes: Axes, dataset: xr.Dataset, demand: str, factor: float, farthest: float) -> None:
-    """Draw the levels that were run, a curve for each pair, flat from the first collapse on."""
+    """Draw the IDA curve of each pair of structure and motion, flat after the first collapse."""
     structure, motion = dataset["structure_index"].values, dataset["motion_index"].values
     level, values = dataset["im_level"].values, factor * dataset[demand].values
     collapsed = dataset["status"].values == 1
@@ -195,11 +196,11 @@ def _draw_kept_curves(axes: Axes, dataset: xr.Dataset, demand: str, factor: floa
     shown = [rows[i] for i in np.unique(np.linspace(0, len(rows) - 1, MOST_CURVES).astype(int))]
     words = f"{len(rows):,} curves" + (f", {len(shown)} drawn" if len(shown) < len(rows) else "")
     lines, ends = [], []
-    for own in shown:
-        first = int(collapsed[own].argmax()) if collapsed[own].any() else own.size
-        points = np.stack([values[own[:first]], level[own[:first]]], axis=1)
-        if first < own.size:
-            ends.append((points[-1, 0] if first else 0.0, level[own[first]]))
+    for samples in shown:
+        first = int(collapsed[samples].argmax()) if collapsed[samples].any() else samples.size
+        points = np.stack([values[samples[:first]], level[samples[:first]]], axis=1)
+        if first < samples.size:
+            ends.append((points[-1, 0] if first else 0.0, level[samples[first]]))
             points = np.vstack([points, ends[-1], (farthest, ends[-1][1])])
         lines.append(points)
     axes.add_collection(LineCollection(lines, colors=PALE, linewidths=0.4, label=words))
@@ -208,26 +209,26 @@ def _draw_kept_curves(axes: Axes, dataset: xr.Dataset, demand: str, factor: floa
 
 
 def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
-    """Draw limits, given in units of the axis, and name those that stand apart from the one before."""
+    """Draw limits [units of the axis], and write the name of each limit that is not too close to the last name."""
     across = axes.transAxes.inverted()
     before = -1.0
     for state, limit in limits:
         axes.axvline(limit, color=DARK, ls=":", lw=0.8)
         at = float(across.transform(axes.transData.transform((limit, axes.get_ylim()[1])))[0])
         if at - before > APART and at > APART:
-            place, where = (limit, 0.98), axes.get_xaxis_transform()
+            end, where = (limit, 0.98), axes.get_xaxis_transform()
             axes.annotate(
-                literal(state), place, xycoords=where, rotation=90, color=DARK, ha="right", va="top", **AMONG_POINTS
+                literal(state), end, xycoords=where, rotation=90, color=DARK, ha="right", va="top", **AMONG_POINTS
             )
             before = at
 
 
 def _paths(drawn: Demands) -> list[np.ndarray]:
-    """Return the samples of each structure's curve under each motion, by their level up to its first collapse."""
+    """Return the samples of each curve (one per structure and motion), sorted by level, up to the first collapse."""
     order = np.lexsort((drawn.level, drawn.motion, drawn.structure))
     is_first = np.append(True, (np.diff(drawn.structure[order]) != 0) | (np.diff(drawn.motion[order]) != 0))
     starts = np.flatnonzero(is_first)
-    # How many collapses of the curve come before each sample.
+    # Number of collapses of the same curve at lower levels.
     before = np.cumsum(drawn.collapsed[order]) - drawn.collapsed[order]
     before -= before[starts][np.cumsum(is_first) - 1]
     kept = before == 0

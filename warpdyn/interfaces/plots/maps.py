@@ -1,4 +1,4 @@
-"""Maps of the damage and the losses of a region's buildings."""
+"""Maps of damage and losses of the buildings of a region."""
 
 from __future__ import annotations
 
@@ -13,39 +13,40 @@ from warpdyn.answers.fragility.building_results import PROBABILITY, damage_state
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.interfaces.plots.style import SMALL, Drawn, literal, panels, title
 
-MOST_BUILDINGS = 3000  # that are drawn as points; more are put together in cells
-CELLS = 70  # along the longer side of the map
+MOST_BUILDINGS = 3000  # drawn as points; more are averaged in cells
+CELLS = 70  # number of cells along the longer side of the map
 KILOMETRES_OF_A_DEGREE = 111.19  # of latitude, on a sphere of the Earth's mean radius
-# It darkens all the way, so that colour-blind readers and grey prints see the same; the ground differs from its palest.
+# The colours become darker with the value, so that the map can be read in grey and by colour-blind readers. The
+# background differs from the palest colour.
 COLOUR_MAP, GROUND = "YlOrRd", "0.87"
-HIGHEST = 0.995  # quantile at which the colours end: a lone building in a cell of its own would leave the others pale
-_ADVICE = "draw what building_results(counted, stock, inventory) returned"
+HIGHEST = 0.995  # quantile at which the colours end; otherwise a few extreme cells would leave the others pale
+_ADVICE = "draw the result of building_results(counted, stock, inventory)"
 
 
 def damage_map(
     results: pd.DataFrame, state: str | None = None, *, cell: float | None = None, ax: Axes | None = None
 ) -> Drawn:
-    """Draw a map of the mean loss ratio of buildings, or of the share of them in a damage state or a heavier one.
+    """Draw a map of the mean loss ratio, or of the share of buildings in a damage state or a heavier one.
 
-    Up to 3,000 buildings are points, those with the highest values on top; more are put together in square cells. A
-    cell's loss ratio is the expected loss of its buildings over their replacement cost; its share is of the buildings
-    that its rows stand for (`number`). Buildings without a value, as all their samples failed, are left out. The
-    colours end at the value that 0.5 % of the points or cells are above, and the colour bar's arrow says so.
+    Up to 3,000 buildings are drawn as points, the highest values on top; more are averaged in square cells. The loss
+    ratio of a cell is the expected loss of its buildings divided by their replacement cost; shares are weighted by the
+    number of buildings (`number`) of each row. Buildings without a value, because all their samples failed, are not
+    drawn. The colours end at the 99.5 % quantile of the points or cells; an arrow at the colour bar marks larger ones.
 
     Args:
-        results: What `building_results` returned, or some of its rows.
-        state: The damage state; None for loss ratios.
-        cell: Side of the cells [km]; None for points where there are few buildings, and else for a 70th of the map's
-            longer side.
-        ax: Axes to draw into, such as those of a map with a fault's trace; None for a figure of its own.
+        results: Result of `building_results`, or some of its rows.
+        state: The damage state; None: loss ratios.
+        cell: Side of the cells [km]. None: points for up to 3,000 buildings, otherwise 1/70 of the longer side of the
+            map.
+        ax: Axes to draw into, such as axes with the trace of a fault; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the table is none of `building_results`, has no such state or no losses, holds no building with a
-            value (or a replacement cost, for losses), or the side is not above 0.
-        TypeError: If `results` is no DataFrame.
+        ValueError: If the table is not a result of `building_results`, lacks the state, the losses or (for losses) the
+            replacement costs, no building has a value, or the side is not above 0.
+        TypeError: If `results` is not a DataFrame.
 
     Example:
         >>> figure = wd.plots.damage_map(results)  # mean loss ratios
@@ -58,9 +59,10 @@ def damage_map(
     if not known.any():
         if state is None and not (weight > 0).any():
             raise ValueError(
-                "plots.damage_map: no building has a replacement_cost above 0, which a cell's loss ratio is weighed by"
+                "plots.damage_map: no building has a replacement_cost above 0, the weight of its loss ratio: add the "
+                "column to the inventory, or draw a damage state"
             )
-        raise ValueError("plots.damage_map: no building has a value: select others")
+        raise ValueError("plots.damage_map: no building has a value, because all samples failed: select other rows")
     value, weight, longitude, latitude = (each[known] for each in (value, weight, longitude, latitude))
     number = results["number"][known]
     if cell is not None:
@@ -85,7 +87,7 @@ def damage_map(
         drawn = axes.pcolormesh(east, north, means, cmap=COLOUR_MAP, linewidth=0, rasterized=True)
         what = f"{_buildings(number)}, cells of {side:.2g} km"
     top = float(np.quantile(shown, HIGHEST)) or float(shown.max())
-    drawn.set_clim(0.0, top or 1.0)  # 1 where nothing is damaged
+    drawn.set_clim(0.0, top or 1.0)  # 1 if there is no damage
     axes.set_facecolor(GROUND)
     axes.set_aspect(1 / shrink)
     axes.set(xlabel="Longitude [degree]", ylabel="Latitude [degree]")
@@ -101,19 +103,19 @@ def damage_map(
 
 
 def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return what is drawn of each building, its weight in a mean, and what the colours are called."""
+    """Return the value of each building, its weight in a mean, and the label of the colour bar."""
     missing = [name for name in ("longitude", "latitude", "number") if name not in results]
     if missing:
         raise ValueError(f"plots.damage_map: the table has no column {missing[0]!r}: {_ADVICE}")
     if state is None:
         if "expected_loss_ratio" not in results:
             raise ValueError(
-                "plots.damage_map: the table has no losses; name a damage state, or give building_results loss ratios"
+                "plots.damage_map: the table has no losses: give state=, or give loss_ratios= to building_results"
             )
         if "replacement_cost" not in results:
             raise ValueError(f"plots.damage_map: the table has no column 'replacement_cost': {_ADVICE}")
         weight = results["replacement_cost"].to_numpy(dtype=np.float64)
-        return results["expected_loss_ratio"].to_numpy(), weight, "Expected loss over replacement cost"
+        return results["expected_loss_ratio"].to_numpy(), weight, "Expected loss divided by replacement cost"
     states = damage_states(results)
     if not states:
         raise ValueError(f"plots.damage_map: the table has no probabilities of damage and standard errors: {_ADVICE}")
@@ -125,7 +127,7 @@ def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np
 
 
 def _buildings(number: pd.Series) -> str:
-    """Return how many buildings a map is of, and how many they stand for."""
+    """Return the number of rows and the number of buildings as text."""
     total = float(number.sum())
     return f"{number.size:,} buildings" if total == number.size else f"{number.size:,} rows of {total:,.0f} buildings"
 
@@ -133,13 +135,13 @@ def _buildings(number: pd.Series) -> str:
 def _cells(
     longitude: np.ndarray, latitude: np.ndarray, value: np.ndarray, weight: np.ndarray, side: float, shrink: float
 ) -> tuple[np.ndarray, np.ndarray, np.ma.MaskedArray]:
-    """Return the edges of square cells and the weighted mean in each of them, masked where there is no building.
+    """Return the edges of square cells and the weighted mean in each of them, masked without a building.
 
     Args:
-        longitude, latitude: Places [degree].
-        value, weight: What is averaged, and its weights.
+        longitude, latitude: Locations [degree].
+        value, weight: Values to average, and their weights.
         side: Side of a cell [km].
-        shrink: Length of a degree of longitude over that of one of latitude.
+        shrink: Length of a degree of longitude divided by the length of a degree of latitude.
     """
     edges, cell = [], np.zeros(value.size, np.intp)
     for places, degree in ((latitude, KILOMETRES_OF_A_DEGREE), (longitude, KILOMETRES_OF_A_DEGREE * shrink)):
@@ -147,7 +149,7 @@ def _cells(
         count = max(1, int(np.ceil(np.ptp(places) / step)))
         middle = 0.5 * (places.min() + places.max())
         edges.append(middle + step * (np.arange(count + 1) - 0.5 * count))
-        # What rounding puts beyond the outer edges is in the outer cells.
+        # Locations that rounding puts outside are in the outer cells.
         cell = cell * count + np.searchsorted(edges[-1][1:-1], places, side="right")
     north, east = edges
     shape = north.size - 1, east.size - 1

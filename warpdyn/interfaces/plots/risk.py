@@ -1,4 +1,4 @@
-"""Figures of risk: hazard with rates, disaggregation, vulnerability, loss exceedance."""
+"""Figures of risk: hazard and annual rates, disaggregation, vulnerability, loss exceedance."""
 
 from __future__ import annotations
 
@@ -34,30 +34,30 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-SHARES = (0.16, 0.84)  # of the band of losses
-BINS = 120  # of contributions that are drawn as areas
+SHARES = (0.16, 0.84)  # fractiles of the band of losses
+BINS = 120  # bins of the contributions that are drawn as areas
 _POINTS = 300
 
 
 def hazard_and_rates(
     curves: xr.Dataset, hazard: Hazard, *, colours: Colours = COLOURS, ax: Iterable[Axes] | Axes | None = None
 ) -> Drawn:
-    """Draw a hazard curve and, below it, the fragility curves with what each intensity contributes to their rates.
+    """Draw a hazard curve, and below it fragility curves with the contribution of each intensity to the annual rates.
 
-    Areas are the contributions per unit of the logarithm of the intensity, each to its own largest; the legend tells
-    the annual rates. Of a logic tree the branches are pale and their mean is dark.
+    Areas show the contributions per unit of the logarithm of the intensity, scaled to a maximum of 1. The legend
+    contains the annual rates. Branches of a logic tree are pale, their mean is black.
 
     Args:
-        curves: What `fragility` returned.
-        hazard: The hazard of the curves' intensity measure.
-        colours: Colour of each damage state: a row from the lightest on, or a mapping by name.
-        ax: Two axes to draw into; None for a figure of its own.
+        curves: Result of `fragility`.
+        hazard: The hazard for the intensity measure of the curves.
+        colours: Colour of each damage state: a list with the lightest state first, or a mapping by name.
+        ax: Two axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        TypeError, ValueError: As of `annual_rates`.
+        TypeError, ValueError: As for `annual_rates`.
 
     Example:
         >>> figure = wd.plots.hazard_and_rates(curves, hazard)
@@ -90,7 +90,7 @@ def hazard_and_rates(
         xlabel=f"{literal(name)} [{tree.units}]", ylabel="Probability of exceedance", xscale="log", ylim=(-0.02, 1.02)
     )
     lower.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
-    # Below the hazard curve is room, which the fragility curves leave nowhere.
+    # The legend of the fragility curves is in the upper panel, which has space below the hazard curve.
     first = upper.get_legend()
     legend(upper, handles=lower.get_lines(), loc="lower left", title="annual rates")
     if first is not None:
@@ -102,25 +102,25 @@ def hazard_and_rates(
 
 
 def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes | None = None) -> Drawn:
-    """Draw the share of each range of intensities in the annual rates of the damage states.
+    """Draw the disaggregation of annual rates: the share of each range of intensities, for each damage state.
 
     Args:
-        dataset: What `disaggregate` returned.
-        colours: Colour of each damage state: a row from the lightest on, or a mapping by name.
-        ax: Axes to draw into; None for a figure of its own.
+        dataset: Result of `disaggregate`.
+        colours: Colour of each damage state: a list with the lightest state first, or a mapping by name.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
-        ValueError: If the dataset lacks the contributions, or one damage state alone was selected.
-        TypeError: If `dataset` is no Dataset.
+        ValueError: If the dataset lacks the contributions or the dimension damage_state.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.disaggregation(wd.disaggregate(curves, hazard))
     """
     needed = "contribution", "intensity_lower", "intensity_upper", "modal_intensity", "annual_rate", "damage_state"
-    check_dataset("plots.disaggregation", dataset, *needed, advice="draw what disaggregate(curves, hazard) returned")
+    check_dataset("plots.disaggregation", dataset, *needed, advice="draw the result of disaggregate(curves, hazard)")
     check_kept("disaggregation", "contributions", dataset, "damage_state", "intensity")
     result, (axes,) = panels("disaggregation", ax, size=(6.4, 4.2))
     edges = np.append(dataset["intensity_lower"].values, dataset["intensity_upper"].values[-1])
@@ -137,7 +137,7 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
     axes.set(
         xlabel=f"{literal(name)} [{units}]", ylabel="Share of the annual rate", xscale="log", xlim=(edges[0], edges[-1])
     )
-    # The legend stands above the bars.
+    # Leave space for the legend above the bars.
     axes.set_ylim(0, (1.1 + 0.09 * states.size) * float(dataset["contribution"].max()))
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
     plain_numbers(axes.xaxis)
@@ -150,28 +150,28 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
 def vulnerability(
     dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the mean loss ratio over the intensity, its interval, and the 16 to 84 % range of the loss ratio.
+    """Draw a vulnerability function: mean loss ratio with its interval, and 16 to 84 % range of the loss ratio.
 
-    The range is that of a beta distribution of this mean and coefficient of variation at each intensity.
+    The range assumes a beta distribution with the mean and coefficient of variation at each intensity.
 
     Args:
-        dataset: What `vulnerability` returned.
+        dataset: Result of `vulnerability`.
         colour: Colour of the curve.
         scale: Axis of the intensity measure: "log" or "linear".
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset lacks the curve.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.vulnerability(wd.vulnerability(curves, {"slight": (0.05, 0.5), "complete": (1.0, 0.0)}))
     """
     needed = "mean_loss_ratio", "coefficient_of_variation", "intensity"
-    check_dataset("plots.vulnerability", dataset, *needed, advice="draw what vulnerability(curves, ratios) returned")
+    check_dataset("plots.vulnerability", dataset, *needed, advice="draw the result of vulnerability(curves, ratios)")
     check_colour(colour)
     check_kept("vulnerability", "loss ratios", dataset, "intensity")
     result, (axes,) = panels("vulnerability", ax, size=(6.4, 4.2))
@@ -196,22 +196,22 @@ def vulnerability(
 
 
 def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes | None = None) -> Drawn:
-    """Draw the annual rate at which losses are exceeded, its interval, and the losses of the return periods.
+    """Draw the annual rate of exceedance of losses, its interval, and the losses of the return periods.
 
-    Of events it is a line of steps, one an event; of draws of one earthquake, which have no annual rates, it is the
-    share of the draws with a larger loss.
+    Losses of events are drawn with one step per event. For draws of one earthquake, which have no annual rates, the
+    figure shows the share of the draws with a larger loss.
 
     Args:
-        dataset: What `annual_losses`, `event_losses`, or `portfolio_losses` with rates, returned.
+        dataset: Result of `annual_losses`, `event_losses` or `portfolio_losses`.
         colour: Colour of the curve.
-        ax: Axes to draw into; None for a figure of its own.
+        ax: Axes to draw into; None: a new figure.
 
     Returns:
         The figure, or the axes given.
 
     Raises:
         ValueError: If the dataset lacks the curve.
-        TypeError: If `dataset` is no Dataset.
+        TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> losses = wd.annual_losses(curves, hazard, {"slight": (0.05, 0.5), "complete": (1.0, 0.0)})
@@ -221,7 +221,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     if isinstance(dataset, xr.Dataset) and "loss" in dataset.data_vars:
         return _loss_exceedance_of_events(dataset, colour, ax)
     needed = "loss_exceedance_rate", "return_period_loss", "expected_annual_loss", "loss"
-    advice = "draw what annual_losses(curves, hazard, ratios) returned"
+    advice = "draw the result of annual_losses(curves, hazard, ratios)"
     check_dataset("plots.loss_exceedance", dataset, *needed, advice=advice)
     check_kept("loss_exceedance", "losses", dataset, "loss", "return_period")
     result, (axes,) = panels("loss_exceedance", ax, size=(6.4, 4.2))
@@ -248,17 +248,16 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
 
 
 def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None) -> Drawn:
-    """Draw the losses of events: how often, or with what probability, each of them is exceeded."""
+    """Draw the losses of events against the annual rate, or the probability, of exceedance."""
     has_rates = "loss_exceedance_rate" in dataset
     name = "loss_exceedance_rate" if has_rates else "exceedance_probability"
-    advice = "draw what event_losses(counted), or portfolio_losses with event_rates, returned"
+    advice = "draw the result of event_losses(counted), or of portfolio_losses with event_rates="
     check_dataset("plots.loss_exceedance", dataset, name, advice=advice)
     (along,) = dataset["loss"].dims
     check_kept("loss_exceedance", "losses", dataset, str(along))
     result, (axes,) = panels("loss_exceedance", ax, size=(6.4, 4.2))
     order = np.argsort(dataset["loss"].values, kind="stable")
     losses, exceeded = dataset["loss"].values[order], dataset[name].values[order]
-    # Below the least loss every event is larger; from each loss on, only those above it are.
     if has_rates:
         rate = float(dataset["expected_annual_loss"])
         words = f"expected annual loss: {_amount(rate)}"
@@ -273,16 +272,16 @@ def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None
         axes.set(ylabel=f"Share of the {literal(along)}s with a larger loss", ylim=(0, 1.02))
         axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
         title(axes, f"Loss exceedance of {losses.size} {literal(along)}s")
-    room = 1.15 if has_rates else 1.02  # for the name of the largest loss's return period
-    axes.set(xlabel="Loss", xlim=(0, room * losses[-1] if losses[-1] > 0 else 1.0))
-    axes.xaxis.set_major_formatter(ticker.ScalarFormatter(useMathText=True))  # of a city's currency in powers of ten
+    margin = 1.15 if has_rates else 1.02  # space for the name of the longest return period
+    axes.set(xlabel="Loss", xlim=(0, margin * losses[-1] if losses[-1] > 0 else 1.0))
+    axes.xaxis.set_major_formatter(ticker.ScalarFormatter(useMathText=True))  # powers of ten for large amounts
     grid(axes)
     legend(axes, loc="upper right")
     return result
 
 
 def _mark_return_periods(axes: Axes, dataset: xr.Dataset) -> None:
-    """Mark the losses of the return periods on a loss exceedance curve."""
+    """Mark the losses of the return periods."""
     for period, loss in zip(dataset["return_period"].values, dataset["return_period_loss"].values, strict=True):
         if loss > 0:
             axes.plot(loss, 1 / period, "o", color=DARK, ms=4)
@@ -292,23 +291,22 @@ def _mark_return_periods(axes: Axes, dataset: xr.Dataset) -> None:
 
 
 def _rate_in_words(rate: float) -> str:
-    """Return an annual rate with its return period."""
+    """Return an annual rate and its return period as text."""
     period = 1 / rate
     rounded = float(f"{period:.2g}")
-    return f"{rate:.2g} a year (every {rounded:,.0f} years)" if period >= 1 else f"{rate:.2g} a year"
+    return f"{rate:.2g} per year (every {rounded:,.0f} years)" if period >= 1 else f"{rate:.2g} per year"
 
 
 def _amount(value: float) -> str:
-    """Return an amount with three digits, in full where it is large."""
+    """Return an amount with three digits, without exponent."""
     return f"{float(f'{value:.3g}'):,.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def _beta_range(mean: np.ndarray, variation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fractiles of beta distributions of these means and coefficients of variation."""
+    """Return the fractiles SHARES of beta distributions with these means and coefficients of variation."""
     certain = ~((mean > 0) & (mean < 1) & (variation > 0))
     m = np.where(certain, 0.5, mean)
     size = m * (1 - m) / np.where(certain, 0.1, variation * mean) ** 2 - 1
-    # A variance as large as that of losses of 0 and 1 alone has no size left.
-    size = np.maximum(size, 1e-6)
+    size = np.maximum(size, 1e-6)  # 0 for the largest possible variance (losses of only 0 and 1)
     fractiles = [np.where(certain, mean, betaincinv(m * size, (1 - m) * size, share)) for share in SHARES]
     return fractiles[0], fractiles[1]

@@ -1,4 +1,4 @@
-"""What figures draw of a run's samples: those that did not fail, the demand of each, and fractiles with collapses."""
+"""Demands of the samples of a run for figures: samples that did not fail, and fractiles with collapses."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ class Demands:
     """A demand of the samples of a run that did not fail.
 
     Args:
-        values: The demand, shape [sample] or [sample, storey]; of a collapsed sample the one up to its collapse.
+        values: The demand, shape [sample] or [sample, storey]; for a collapsed sample the demand until collapse.
         collapsed: Which samples collapsed, shape [sample].
         level: Intensity measure of each sample, shape [sample].
         structure: Index of each sample's structure, shape [sample].
         motion: Index of each sample's motion, shape [sample].
         is_striped: Whether each level has many samples.
         measure: The intensity measure with its units, for the label of an axis.
-        measure_name: Its name alone.
-        units: Its units alone.
-        beyond: Where a demand exceeds every value: of a collapsed sample everywhere, or of demands by storey in the
-            storey that collapsed; the shape of `values`.
+        measure_name: Name of the intensity measure.
+        units: Units of the intensity measure.
+        beyond: Which values count as infinite because of a collapse, shape of `values`. For demands by storey, only the
+            storey that collapsed.
     """
 
     values: np.ndarray
@@ -51,7 +51,7 @@ class Demands:
 
     @property
     def unlimited(self) -> np.ndarray:
-        """The demand, infinite where it is beyond every value: what it would have come to, nothing says."""
+        """The demand, infinite if it exceeds every value because of a collapse."""
         return np.where(self.beyond, np.inf, self.values.astype(np.float64))
 
     def fractiles(self) -> np.ndarray:
@@ -65,13 +65,13 @@ class Demands:
 
 
 def fractiles(demand: np.ndarray, shares: tuple[float, ...] = SHARES) -> np.ndarray:
-    """Return fractiles along the first axis, NaN where more than the rest of the samples collapsed.
+    """Return fractiles along the first axis; NaN if too many samples collapsed.
 
-    The median is undefined where more than half of the samples collapsed, the 84 % fractile where more than 16 % did.
+    The median is undefined if more than half of the samples collapsed, the 84 % fractile if more than 16 % collapsed.
 
     Args:
-        demand: Demands, infinite where a sample collapsed, shape [sample, ...].
-        shares: Shares of the samples that are below.
+        demand: Demands, infinite for collapsed samples, shape [sample, ...].
+        shares: Shares of the samples below the fractile.
 
     Returns:
         Shape [share, ...].
@@ -79,64 +79,70 @@ def fractiles(demand: np.ndarray, shares: tuple[float, ...] = SHARES) -> np.ndar
     counted = np.quantile(demand, shares, axis=0, method="inverted_cdf")
     with np.errstate(invalid="ignore"):
         between = np.quantile(demand, shares, axis=0)
-    # Halfway to a collapse there is nothing; the sample before it is what so many samples do not exceed.
+    # Interpolation between a finite and an infinite value is infinite: use the finite value then.
     found = np.where(np.isfinite(between), between, counted)
     return np.where(np.isfinite(found), found, np.nan)
 
 
 def check_run(function: str, run: object, *names: str, advice: str) -> None:
-    """Raise an error with advice unless a figure is given a run with these variables, one event and some samples."""
+    """Raise an error with advice unless a run has these variables, a single event and at least one sample."""
     check_dataset(f"plots.{function}", run, *names, advice=advice)
     assert isinstance(run, xr.Dataset)
     if "event" in run.dims:
-        raise ValueError(f"plots.{function} draws one event: take it by select_event(run, name)")
+        raise ValueError(f"plots.{function} draws one event: select it by select_event(run, name)")
     if run.sizes.get("sample", 1) == 0:
-        raise ValueError(f"plots.{function}: the run has no samples: the selection it was taken by left none")
+        raise ValueError(f"plots.{function}: the run has no samples: check the condition by which you selected samples")
 
 
 def demands_of(
     function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False, by_level: bool = True
 ) -> Demands:
-    """Return a demand of a run, the largest of all storeys or that of each, but of isolators and mass dampers.
+    """Return a demand of a run: the largest over the storeys or one per storey, without isolators and mass dampers.
 
     Args:
-        function: The plot, for errors.
+        function: Name of the plot in errors.
         run: The run.
-        demand: Name of the variable, which lies along `sample` and `storey`.
-        advice: What to draw instead of a dataset that lacks something.
-        by_storey: Whether storeys are kept apart.
-        by_level: Whether levels must be known; without them, as under random motions, they are NaN.
+        demand: Name of the variable, with the dimensions `sample` and `storey`.
+        advice: Advice in errors about missing variables.
+        by_storey: Whether each storey has its own value.
+        by_level: Whether levels are needed; otherwise they may be missing (random motions) and become NaN.
 
     Raises:
-        ValueError: If the run lacks something, or no sample of it has a result.
-        TypeError: If it is no Dataset.
+        ValueError: If the run lacks a variable, or all samples failed.
+        TypeError: If `run` is not a Dataset.
     """
     if isinstance(run, xr.Dataset) and "capacity" in run:
         raise ValueError(
-            f"plots.{function} draws a run, and these are capacities: plots.capacities(found) draws them, with the "
-            "curves they were found on where capacities(..., keep_curves=True) kept these"
+            f"plots.{function} draws a run, but the dataset contains capacities: draw it by plots.capacities(found); "
+            "with capacities(..., keep_curves=True) this includes the curves"
         )
     check_run(function, run, demand, "status", *["im_level"] * by_level, advice=advice)
     if "sample" not in run["status"].dims:
-        raise ValueError(f"plots.{function}: the run has no dimension sample: select one by isel(sample=[number])")
+        raise ValueError(
+            f"plots.{function}: the run has no dimension sample: select a single sample by isel(sample=[number])"
+        )
     status = decoded_status(run["status"])
     kept = np.flatnonzero(status <= COLLAPSED)
     if not kept.size:
-        raise ValueError(f"plots.{function}: all {status.size} samples failed, and there is nothing to draw")
+        raise ValueError(f"plots.{function}: all {status.size} samples failed: run again with a shorter step=")
     run = without_added_storeys(run)
     values = np.abs(of_building(run, demand).transpose("sample", ...).values[kept])  # residual drifts have a sign
     if by_storey and "archetype_index" in run.coords and np.isnan(values).any():
-        raise ValueError(f"plots.{function} draws buildings of as many storeys: take some by select_archetype")
+        raise ValueError(
+            f"plots.{function} draws buildings with equal numbers of storeys: use select_archetype(run, name)"
+        )
     if by_storey and values.ndim < 2:
-        raise ValueError(f"plots.{function}: the run has no dimension storey: select one by isel(storey=[number])")
+        raise ValueError(
+            f"plots.{function}: the run has no dimension storey: select a single storey by isel(storey=[number])"
+        )
     if not by_storey and values.ndim > 1:
-        values = np.fmax.reduce(values, axis=1)  # storeys that a building of a portfolio does not have are NaN
+        values = np.fmax.reduce(values, axis=1)  # NaN: storeys that a building of a portfolio lacks
     sample = np.arange(status.size)
     of_sample = {name: run[name].values if name in run else 0 * sample for name in ("structure", "motion_index")}
     collapsed = status[kept] == COLLAPSED
     beyond = np.broadcast_to(collapsed.reshape(-1, *[1] * (values.ndim - 1)), values.shape)
     if values.ndim > 1 and {"storey_of_collapse", "storey"} <= run.keys() | run.coords.keys():
-        # Other storeys stand: their demands up to the collapse count, if they have any.
+        # In the other storeys the demands until collapse count, if they are finite.
         here = run["storey_of_collapse"].values[kept, None] == run["storey"].values
         beyond = beyond & (here | ~np.isfinite(values))
     level = run["im_level"] if "im_level" in run else xr.DataArray(np.full(status.size, np.nan))
@@ -155,7 +161,7 @@ def demands_of(
 
 
 def label_of_measure(run: xr.Dataset) -> str:
-    """Return the intensity measure of a run or of its fragility curves with its units, as the label of an axis."""
+    """Return the label of the axis of the intensity measure of a run or of fragility curves, with units."""
     if "im_level" in run:
         attributes = run["im_level"].attrs
         return f"{measure_name(run)} [{attributes.get('units', 'g')}]"
@@ -164,5 +170,5 @@ def label_of_measure(run: xr.Dataset) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in percent, with two digits where it is small."""
+    """Return a share in percent, with two digits if it is small."""
     return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"

@@ -1,4 +1,4 @@
-"""Colours, sizes and axes that figures share, and where they are drawn: on a figure of their own or on given axes."""
+"""Common colours, sizes and axes of the figures."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import one_of, shortened
 
-# Okabe and Ito's colours, which are distinct for any colour vision, from the lightest damage state to the heaviest.
+# Colours by Okabe and Ito, distinct also for colour-blind readers; the first is for the lightest damage state.
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
 COLLAPSE_COLOUR = "#D55E00"
-PALE, DARK = "0.7", "0.35"  # of what stands behind, and of remarks
-SMALL = 8  # points, of legends and remarks
+PALE, DARK = "0.7", "0.35"  # greys of background data, and of remarks
+SMALL = 8  # font size of legends and remarks
 TITLE = 9
-LONGEST_NAME = 60  # letters
+LONGEST_NAME = 60  # characters
 NO_WIDTH = "\N{ZERO WIDTH SPACE}"
-# Of a name that stands among points or curves: a white edge around its letters, above them all.
+# Style of names among points or curves: drawn on top, with a white edge around the letters.
 AMONG_POINTS: dict[str, Any] = {
     "fontsize": SMALL,
     "path_effects": [patheffects.withStroke(linewidth=3, foreground="white")],
     "zorder": 6,
 }
-MOST_POINTS = 20_000  # of a cloud: more only fill it in
+MOST_POINTS = 20_000  # points drawn of a cloud
 SCALES = ("log", "linear")
-# What every plot draws into, and returns: its own figure, or the axes that it was given. `Any` stands for these, so
-# that type checkers let a plot's result be used as the figure that it is without `ax`.
+# The result of a plot: a new figure, or the given axes. `Any` is for the axes, so that type checkers accept the result
+# as a figure in calls without `ax`.
 Drawn: TypeAlias = Figure | Any
 Colours: TypeAlias = str | Sequence[str] | Mapping[str, str]
 
 
 class Picture(Figure):
-    """A figure that a notebook shows once where it is the last line of a cell, without pyplot, which keeps figures."""
+    """A figure that a notebook shows as the result of a cell; made without pyplot, which would keep it in memory."""
 
     def _repr_png_(self) -> bytes:
         file = io.BytesIO()
@@ -62,19 +62,19 @@ def panels(
     size: tuple[float, float] = (7.0, 4.6),
     **layout: Any,
 ) -> tuple[Drawn, list[Axes]]:
-    """Return what a plot returns, and the axes that it draws into.
+    """Return the result of a plot (a new figure or the given axes), and its axes as a list.
 
     Args:
-        function: The plot, for errors.
-        ax: What its user gave: as many axes as it has panels; None for a figure of its own.
+        function: Name of the plot in errors.
+        ax: One axes per panel, given by the user; None: a new figure.
         count: Number of panels.
-        columns: Panels in a row; all of them by default.
-        size: Width and height of the plot's own figure [inch].
-        layout: What `Figure.subplots` takes beside the rows and columns.
+        columns: Panels per row; None: all.
+        size: Width and height of a new figure [inch].
+        layout: Further arguments of `Figure.subplots`.
 
     Raises:
-        TypeError: If `ax` is no axes.
-        ValueError: If there are fewer or more axes than panels.
+        TypeError: If `ax` is not axes.
+        ValueError: If the number of axes is not the number of panels.
     """
     if ax is None:
         columns = columns or count
@@ -89,12 +89,12 @@ def panels(
             raise TypeError(f"plots.{function}: ax must be matplotlib axes, got {type(each).__name__}")
     if len(given) != count:
         one = "1 panel" if count == 1 else f"{count} panels"
-        raise ValueError(f"plots.{function} draws {one}: ax must hold as many axes, got {len(given)}")
+        raise ValueError(f"plots.{function} draws {one}: give one axes for each as ax=, got {len(given)}")
     return ax, given
 
 
 def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
-    """Return the colour of each name: a mapping says it by name; a row is gone through from its start, again and again.
+    """Return the colour of each name, from a mapping by name or from a list that is repeated as often as needed.
 
     Raises:
         ValueError: If a name has no colour, or matplotlib does not know one.
@@ -103,34 +103,36 @@ def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
     if isinstance(colours, Mapping):
         missing = [name for name in wanted if name not in colours]
         if missing:
-            raise ValueError(f"colours has none for {missing[0]!r}; it needs one for each of {', '.join(wanted)}")
+            raise ValueError(f"colours has no colour for {missing[0]!r}; give one for each of {', '.join(wanted)}")
         found = [colours[name] for name in wanted]
     else:
-        row = [colours] if isinstance(colours, str) else list(colours)
-        if not row:
+        given = [colours] if isinstance(colours, str) else list(colours)
+        if not given:
             raise ValueError("colours is empty: give at least one")
-        found = list(islice(cycle(row), len(wanted)))
+        found = list(islice(cycle(given), len(wanted)))
     for colour in found:
         if not is_color_like(colour):
-            raise ValueError(f"colours holds {colour!r}, which matplotlib does not know as a colour")
+            raise ValueError(
+                f"colours contains {colour!r}, which is not a colour of matplotlib; use a name or '#0072B2'"
+            )
     return found
 
 
 def check_colour(colour: object) -> None:
     """Raise a ValueError unless matplotlib knows a colour."""
     if not isinstance(colour, str | tuple) or not is_color_like(colour):
-        raise ValueError(f"colour must be one that matplotlib knows, such as '#0072B2', got {shortened(colour)}")
+        raise ValueError(f"colour must be a colour of matplotlib, such as '#0072B2', got {shortened(colour)}")
 
 
 def logarithmic(axes: Axes, which: str, values: ArrayLike) -> None:
-    """Make an axis ("x" or "y") logarithmic; if no value is positive, as where all samples collapsed, 0.1 to 10."""
+    """Make an axis ("x" or "y") logarithmic; without a positive value its range is 0.1 to 10."""
     if not np.any(np.asarray(values) > 0):
         axes.set(**{f"{which}lim": (0.1, 10.0)})
     axes.set(**{f"{which}scale": "log"})
 
 
 def plain_numbers(*axes: Any) -> None:
-    """Write the numbers of logarithmic axes (an XAxis, a YAxis) as 0.1, 1, 10, and some between them where few are."""
+    """Label logarithmic axes (XAxis or YAxis) with plain numbers: 0.1, 1, 10; a short range has more labels."""
     for axis in axes:
         if axis.get_scale() != "log":
             continue
@@ -143,10 +145,10 @@ def plain_numbers(*axes: Any) -> None:
 
 
 def set_scale(axes: Axes, scale: str, lowest: float, highest: float) -> None:
-    """Make the axis of the intensity measure logarithmic or linear, over these levels.
+    """Make the axis of the intensity measure logarithmic or linear, for a range of levels.
 
     Raises:
-        ValueError: If there is no such scale.
+        ValueError: If the scale is unknown.
     """
     one_of("scale", scale, SCALES)
     if scale == "log":
@@ -157,11 +159,11 @@ def set_scale(axes: Axes, scale: str, lowest: float, highest: float) -> None:
 
 
 def check_kept(function: str, what: str, dataset: xr.Dataset, *dims: str) -> None:
-    """Raise a ValueError unless a dataset has some of each dimension left, as after a selection.
+    """Raise a ValueError if a dimension of a dataset has no values, for example after a selection.
 
     Args:
         function: The function of `warpdyn.interfaces.plots`.
-        what: What the dataset holds, in the plural.
+        what: Content of the dataset in errors, in the plural.
         dataset: The dataset.
         dims: The dimensions.
     """
@@ -178,10 +180,10 @@ def grid(*axes: Axes) -> None:
 
 
 def literal(name: object) -> str:
-    """Return a name of the user's as matplotlib draws it letter by letter, in one line.
+    """Return a user's name as text that matplotlib draws unchanged and in one line.
 
-    Two "$" would begin and end a formula, a label that begins with "_" is left out of legends, and a name of hundreds
-    of letters leaves no room for the axes.
+    Without this, text between two "$" would become a formula, legends would omit a label that begins with "_", and a
+    very long name would leave no space for the axes.
     """
     words = " ".join(str(name).split()) or "(no name)"
     if len(words) > LONGEST_NAME:
@@ -195,7 +197,7 @@ def title(axes: Axes, text: str) -> None:
     axes.set_title(text, fontsize=TITLE)
 
 
-def legend(axes: Axes, *, beside: bool = False, **how: Any) -> None:
-    """Draw the legend of a panel, on it or beside it."""
-    where = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0} if beside else {}
+def legend(axes: Axes, *, outside: bool = False, **how: Any) -> None:
+    """Draw the legend of a panel, inside it or at its right."""
+    where = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0} if outside else {}
     axes.legend(**{"fontsize": SMALL, "title_fontsize": SMALL} | where | how)

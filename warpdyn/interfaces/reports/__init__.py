@@ -1,1 +1,1 @@
-"""Pages about runs for those who read results without running them: HTML files with tables, figures and provenance."""
+"""Reports: one HTML file per run with tables, figures and provenance, and summaries of a few lines."""

@@ -1,4 +1,4 @@
-"""Demands of a run in tables and figures: their fractiles overall and by level, and drawn against intensity."""
+"""Report section on demands: fractiles of all samples and by intensity level, and figures."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from warpdyn.interfaces.plots.drifts import drift_against_intensity, drift_over_
 from warpdyn.interfaces.plots.histories import histories
 from warpdyn.interfaces.plots.samples import fractiles, label_of_measure
 from warpdyn.interfaces.plots.style import COLOURS, Drawn, grid, legend, new_figure, plain_numbers
-from warpdyn.interfaces.reports.markup import figure, heading, paragraph, table
+from warpdyn.interfaces.reports.markup import Part, figure, heading, paragraph, table
 
 SHARES = (0.16, 0.5, 0.84, 0.95)
-# In this order; a run has those of its recorders.
+# Demands in the order of the table; which of them a run has depends on its recorders.
 DEMANDS = (
     "peak_storey_drift_ratio",
     "peak_storey_drift",
@@ -29,33 +29,33 @@ DEMANDS = (
     "hysteretic_energy",
 )
 BY_LEVEL = ("peak_storey_drift_ratio", "peak_floor_acceleration", "residual_drift_ratio", "peak_displacement")
-MOST_LEVELS = 40  # rows of a table
-MOST_LINES = len(COLOURS)  # of a figure
+MOST_LEVELS = 40  # rows in a table
+MOST_LINES = len(COLOURS)  # lines in a figure
 
 
 def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return each sample's largest value of a demand over the building's storeys, floors or degrees of freedom.
+    """Return the largest value of a demand over the storeys, floors or degrees of freedom of each sample.
 
     Args:
-        run: The run, of one event.
+        run: The run, for one event.
         name: The demand.
         status: Status of the samples, by STATUS_MEANINGS.
 
     Returns:
-        Magnitudes of the samples that did not fail, infinite where they collapsed, shape [sample].
+        Magnitudes for the samples that did not fail, infinite for collapsed samples, shape [sample].
     """
     kept = status <= COLLAPSED
     values = np.abs(of_building(run, name).transpose("sample", ...).values[kept].astype(np.float64))
     if values.ndim > 1:
-        values = np.fmax.reduce(values, axis=1)  # storeys that a building of a portfolio does not have are NaN
+        values = np.fmax.reduce(values, axis=1)  # NaN: storeys that a building of a portfolio lacks
     return np.where(status[kept] == COLLAPSED, np.inf, values)
 
 
-def demands(run: xr.Dataset) -> list[str]:
+def demands(run: xr.Dataset) -> list[Part]:
     """Return the section on the demands of one event.
 
     Args:
-        run: What `simulate` returned, of one event, with the dimension `sample`.
+        run: Result of `simulate`, for one event, with the dimension `sample`.
     """
     status = decoded_status(run["status"])
     names = [name for name in DEMANDS if name in run and "sample" in run[name].dims]
@@ -69,14 +69,14 @@ def demands(run: xr.Dataset) -> list[str]:
         attributes = run[name].attrs
         words = f"{attributes.get('long_name', name)} [{attributes.get('units', '')}]"
         rows.append((words, *map(float, fractiles(found, SHARES)), float(largest)))
-    heads = ("demand", *(f"{share:.0%}" for share in SHARES), "largest of standing")
+    heads = ("demand", *(f"{share:.0%}" for share in SHARES), "largest without collapse")
     parts = [
         heading("Demands"),
         paragraph(
-            "A demand is the largest magnitude over the storeys, floors or degrees of freedom of a sample; the columns "
-            "are what so many samples do not exceed. Storeys of isolators or of a tuned mass damper do not count. "
-            "A collapsed sample exceeds every value, so that a fractile is "
-            "left empty where too many collapsed. Failed samples are left out."
+            "A demand is the largest magnitude over the storeys, floors or degrees of freedom of a sample. The columns "
+            "contain fractiles: 84% of the samples do not exceed the value in the column 84%. Storeys of isolators or "
+            "of a tuned mass damper do not count. A collapsed sample exceeds every value, so a fractile is empty if "
+            "too many samples collapsed. Failed samples are excluded."
         ),
         table("Demands of all samples", heads, rows),
     ]
@@ -87,8 +87,8 @@ def demands(run: xr.Dataset) -> list[str]:
     return [*parts, *_figures(run, values, status, is_striped)]
 
 
-def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray) -> str:
-    """Return the table of a demand's fractiles by level."""
+def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray) -> Part:
+    """Return a table of the fractiles of a demand, one row per intensity level."""
     levels, kept = run["im_level"].values, status <= COLLAPSED
     rows = []
     for level in np.unique(levels)[:MOST_LEVELS]:
@@ -101,30 +101,30 @@ def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray
     return table(f"{run[name].attrs.get('long_name', name)} [{units}], by level", heads, rows)
 
 
-def _figures(run: xr.Dataset, values: dict[str, np.ndarray], status: np.ndarray, is_striped: bool) -> list[str]:
-    """Return the figures that the run has the variables of."""
+def _figures(run: xr.Dataset, values: dict[str, np.ndarray], status: np.ndarray, is_striped: bool) -> list[Part]:
+    """Return the figures for which the run has the variables."""
     parts = []
     drift = "peak_storey_drift_ratio"
     if drift in values:
         if "im_level" in run:
             words = "Largest peak drift ratio of every sample against the intensity measure. Crosses are collapses."
             parts.append(figure(drift_against_intensity(run), words))
-        words = "Share of the samples whose largest peak drift ratio stays below a value; collapsed ones never do."
+        words = "Share of the samples whose largest peak drift ratio is below a value; collapsed samples exceed all."
         parts.append(figure(_distribution(run, values[drift], status, is_striped), words))
         has_all_storeys = "storey" in run[drift].dims and not np.isnan(run[drift].values[status <= COLLAPSED]).any()
         if is_striped and has_all_storeys and run.sizes["storey"] > 1:
-            words = "Median peak drift ratio of each storey with its 16 to 84 % range, for some of the levels."
+            words = "Median peak drift ratio of each storey and the range of the 16 to 84 % fractiles, for some levels."
             parts.append(figure(drift_over_height(run), words))
     if "residual_drift_ratio" in values and "im_level" in run and np.isfinite(values["residual_drift_ratio"]).any():
         words = "Largest residual drift ratio of every sample against the intensity measure."
         parts.append(figure(residual_drifts(run), words))
     if "history" in run.dims and "displacement" in run:
-        parts.append(figure(histories(run), "The first of the histories that were kept."))
+        parts.append(figure(histories(run), "The first of the recorded histories."))
     return parts
 
 
 def _distribution(run: xr.Dataset, values: np.ndarray, status: np.ndarray, is_striped: bool) -> Drawn:
-    """Draw the distribution of the largest peak drift ratio: of all samples, or of some of the levels."""
+    """Draw the distribution of the largest peak drift ratio, for all samples or for some of the levels."""
     drawn = new_figure(6.4, 4.0)
     axes = drawn.subplots()
     groups = {"all samples": values}

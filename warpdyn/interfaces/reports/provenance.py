@@ -1,4 +1,4 @@
-"""What a run was of and how it came about: structure, scatter, motions, method, errors, versions."""
+"""Report sections on the scene (structure, scatter, motions), integration errors and provenance."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.foundations.core.description import number_text
-from warpdyn.interfaces.reports.markup import heading, paragraph, preformatted, table
+from warpdyn.interfaces.reports.markup import Part, heading, paragraph, preformatted, table
 
-MOST_MOTIONS = 60  # rows of a table
+MOST_MOTIONS = 60  # rows in a table
 MOST_ARCHETYPES = 40
 LONGEST_SCENE = 6000  # letters
-# Attributes of a run in an order to read, and what they are.
+# Attributes of a run in the order of the table, with their descriptions.
 ATTRIBUTES = {
     "source": "versions",
     "history": "when, and by which call",
@@ -23,39 +23,39 @@ ATTRIBUTES = {
     "method": "integration method",
     "method_chosen_because": "why this method",
     "step": "longest integration step [s]",
-    "on_unstable": "what is done with samples beyond their stability limit",
-    "dtype": "numbers",
+    "on_unstable": "treatment of samples beyond their stability limit",
+    "dtype": "number type",
     "device": "device",
     "kernel": "kernel",
-    "fingerprint": "digest of all that decides the numbers",
+    "fingerprint": "digest of everything that determines the results",
     "seconds_integrating": "time spent integrating [s]",
     "intensity_measure": "intensity measure",
-    "fragility_method": "fragility curves by",
-    "interval_method": "their intervals by",
-    "confidence": "confidence of intervals",
+    "fragility_method": "method of the fragility curves",
+    "interval_method": "method of their intervals",
+    "confidence": "confidence level of the intervals",
 }
 
 
-def what_was_run(scene: Mapping[str, Any]) -> list[str]:
+def scene_parts(scene: Mapping[str, Any]) -> list[Part]:
     """Return the section on the structures, their scatter and their excitation.
 
     Args:
-        scene: The scene of a run, as its attribute has it.
+        scene: The scene of a run, from the JSON in its attribute `scene`.
     """
-    parts = [heading("What was run")]
+    parts = [heading("Scene")]
     structure, excitation = scene.get("structure", {}), scene.get("excitation", {})
     if "archetypes" in structure:
         archetypes = structure["archetypes"]
         rows = [(str(name), *_of_archetype(each)) for name, each in list(archetypes.items())[:MOST_ARCHETYPES]]
         more = f", the first {MOST_ARCHETYPES}" if len(archetypes) > MOST_ARCHETYPES else ""
-        heads = ("archetype", "buildings", "storeys", "storey law", "scattered")
+        heads = ("archetype", "buildings", "storeys", "storey law", "random parameters")
         parts.append(table(f"Portfolio of archetypes: {len(archetypes):,}{more}", heads, rows))
     else:
         values = [(name.replace("_", " "), _words_of(value)) for name, value in structure.items()]
         parts.append(table("Structure (kg, m, s, N; from the ground up)", ("quantity", "value"), values))
     if scene.get("scatter"):
         rows = [(name.replace("_", " "), _words_of(value)) for name, value in scene["scatter"].items()]
-        parts.append(table("Scatter from structure to structure", ("quantity", "distribution"), rows))
+        parts.append(table("Scatter between structures", ("quantity", "distribution"), rows))
     given = [
         (name.replace("_", " "), _words_of(value))
         for name, value in excitation.items()
@@ -68,7 +68,7 @@ def what_was_run(scene: Mapping[str, Any]) -> list[str]:
 
 
 def _of_archetype(archetype: Mapping[str, Any]) -> tuple[object, ...]:
-    """Return the cells of an archetype: how many buildings, their storeys and law, and what is scattered."""
+    """Return the row of an archetype: number of buildings, storeys, storey law and random parameters."""
     building = archetype.get("structure", {})
     storeys, law = building.get("mass", []), building.get("law", "")
     scattered = ", ".join(name.replace("_", " ") for name in archetype.get("scatter", {}))
@@ -76,12 +76,12 @@ def _of_archetype(archetype: Mapping[str, Any]) -> tuple[object, ...]:
         archetype.get("count", 0),
         len(storeys) if isinstance(storeys, list) else "",
         _words_of(law),
-        scattered or "nothing",
+        scattered or "no scatter",
     )
 
 
-def _motions(run: xr.Dataset) -> list[str]:
-    """Return the table of the ground motions, where they are in the run."""
+def _motions(run: xr.Dataset) -> list[Part]:
+    """Return the table of the ground motions; empty if the run has no names of motions."""
     if "motion_name" not in run or run["motion_name"].ndim != 1:
         return []
     names = run["motion_name"].values
@@ -95,47 +95,49 @@ def _motions(run: xr.Dataset) -> list[str]:
     return [table(f"Ground motions: {names.size:,}{more}", heads, rows)]
 
 
-def accuracy(run: xr.Dataset) -> list[str]:
-    """Return the section on what the integration errs, where the run has estimates of it.
+def accuracy(run: xr.Dataset) -> list[Part]:
+    """Return the section on the integration error; empty if the run has no estimates of it.
 
     Args:
-        run: What `simulate` returned, of one event.
+        run: Result of `simulate`, for one event.
     """
     parts = []
     if "estimated_relative_error" in run and run["estimated_relative_error"].dims == ("demand", "error_statistic"):
         found = run["estimated_relative_error"]
         heads = ("demand", *(str(name) for name in found["error_statistic"].values))
         rows = [(str(row["demand"].item()), *map(float, row.values)) for row in found]
-        parts.append(table("Estimated relative error, of samples run again at half the step in float64", heads, rows))
+        parts.append(
+            table("Estimated relative error, from samples run again in float64 with half the step", heads, rows)
+        )
     if "energy_balance_error" in run:
         error = np.abs(run["energy_balance_error"].values)
         error = error[np.isfinite(error)]
         if error.size:
             rows = [(float(np.median(error)), float(np.quantile(error, 0.95)), float(error.max()))]
-            parts.append(table("Unaccounted energy over the energy supplied", ("median", "95 %", "worst"), rows))
+            parts.append(table("Energy residual divided by the energy supplied", ("median", "95 %", "worst"), rows))
     return [heading("Accuracy of the integration"), *parts] if parts else []
 
 
-def provenance(run: xr.Dataset) -> list[str]:
-    """Return the section on how the run came about, with all that is needed to repeat it.
+def provenance(run: xr.Dataset) -> list[Part]:
+    """Return the section with everything that is needed to repeat the run.
 
     Args:
-        run: What `simulate` returned.
+        run: Result of `simulate`.
     """
     rows = [(words, _words_of(run.attrs[name])) for name, words in ATTRIBUTES.items() if name in run.attrs]
     scene = str(run.attrs["scene"])
     cut = f" ... ({len(scene):,} letters in all)" if len(scene) > LONGEST_SCENE else ""
     return [
         heading("Provenance"),
-        table("How these numbers came about", ("what", "value"), rows),
-        paragraph("The scene as the dataset has it; wd.Scene.from_json makes it again, given the motions:"),
+        table("Provenance of the results", ("item", "value"), rows),
+        paragraph("The scene as JSON; wd.Scene.from_json makes a Scene from it and the ground motions:"),
         preformatted(scene[:LONGEST_SCENE] + cut),
         *_motions(run),
     ]
 
 
 def _words_of(value: Any) -> str:
-    """Return a value of a scene in words: numbers, rows of numbers, and what has a type by its fields."""
+    """Return a value of a scene as text: numbers, lists of numbers, and objects as `type(field value, ...)`."""
     if isinstance(value, Mapping):
         fields = ", ".join(f"{name} {_words_of(each)}" for name, each in value.items() if name != "type")
         return f"{value.get('type', '')}({fields})" if "type" in value else fields

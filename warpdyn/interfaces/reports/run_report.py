@@ -1,4 +1,4 @@
-"""A page about a run, for an engineer's file."""
+"""Report of a run as one HTML file."""
 
 from __future__ import annotations
 
@@ -17,31 +17,30 @@ from warpdyn.interfaces.reports import markup
 from warpdyn.interfaces.reports.curves import fragility, statistics
 from warpdyn.interfaces.reports.demands import demands
 from warpdyn.interfaces.reports.outcome import outcome
-from warpdyn.interfaces.reports.provenance import accuracy, provenance, what_was_run
+from warpdyn.interfaces.reports.provenance import accuracy, provenance, scene_parts
 
-ADVICE = "give report() what simulate() returned, alone or merged with its fragility, or read from its file"
+ADVICE = "pass the result of simulate(), alone or merged with fragility(), or read from its file"
 
 
 def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = None) -> Path:
-    """Write a page about a run: what was run, its outcome, demands, fragility curves, accuracy and provenance.
+    """Write a report of a run as one HTML file: scene, outcome, demands, fragility curves, accuracy and provenance.
 
-    The page is one HTML file that needs no other: figures are inlined, and nothing is loaded from elsewhere. It prints
-    on A4. Remarks name what limits the results: failed or sensitive samples, energies that do not balance, curves that
-    are no plain fits. Of a sequence of events every event has its outcome and demands; a run that keeps no samples
-    (`simulate(scene, statistics=...)`) has its statistics in their place.
+    The file contains its figures, loads nothing else and prints on A4. Remarks name what limits the results: failed or
+    sensitive samples, energies that do not balance, fragility curves that are not regular fits. A sequence of events
+    has one section on outcome and demands per event. A run that keeps no samples (`simulate(scene, statistics=...)`)
+    has a section on its statistics instead.
 
     Args:
-        dataset: What `simulate` returned, alone or merged with what `fragility` returned, or read from its file.
-        path: The file, whose name ends in ".html" or ".htm"; an older one is replaced.
-        title: Title of the page; None takes the dataset's own.
+        dataset: Result of `simulate`, alone or merged with the result of `fragility`, or read from its file.
+        path: The file; its name ends in ".html" or ".htm". An existing file is replaced.
+        title: Title of the page; None: the dataset's title.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If the dataset is no run or has no samples left, the file's name has another ending, or the title is
-            empty.
-        TypeError: If `dataset` is no Dataset, or `path` or `title` is of another kind.
+        ValueError: If the dataset is not a run or has no samples, the name has another ending, or the title is empty.
+        TypeError: If `dataset` is not a Dataset, or `path` or `title` is of another type.
         OSError: If the file cannot be written.
 
     Example:
@@ -59,16 +58,16 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
     if has_samples:
         check_dataset("report", dataset, "status", "integration_step", advice=ADVICE)
         if not dataset.sizes["sample"]:
-            raise ValueError("report: the run has no samples: the selection it was taken by left none")
+            raise ValueError("report: the run has no samples: check the condition by which you selected samples")
     elif "status" in dataset:
-        raise ValueError("report: the run has no dimension sample: select one by isel(sample=[number])")
+        raise ValueError("report: the run has no dimension sample: select a single sample by isel(sample=[number])")
     scene = json.loads(str(dataset.attrs["scene"]))
     name = title or str(dataset.attrs.get("title", "warpdyn ensemble"))
     written = f"{datetime.datetime.now(datetime.UTC):%Y-%m-%d %H:%M} UTC"
     body = [
         markup.heading(name, 1),
         markup.paragraph(f"{_size(dataset)} Written by warpdyn.report on {written}."),
-        *what_was_run(scene),
+        *scene_parts(scene),
     ]
     if not has_samples:
         body += statistics(dataset)
@@ -85,14 +84,14 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
 
 
 def _size(dataset: xr.Dataset) -> str:
-    """Return how many samples a run has, of how many structures under how many motions and levels."""
+    """Return the numbers of samples, structures, motions and levels of a run as text."""
     if "sample" not in dataset.dims:
-        return "A run that kept statistics, and no samples."
+        return "A run with statistics instead of samples."
     parts = [f"{dataset.sizes['sample']:,} samples"]
     words = {"structure": "structures", "motion_index": "motions"}
-    for name, what in words.items():
+    for name, plural in words.items():
         if name in dataset and dataset[name].dims == ("sample",):
-            parts.append(f"{len(set(dataset[name].values.tolist())):,} {what}")
+            parts.append(f"{len(set(dataset[name].values.tolist())):,} {plural}")
     if dataset.sizes.get("stripe"):
         parts.append(f"{dataset.sizes['stripe']:,} levels")
     return f"{parts[0]}{' of ' if parts[1:] else ''}{', '.join(parts[1:])}."

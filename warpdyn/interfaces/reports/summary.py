@@ -1,4 +1,4 @@
-"""A run in a few lines of text: its outcome, how it was integrated, and its estimated errors."""
+"""Summary of a run in a few lines of text."""
 
 from __future__ import annotations
 
@@ -13,38 +13,40 @@ from warpdyn.foundations.core.output_variables import STATUS_MEANINGS, STOREY_KI
 
 
 def summary(run: xr.Dataset) -> str:
-    """Return status counts, collapses, steps and estimated errors of a run, in a few lines of text.
+    """Return status counts, collapses, steps and estimated errors of a run in a few lines of text.
 
     Args:
-        run: What `simulate` returned. With `statistics=` it has no samples: the text tells how many have failed.
+        run: Result of `simulate`. For a run with `statistics=` the text contains the number of failed samples.
 
     Raises:
-        ValueError, TypeError: If it is something else.
+        ValueError, TypeError: If `run` is something else.
 
     Example:
         >>> print(wd.summary(run).splitlines()[0])
         144 samples: 144 ok
     """
-    # Shares of damage tell the number of failed samples, too, but not by how they failed.
+    # `damage_shares` has failed_samples, too, but without the dimension `failure`.
     is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run and "failure" in run.dims
     needed = ("step",) if is_of_statistics else ("status", "integration_step")
-    check_dataset("summary", run, *needed, advice="give what simulate() returned", argument="run")
-    check_dataset("summary", run, "method", "dtype", "device", "seconds_integrating", advice="keep its attributes")
+    check_dataset("summary", run, *needed, advice="pass the result of simulate()", argument="run")
+    check_dataset(
+        "summary",
+        run,
+        "method",
+        "dtype",
+        "device",
+        "seconds_integrating",
+        advice="pass the run with its attributes",
+    )
     if is_of_statistics:
         failed = run["failed_samples"].to_series()
-        told = ", ".join(f"{count:,} {name}" for name, count in failed.items() if count) or "none"
-        return Text(
-            "\n".join(
-                [
-                    f"statistics of samples that are not kept; failed samples: {told}",
-                    *_integration(run, np.atleast_1d(run.attrs["step"])),
-                ]
-            )
-        )
+        counts = ", ".join(f"{count:,} {name}" for name, count in failed.items() if count) or "0"
+        head = f"statistics without samples; failed samples: {counts}"
+        return Text("\n".join([head, *_integration(run, np.atleast_1d(run.attrs["step"]))]))
     if "sample" not in run.dims:
-        raise ValueError("summary: the run has no dimension sample: select one by isel(sample=[number])")
+        raise ValueError("summary: the run has no dimension sample: select a single sample by isel(sample=[number])")
     if not run.sizes["sample"]:
-        raise ValueError("summary: the run has no samples: the selection it was taken by left none")
+        raise ValueError("summary: the run has no samples: check the condition by which you selected samples")
     if "event" in run.dims:
         names = run["event"].values.tolist()
         return Text("\n".join(f"{name}\n{summary(select_event(run, name))}" for name in names))
@@ -66,7 +68,7 @@ def summary(run: xr.Dataset) -> str:
 
 
 def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
-    """Return lines on the method, why it was chosen, its steps [s] and its time."""
+    """Return lines on the method, the reason for it, the steps [s] and the time spent."""
     method = run.attrs["method"]
     return [
         f"{method} in {run.attrs['dtype']} on {run.attrs['device']}, "
@@ -76,7 +78,7 @@ def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
 
 
 def _collapses(run: xr.Dataset) -> list[str]:
-    """Return a line on the storeys and times of the collapses, where there are some."""
+    """Return a line on the storeys and times of the collapses; no line without collapses."""
     if "storey_of_collapse" not in run:
         return []
     storey, time = run["storey_of_collapse"].values, run["time_of_collapse"].values
@@ -92,7 +94,7 @@ def _collapses(run: xr.Dataset) -> list[str]:
 
 
 def names_of_storeys(run: xr.Dataset, number: int) -> str:
-    """Return the number of a storey, with its kind if it is one of isolators or of a tuned mass damper."""
+    """Return the number of a storey, with its kind if it consists of isolators or a tuned mass damper."""
     if STOREY_KIND not in run.coords:
         return str(number)
     kind = int(run[STOREY_KIND].values[run["storey"].values == number][0])

@@ -1,1 +1,1 @@
-"""Results of each building of a region, in the files that GIS programs, SimCenter's R2D and OpenQuake's users read."""
+"""Results of each building of a region in files for GIS programs, SimCenter's R2D tool and OpenQuake."""

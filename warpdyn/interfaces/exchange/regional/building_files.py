@@ -1,4 +1,4 @@
-"""Files of each building's results: GeoParquet, CSV, GeoJSON and netCDF."""
+"""Files with the results of each building: GeoParquet, CSV, GeoJSON and netCDF."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from warpdyn.answers.fragility.building_results import PROBABILITY, STANDARD_ERR
 from warpdyn.foundations.files import netcdf
 from warpdyn.interfaces.exchange.regional import geojson, geoparquet
 from warpdyn.interfaces.exchange.regional.building_table import checked_results
-from warpdyn.interfaces.exchange.text_files import checked_path, write_in_place
+from warpdyn.interfaces.exchange.text_files import check_same_table, checked_path, write_in_place
 
 _FUNCTION = geoparquet.FUNCTION
 _MONEY = {"units": "1", "comment": "in the currency of replacement_cost"}
-# What netCDF says of columns with a meaning; of the user's own no units are known.
-_SAID: dict[str, dict[str, str]] = {
+# netCDF attributes of warpdyn's columns; the units of a user's other columns are not known.
+_ATTRIBUTES: dict[str, dict[str, str]] = {
     "id": {"long_name": "id of the building in the inventory"},
     "longitude": {"long_name": "longitude", "standard_name": "longitude", "units": "degrees_east"},
     "latitude": {"long_name": "latitude", "standard_name": "latitude", "units": "degrees_north"},
@@ -29,38 +29,39 @@ _SAID: dict[str, dict[str, str]] = {
     "structure_type": {"long_name": "structure type"},
     "plan_area": {"long_name": "area of the building's ground plan", "units": "m2"},
     "replacement_cost": {"long_name": "replacement cost of all buildings of the row", "units": "1"},
-    "number": {"long_name": "number of buildings that the row stands for", "units": "1"},
+    "number": {"long_name": "number of buildings that the row represents", "units": "1"},
     "archetype": {"long_name": "name of the archetype"},
     "sample_count": {"long_name": "samples counted, collapsed ones included", "units": "1"},
-    "failed_count": {"long_name": "samples that are not counted, because their integration failed", "units": "1"},
-    "expected_loss_ratio": {"long_name": "expected loss over replacement cost", "units": "1"},
+    "failed_count": {"long_name": "samples excluded because their integration failed", "units": "1"},
+    "expected_loss_ratio": {"long_name": "expected loss divided by replacement cost", "units": "1"},
     "loss_ratio_standard_deviation": {"long_name": "standard deviation of the loss ratio of a sample", "units": "1"},
     "expected_loss": {"long_name": "expected loss of all buildings of the row"} | _MONEY,
     "loss_standard_deviation": {"long_name": "standard deviation of the loss of a sample"} | _MONEY,
 }
 
 
-def write_building_results(results: pd.DataFrame, path: str | os.PathLike) -> Path:
-    """Write each building's probabilities of damage and losses as GeoParquet, CSV, GeoJSON or netCDF.
+def write_building_results(results: pd.DataFrame, path: str | os.PathLike, *, overwrite: bool = False) -> Path:
+    """Write damage probabilities and losses of each building as GeoParquet, CSV, GeoJSON or netCDF.
 
-    The file's ending says which: ".parquet" is GeoParquet 1.1, points on WGS 84, which GIS programs, geopandas and
-    plain pandas read (it is smallest, and quickest to write); ".csv" has the table's columns; ".geojson" (RFC 7946) has
-    points with the columns as properties, of ten digits after the point; ".nc" is netCDF by the CF conventions, over
-    the dimensions `building` and `damage_state`.
+    The ending of the name selects the format. ".parquet": GeoParquet 1.1 with points on WGS 84, for GIS programs,
+    geopandas and pandas; the smallest file and the fastest to write. ".csv": the columns of the table. ".geojson" (RFC
+    7946): points with the columns as properties, with ten digits after the decimal point. ".nc": netCDF by the CF
+    conventions, with the dimensions `building` and `damage_state`.
 
     Args:
-        results: What `building_results` returned, or some of its rows.
-        path: The file; an older one is replaced (a netCDF file only if warpdyn wrote it).
+        results: Result of `building_results`, or some of its rows.
+        path: The file. A netCDF file is replaced only if warpdyn wrote it.
+        overwrite: Whether a CSV, Parquet or GeoJSON file that does not have the same columns is replaced.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If the name has another ending, or the table lacks a column or a place, or has values that
-            cannot be, such as a probability above 1.
+        ValueError: If the name has another ending, the table lacks a column or a location, or a value is impossible,
+            such as a probability above 1.
         ImportError: If the file is GeoParquet and pyarrow is not installed.
-        TypeError: If `results` is no DataFrame.
-        OSError: If the file cannot be written.
+        TypeError: If `results` is not a DataFrame.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> path = wd.write_building_results(results, "buildings.parquet")
@@ -69,41 +70,46 @@ def write_building_results(results: pd.DataFrame, path: str | os.PathLike) -> Pa
     """
     path = checked_path(_FUNCTION, path, ".parquet", ".csv", ".geojson", ".nc")
     table, states = checked_results(_FUNCTION, results)
-    if path.suffix.lower() == ".csv":
-        return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
-    if path.suffix.lower() == ".geojson":
-        properties = table.drop(columns=["longitude", "latitude"])
-        return write_in_place(path, lambda name: geojson.write_points(name, properties, table, {}))
-    if path.suffix.lower() == ".nc":
+    suffix = path.suffix.lower()
+    if suffix == ".nc":
         return netcdf.write(_dataset(table, states), path)
+    if suffix == ".csv":
+        check_same_table(_FUNCTION, path, table.columns, overwrite)
+        return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
+    if suffix == ".geojson":
+        properties = table.drop(columns=["longitude", "latitude"])
+        check_same_table(_FUNCTION, path, properties.columns, overwrite)
+        return write_in_place(path, lambda name: geojson.write_points(name, properties, table, {}))
     try:
-        import pyarrow  # noqa: F401 # asked for before anything is written
+        import pyarrow  # noqa: F401 # checked before anything is written
     except ImportError:
         raise ImportError(
-            f'{_FUNCTION}: GeoParquet is written by pyarrow, which is not installed: pip install "pyarrow>=17", '
-            "or write CSV, GeoJSON or netCDF"
+            f'{_FUNCTION}: GeoParquet needs pyarrow, which is not installed: pip install "pyarrow>=17", or write CSV, '
+            "GeoJSON or netCDF"
         ) from None
     if geoparquet.GEOMETRY in table:
         raise ValueError(
-            f"{_FUNCTION}: the table has a column {geoparquet.GEOMETRY!r}, which the file needs: rename it"
+            f"{_FUNCTION}: GeoParquet needs the column name {geoparquet.GEOMETRY!r}, but the table has such a column: "
+            "rename it by .rename(columns=...)"
         )
+    check_same_table(_FUNCTION, path, [*table.columns, geoparquet.GEOMETRY], overwrite)
     return write_in_place(path, lambda name: geoparquet.write_points(name, table))
 
 
 def _dataset(table: pd.DataFrame, states: list[str]) -> xr.Dataset:
-    """Return the table as a dataset over building and damage state."""
+    """Return the table as a dataset with the dimensions building and damage_state."""
     of_states = {f"{kind}{state}" for kind in (PROBABILITY, STANDARD_ERROR) for state in states}
     variables: dict[str, Any] = {}
     for name in table.columns:
         if name not in of_states and name != "building":
-            plain = str(name).replace("/", "_")  # which netCDF does not take in a name
-            variables[plain] = ("building", _values(table[name]), _SAID.get(str(name), {"long_name": str(name)}))
-    for name, kind, said in (
+            plain = str(name).replace("/", "_")  # netCDF does not allow "/" in names
+            variables[plain] = ("building", _values(table[name]), _ATTRIBUTES.get(str(name), {"long_name": str(name)}))
+    for name, kind, long_name in (
         ("damage_probability", PROBABILITY, "probability of being in the damage state"),
         ("damage_probability_standard_error", STANDARD_ERROR, "standard error of the probability"),
     ):
         values = table[[f"{kind}{state}" for state in states]].to_numpy()
-        variables[name] = (("building", "damage_state"), values, {"long_name": said, "units": "1"})
+        variables[name] = (("building", "damage_state"), values, {"long_name": long_name, "units": "1"})
     number = table["building"].to_numpy() if "building" in table else np.arange(len(table))
     coordinates = {
         "building": ("building", number, {"long_name": "number of the building in the portfolio", "units": "1"}),
@@ -118,10 +124,10 @@ def _dataset(table: pd.DataFrame, states: list[str]) -> xr.Dataset:
 
 
 def _values(column: pd.Series) -> np.ndarray:
-    """Return a column as netCDF holds it: text as text, "" where it is missing."""
+    """Return a column as netCDF stores it; missing text is ""."""
     if isinstance(column.dtype, pd.CategoricalDtype):
         names = np.append(column.cat.categories.astype(str).to_numpy(), "").astype(object)
-        return names[column.cat.codes.to_numpy()]  # -1 is what is missing
+        return names[column.cat.codes.to_numpy()]  # code -1: missing
     if column.dtype.kind in "iufbM":
         return column.to_numpy()
     return column.astype(object).where(column.notna(), "").astype(str).to_numpy(dtype=object)

@@ -1,4 +1,4 @@
-"""The table of `building_results`, checked before a file is made of it."""
+"""Checks of the table of `building_results` before a file is written."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pandas as pd
 from warpdyn.answers.fragility.building_results import PROBABILITY, STANDARD_ERROR, damage_states
 from warpdyn.foundations.core.checks import check_kind
 
-ROWS_AT_A_TIME = 2**16  # of which text is held at once: some ten megabytes
-ROUNDING = 1e-9  # by which probabilities that a user has averaged may be above 1
+ROWS_AT_A_TIME = 2**16  # rows converted to text at once: about 10 MB
+ROUNDING = 1e-9  # averages of probabilities may exceed 1 by rounding
 AT_LEAST_ZERO = (
     "number",
     "sample_count",
@@ -20,21 +20,21 @@ AT_LEAST_ZERO = (
     "expected_loss",
     "loss_standard_deviation",
 )
-ADVICE = "give what building_results(counted, stock, inventory) returned"
+ADVICE = "pass the result of building_results(counted, stock, inventory)"
 
 
 def checked_results(function: str, results: object, *names: str) -> tuple[pd.DataFrame, list[str]]:
-    """Return a table of results and the damage states that it has probabilities of, no damage first.
+    """Return a table of results and the damage states for which it has probabilities, no damage first.
 
     Args:
         function: The public function.
         results: The table.
-        names: Columns that are needed besides.
+        names: Further columns that are needed.
 
     Raises:
-        TypeError: If it is no DataFrame.
-        ValueError: If a column or a place is missing, or values cannot be: places that are not on Earth, probabilities
-            outside 0 to 1, standard errors and numbers of buildings below 0, or infinite ones.
+        TypeError: If `results` is not a DataFrame.
+        ValueError: If a column or a location is missing, or a value is impossible: a location that is not on Earth, a
+            probability outside 0 to 1, a negative standard error or number of buildings, or an infinite value.
     """
     check_kind(function, "a DataFrame", results, pd.DataFrame, ADVICE, argument="results")
     assert isinstance(results, pd.DataFrame)
@@ -43,10 +43,11 @@ def checked_results(function: str, results: object, *names: str) -> tuple[pd.Dat
     states = damage_states(results)
     if missing or not states:
         raise ValueError(f"{function}: the table has no {', '.join(missing) or 'probabilities of damage'}: {ADVICE}")
-    nowhere = results[["longitude", "latitude"]].isna().any(axis=1).to_numpy()
-    if nowhere.any():
+    is_missing = results[["longitude", "latitude"]].isna().any(axis=1).to_numpy()
+    if is_missing.any():
         raise ValueError(
-            f"{function}: {nowhere.sum():,} buildings have no place, such as {results['id'].iloc[nowhere.argmax()]!r}"
+            f"{function}: {is_missing.sum():,} buildings have no longitude and latitude, such as "
+            f"{results['id'].iloc[is_missing.argmax()]!r}: drop them by .dropna(subset=['longitude', 'latitude'])"
         )
     longitude, latitude = (_numbers(function, results, name) for name in ("longitude", "latitude"))
     is_swapped = (np.abs(latitude) > 90).any() and np.abs(longitude).max() <= 90
@@ -63,27 +64,27 @@ def checked_results(function: str, results: object, *names: str) -> tuple[pd.Dat
 
 
 def _numbers(function: str, results: pd.DataFrame, name: str) -> np.ndarray:
-    """Return a column of numbers; raise a ValueError if they are none."""
+    """Return a column of numbers; raise a ValueError if it is not numeric."""
     column = results[name]
     if not pd.api.types.is_numeric_dtype(column):
-        raise ValueError(f"{function}: column {name!r} is of type {column.dtype}, and must be of numbers")
+        raise ValueError(f"{function}: column {name!r} has the type {column.dtype}; it must contain numbers")
     return column.to_numpy(dtype=np.float64, na_value=np.nan)
 
 
-def _check_range(function: str, results: pd.DataFrame, name: str, low: float, high: float, told: str = "") -> None:
-    """Raise a ValueError that names a row, if a column has values outside a range, or infinite ones."""
+def _check_range(function: str, results: pd.DataFrame, name: str, low: float, high: float, hint: str = "") -> None:
+    """Raise a ValueError that names a row if a column has an infinite value or a value outside a range."""
     values = _numbers(function, results, name)
     bad = (values < low) | (values > high) | np.isinf(values)
     if bad.any():
         row = int(bad.argmax())
         allowed = f"from {low:g} to {high:g}" if high < np.inf else f"finite and at least {low:g}"
         raise ValueError(
-            f"{function}: {name} of {results['id'].iloc[row]!r} (row {row}) is {values[row]:g}, and must be "
-            f"{allowed}{told}"
+            f"{function}: {name} of {results['id'].iloc[row]!r} (row {row}) is {values[row]:g}; it must be "
+            f"{allowed}{hint}"
         )
 
 
 def parts_of(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
-    """Return a table part by part."""
+    """Yield the rows of a table in parts."""
     for first in range(0, len(table), ROWS_AT_A_TIME):
         yield table.iloc[first : first + ROWS_AT_A_TIME]

@@ -1,4 +1,4 @@
-"""GeoJSON (RFC 7946) of points, written part by part."""
+"""Writer of points as GeoJSON (RFC 7946)."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import pandas as pd
 
 from warpdyn.interfaces.exchange.regional.building_table import parts_of
 
-DIGITS = 10  # after the point, of properties; 1e-10 of a probability, and of a degree a hundredth of a millimetre
+DIGITS = 10  # after the decimal point of properties; 1e-10 degree is a hundredth of a millimetre
 
 
 def write_points(name: str, properties: pd.DataFrame, places: pd.DataFrame, head: Mapping[str, Any]) -> None:
-    """Write a FeatureCollection with a point for each row of a table.
+    """Write a FeatureCollection with one point per row of a table.
 
     Args:
         name: The file.
-        properties: The properties, a column each; what is missing is null.
-        places: Longitude and latitude [degree], in columns of these names.
+        properties: The properties, one per column; missing values become null.
+        places: Table with the columns `longitude` and `latitude` [degree].
         head: Further members of the collection, before its features.
     """
     members = "".join(f"{json.dumps(key)}: {json.dumps(value)},\n" for key, value in head.items())
@@ -27,8 +27,8 @@ def write_points(name: str, properties: pd.DataFrame, places: pd.DataFrame, head
         file.write('{"type": "FeatureCollection",\n' + members + '"features": [\n')
         before = ""
         for part, of_part in zip(parts_of(properties), parts_of(places), strict=True):
-            # A row's JSON has no line feeds in it, as they are escaped in text. What else Unicode takes for the end of
-            # a line, such as U+2028, is not, so that `splitlines` would cut rows.
+            # The JSON of a row contains no line feed, but may contain other line ends such as U+2028, at which
+            # `splitlines` would split it.
             lines = part.to_json(orient="records", lines=True, double_precision=DIGITS, force_ascii=False)
             rows = lines.rstrip("\n").split("\n")
             longitude, latitude = (of_part[column].tolist() for column in ("longitude", "latitude"))

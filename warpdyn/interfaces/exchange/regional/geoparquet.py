@@ -1,4 +1,4 @@
-"""GeoParquet 1.1 of points: plain Parquet with a column of geometries and metadata that says so."""
+"""Writer of points as GeoParquet 1.1: Parquet with a column of geometries and metadata on it."""
 
 from __future__ import annotations
 
@@ -11,26 +11,26 @@ from warpdyn.interfaces.exchange.regional.building_table import parts_of
 
 FUNCTION = "write_building_results"
 VERSION, GEOMETRY = "1.1.0", "geometry"
-LOOKED_AT = 10_000  # rows that tell whether a column's values repeat
-# A point of well-known binary (OGC 06-103r4): little-endian, of type 1, and its two coordinates.
+LOOKED_AT = 10_000  # rows by which a column with many repeated values is recognised
+# A point in well-known binary (OGC 06-103r4): byte order (little-endian), type 1, and two coordinates.
 POINT = np.dtype([("order", "u1"), ("type", "<u4"), ("x", "<f8"), ("y", "<f8")])
 
 
 def write_points(name: str, table: pd.DataFrame) -> None:
-    """Write a table with places as GeoParquet, part by part.
+    """Write a table with locations as GeoParquet.
 
     Args:
         name: The file.
         table: The table, with columns `longitude` and `latitude` [degree].
 
     Raises:
-        ValueError: If a column holds values of several kinds, such as text and numbers.
+        ValueError: If a column contains values of several types, such as text and numbers.
     """
     import pyarrow as pa
     import pyarrow.parquet as pq
 
     low, high = ([float(edge(table[column])) for column in ("longitude", "latitude")] for edge in (np.min, np.max))
-    # Without a `crs` places are longitude and latitude on WGS 84 (OGC:CRS84), as the specification has it.
+    # Without a `crs`, coordinates are longitude and latitude on WGS 84 (OGC:CRS84) by the specification.
     column = {"encoding": "WKB", "geometry_types": ["Point"], "bbox": [*low, *high]}
     geo = {"version": VERSION, "primary_column": GEOMETRY, "columns": {GEOMETRY: column}}
     plain = _converted(table)
@@ -39,7 +39,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
         b"PANDAS_ATTRS": json.dumps(table.attrs).encode(),
     }
     schema = plain.schema.append(pa.field(GEOMETRY, pa.binary(), nullable=False)).with_metadata(said)
-    # A dictionary of values that hardly repeat takes time and saves nothing.
+    # Use dictionary encoding only for columns with many repeated values; otherwise it takes time and saves nothing.
     few = [column for column in table if table[column].iloc[:LOOKED_AT].nunique() <= LOOKED_AT / 10]
     first = 0
     with pq.ParquetWriter(name, schema, use_dictionary=few) as writer:
@@ -50,7 +50,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
 
 
 def _converted(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
-    """Return the table as Arrow's, which shares its numbers; raise a ValueError that names a column it cannot hold."""
+    """Return the table as an Arrow table, without copying numbers; errors name the column that Arrow cannot store."""
     import pyarrow as pa
 
     try:
@@ -61,14 +61,14 @@ def _converted(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow 
                 pa.array(table[name], from_pandas=True)
             except pa.ArrowException as error:
                 raise ValueError(
-                    f"{FUNCTION}: column {name!r} holds values that Parquet has no single type for ({error}): make "
-                    "them all text or all numbers, or leave the column out"
+                    f"{FUNCTION}: column {name!r} contains values of several types ({error}): convert it to text by "
+                    f".astype({{{name!r}: str}}), or drop it by .drop(columns=[{name!r}])"
                 ) from None
         raise
 
 
 def _binary(part: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
-    """Return the places of a part of the table as well-known binary."""
+    """Return the locations of a part of the table in well-known binary."""
     import pyarrow as pa
 
     points = np.empty(len(part), dtype=POINT)

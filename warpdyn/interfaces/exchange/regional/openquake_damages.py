@@ -1,4 +1,4 @@
-"""The damage of each asset as OpenQuake's damage calculators export it."""
+"""Damage of each asset in the format of OpenQuake's damage calculators."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ LOSS_TYPES = ("structural", "nonstructural", "contents", "business_interruption"
 
 
 def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, loss_type: str = "structural") -> Path:
-    """Write the mean damage of each asset as OpenQuake exports `avg_damages`, from a scenario damage calculation.
+    """Write the mean damage of each asset in the format of `avg_damages` of OpenQuake's scenario damage calculation.
 
     Columns are `asset_id`, `taxonomy`, `lon`, `lat` and `structural-no_damage`, `structural-slight` and so on: the
-    numbers of buildings of the asset that are expected in each damage state, which is `number` times the probability;
-    with losses also `structural-losses`, the consequence of that name, in the currency of the replacement cost. The
-    first line is the engine's comment with what generated the file. The format is that of engine 3.26.
+    expected number of buildings of the asset in each damage state (`number` times the probability). With losses,
+    `structural-losses` is the expected loss in the currency of the replacement cost. The first line is a comment that
+    names the program. The format is that of OpenQuake 3.26.
 
     Args:
-        results: What `building_results` returned. The taxonomy is its `structure_type`, as `read_openquake` reads it,
-            or else its archetype.
-        path: The file, whose name ends in ".csv"; an older one is replaced.
-        loss_type: What the damage states are of, as the engine names it.
+        results: Result of `building_results`. The taxonomy is the column `structure_type` (as `read_openquake` reads
+            it), or the archetype without such a column.
+        path: The file; its name ends in ".csv". An existing file is replaced.
+        loss_type: Loss type of the damage states in OpenQuake.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If the name has another ending, the table lacks a column or a place or has values that cannot be,
-            the loss type is unknown, or buildings have no probability, because all their samples failed.
-        TypeError: If `results` is no DataFrame.
+        ValueError: If the name has another ending, the table lacks a column or a location, a value is impossible, the
+            loss type is unknown, or a building has no probability because all its samples failed.
+        TypeError: If `results` is not a DataFrame.
         OSError: If the file cannot be written.
 
     Example:
@@ -56,7 +56,8 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
     if unknown.any():
         raise ValueError(
             f"{_FUNCTION}: all samples of {unknown.sum():,} buildings failed, such as "
-            f"{table['id'].iloc[unknown.argmax()]!r}: leave them out"
+            f"{table['id'].iloc[unknown.argmax()]!r}: drop them by "
+            f"results[results[{PROBABILITY + states[0]!r}].notna()]"
         )
     taxonomy = table["structure_type" if "structure_type" in table else "archetype"]
     places = {"lon": _shown(table["longitude"], "%.5f"), "lat": _shown(table["latitude"], "%.5f")}
@@ -78,11 +79,11 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
 
 
 def _shown(values: pd.Series, digits: str = "%.6E") -> np.ndarray:
-    """Return numbers as the engine writes them."""
+    """Return numbers in the format of OpenQuake."""
     return np.char.mod(digits, values.to_numpy(dtype=np.float64)).astype(object)
 
 
 def _generated_by() -> str:
-    """Return what the engine's comment says: the program and the date."""
+    """Return the text of the comment in the first line: program and date."""
     now = datetime.datetime.now(datetime.UTC)
     return f"generated_by='warpdyn {__version__}', start_date='{now:%Y-%m-%dT%H:%M:%S}'"

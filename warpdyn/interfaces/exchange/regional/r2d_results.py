@@ -1,4 +1,4 @@
-"""Results of each building as SimCenter's R2D tool shows them: R2D_results.geojson."""
+"""Results of each building for SimCenter's R2D tool: R2D_results.geojson."""
 
 from __future__ import annotations
 
@@ -30,27 +30,27 @@ NAMES = R2D_NAMES | {"id": ASSET_ID} | LOSSES
 
 
 def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_unit: str = "ft2") -> Path:
-    """Write each building's results as `R2D_results.geojson`, which SimCenter's R2D tool makes of pelicun's and shows.
+    """Write the results of each building as `R2D_results.geojson`, the file that SimCenter's R2D tool displays.
 
-    A building is a point with its columns under R2D's names (`NumberOfStories`, `ReplacementCost` and so on, others
-    under their own), `assetType` and R2D's results: `R2Dres_MostLikelyCriticalDamageState`, the number of the damage
-    state with the most samples (0 for none; the mean of several with as many), and with losses
-    `R2Dres_mean_RepairCost_loss_ratio`, `R2Dres_std_RepairCost_loss_ratio` and, in currency, `R2Dres_mean_RepairCost`
-    and `R2Dres_std_RepairCost`. The names are those of SimCenterBackendApplications in July 2026. Probabilities and
-    standard errors stay under their own names, which R2D shows as other columns.
+    Each building is a point. Columns have R2D's names if R2D has them (`NumberOfStories`, `ReplacementCost`), otherwise
+    their names in the table. Further properties are `assetType` and R2D's results:
+    `R2Dres_MostLikelyCriticalDamageState` is the number of the most frequent damage state (0: no damage; the mean if
+    several are equally frequent). With losses there are `R2Dres_mean_RepairCost_loss_ratio`,
+    `R2Dres_std_RepairCost_loss_ratio` and, in currency, `R2Dres_mean_RepairCost` and `R2Dres_std_RepairCost`. The names
+    are those of SimCenterBackendApplications in July 2026.
 
     Args:
-        results: What `building_results` returned.
-        path: The file, whose name ends in ".geojson"; an older one is replaced.
+        results: Result of `building_results`.
+        path: The file; its name ends in ".geojson". An existing file is replaced.
         area_unit: Unit of `PlanArea` in the file: "ft2", as in SimCenter's examples, or "m2".
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If the name has another ending, the table lacks a column or a place, has values that
-            cannot be or a column named as one of the file, or the unit is unknown.
-        TypeError: If `results` is no DataFrame.
+        ValueError: If the name has another ending, the table lacks a column or a location, a value is impossible, a
+            column has a name that the file needs, or the unit is unknown.
+        TypeError: If `results` is not a DataFrame.
         OSError: If the file cannot be written.
 
     Example:
@@ -64,12 +64,12 @@ def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_un
     taken = [name for name in written if name in table]
     if taken:
         raise ValueError(
-            f"{_FUNCTION}: the table has a column {taken[0]!r} of its own, which is one of the file's: rename it or "
-            "leave it out"
+            f"{_FUNCTION}: the file needs the name {taken[0]!r}, but the table has such a column: rename it by "
+            ".rename(columns=...)"
         )
     shares = table[[PROBABILITY + state for state in states]].to_numpy()
     is_most = shares == shares.max(axis=1, keepdims=True)
-    with np.errstate(invalid="ignore"):  # of buildings all of whose samples failed
+    with np.errstate(invalid="ignore"):  # NaN: all samples of a building failed
         most_likely = (is_most * np.arange(len(states))).sum(axis=1) / is_most.sum(axis=1)
     properties = table.rename(columns=NAMES).assign(**{TYPE: ASSET_TYPE, MOST_LIKELY: most_likely})
     if "PlanArea" in properties:
