@@ -31,7 +31,7 @@ def read_sample():
 
 def read_storey():
     if IMPLICIT_CHAIN:
-        # The matrix has the middle three diagonals alone, and iteration sees to the rest. It converges for any
+        # The matrix contains only the middle three diagonals; iteration accounts for the rest. It converges for any
         # chain: M^-1/2 K M^-1/2 is an M-matrix, so is its root (Alefeld and Schneider 1982, Linear Algebra
         # Appl. 42), and entries left out of one make a regular splitting (Varga 2000, 3.29).
         solved_mass[i, j] += of_damping * damping_matrix[i * N + i, j]

@@ -30,7 +30,7 @@ def read_sample():
 
 
 def tangent_ahead():
-    # The tangent just ahead of the drift: at a yield point, rounding would choose the branch.
+    # The tangent just ahead of the drift: at a yield point, rounding would decide the branch.
     # On a falling branch the dashpot is 0: a negative one would supply energy.
     ahead = drift + AHEAD * h[j] * rate
     after = memory

@@ -14,12 +14,12 @@ def wanted(plan):
 
 
 def declare():
-    a0 = row()  # base acceleration at the interval's start and at this stage, and its change over a step
+    a0 = row()  # base acceleration: at the interval's start, at this stage, and its change over a step
     base = row()
     da = row()
     base_last = row()  # at the end of the step before
-    base_end = row()  # at the end of this step, once the state there is looked for
-    influence = matrix()  # of full matrices: what of it each degree of freedom feels
+    base_end = row()  # at the end of this step (implicit methods)
+    influence = matrix()  # of full matrices: factor of each degree of freedom
 
 
 def start_row():
@@ -28,7 +28,7 @@ def start_row():
 
 def in_interval():
     if IMPLICIT_CHAIN:
-        # Where a motion ends other than in zero, the acceleration jumps with it.
+        # If a motion does not end with zero, the acceleration jumps at its end.
         for i in range(N):
             for j in range(LANES):
                 a[i, j] -= a0[j] - base_end[j]

@@ -19,12 +19,12 @@ def declare():
     df = matrix()
     one_force = row()  # on one degree of freedom
     one_change = row()
-    force_end = matrix()  # at the end of this step, once the state there is looked for
-    # A history that ends with a force other than zero drops to zero at its last sample. What is recorded at that
-    # instant has both: the last force (of full matrices and modes: the acceleration by it), and no force.
+    force_end = matrix()  # at the end of this step (implicit methods)
+    # A history that does not end with zero drops to zero at its last sample. Recorders see both values at that
+    # instant: with the last force (of full matrices and modes: the acceleration by it), and without force.
     final_force = matrix()
-    final_index = indices()  # -1 where nothing follows the history
-    final_felt = row()  # the acceleration by the last force, of the modes seen so far
+    final_index = indices()  # -1 if the run ends with the history
+    final_felt = row()  # acceleration by the last force, summed up over modes
 
 
 def read_sample():
@@ -88,7 +88,7 @@ def settle_lane():
 
 def in_interval():
     if IMPLICIT_CHAIN:
-        # Where a history ends other than in zero, the acceleration jumps with it.
+        # If a history does not end with zero, the acceleration jumps at its end.
         for i in range(N):
             for j in range(LANES):
                 a[i, j] += (f0[i, j] - force_end[i, j]) * inverse_mass[i, j]

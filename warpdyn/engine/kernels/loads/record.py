@@ -20,13 +20,13 @@ def names(plan):
 
 
 def declare():
-    next_value = indices()  # where the value at the first interval's end stands
+    next_value = indices()  # position of the value at the end of the first interval
     last_value = indices()
-    silent_from = indices()  # nothing shakes after the last sample; a run that ends with it sees it
+    silent_from = indices()  # interval from which the motion is zero; a run that ends with it sees its last sample
     value = row()  # at the end of the interval
     base_at_end = row()
-    gain = row()  # the scale, and 0 after the last sample
-    stride = indices()  # of the values from one interval to the next, likewise
+    gain = row()  # the scale, or 0 after the last sample
+    stride = indices()  # 1, or 0 after the last sample
     differing_motions = int(0)
 
 
@@ -63,7 +63,7 @@ def in_interval():
 
 
 def value_of_interval():
-    # Lanes that share a motion read it once: gathering a value a lane costs as much as a storey.
+    # Lanes that share a motion read it once: reading one value per lane costs as much as a storey.
     if differing_motions == 0:
         shared = element(loads.values, wp.min(next_value[0] + interval, last_value[0]))
         for j in range(LANES):

@@ -55,19 +55,19 @@ def values_held(plan):
 
 
 def declare():
-    inverse_capacity = matrix()  # 0 where there is none
+    inverse_capacity = matrix()  # 0: no capacity
     earlier_drift = matrix()  # at the start of the step
     if PROPAGATED:
         present_drift = matrix()
-    over = row()  # the largest drift over its capacity
+    over = row()  # the largest ratio of drift to capacity
     peak_while_standing = matrix()
-    collapse_time = row()  # below 0 while the building stands
+    collapse_time = row()  # negative before the collapse
     collapse_storey = row()
-    past_share = row()  # of the last step, the share that lies behind the collapse
-    move = row()  # of the storeys that passed their capacities: the largest move in that step, over the capacity
-    farthest_ratio = row()  # and the largest drift ratio
-    stands = row()  # 1, and 0 for a lane that has collapsed and whose last state before that was seen
-    last_interval = indices()  # in which anything is seen
+    past_share = row()  # share of the last step that follows the collapse
+    move = row()  # largest change of a drift over its capacity, of storeys that passed it, in that step
+    farthest_ratio = row()  # largest drift ratio of these storeys
+    stands = row()  # 1, or 0 for a lane that has collapsed and whose last state before that was seen
+    last_interval = indices()  # the last interval with a state that is seen
 
 
 def start():
@@ -92,7 +92,7 @@ def start():
                 last_interval[j] = int(0)
                 if EXPLICIT_CHAIN and HOLDS_STEP:
                     intervals = int(0)
-            move[j] = dtype(0.0)  # it has moved there in no step
+            move[j] = dtype(0.0)  # it started there
             farthest_ratio[j] = dtype(0.0)
 
 
@@ -105,7 +105,7 @@ def begin_interval():
 
 
 def stop_lane():
-    if not (EXPLICIT_CHAIN and HOLDS_STEP):  # where a sample alone in its thread leaves it
+    if not (EXPLICIT_CHAIN and HOLDS_STEP):  # there the only sample of the thread leaves the loop
         if collapse_time[j] >= dtype(0.0):
             h[j] = dtype(0.0)
 
@@ -127,7 +127,7 @@ def see_drift():
         earlier_drift[i, j] = drift_seen
         if DRIFT:
             if EXPLICIT_CHAIN and HOLDS_STEP:
-                # It stands as long as it is in the loop, and is looked at once more after it.
+                # In the loop the building has not collapsed; its last drift is seen after the loop.
                 peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen))
             else:
                 peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
@@ -178,7 +178,7 @@ def watch_drifts():
     if EXPLICIT_CHAIN and HOLDS_STEP:
         for j in range(LANES):
             if over[j] > dtype(1.0):
-                stands[j] = dtype(0.0)  # it leaves the loop, after which the rest is found
+                stands[j] = dtype(0.0)  # the sample leaves the loop; time and storey are found after it
     else:
         slot("watch_lanes")
 
@@ -195,7 +195,7 @@ def end_steps():
 
 
 def see_last():
-    # Other parts see the end of the step in which it collapses; peaks end at the collapse.
+    # Other parts see the end of the step in which the building collapses; peaks end at the collapse.
     if DRIFT:
         for j in range(LANES):
             if stands[j] == dtype(0.0):
@@ -204,7 +204,7 @@ def see_last():
 
 
 def watch_lanes():
-    if SECTIONS:  # whose threads compare what they found
+    if SECTIONS:  # the threads of a sample compare their storeys
         for j in range(LANES):
             if over[j] * stands[j] > dtype(1.0):
                 slot("find_first_to_pass")
@@ -212,8 +212,8 @@ def watch_lanes():
             if past_share[j] * stands[j] > dtype(0.0):
                 slot("collapse_here")
     else:
-        # In nearly all steps no lane collapses. To ask whether any does takes a few vector instructions on a processor,
-        # where to ask each takes a branch.
+        # In nearly all steps no lane collapses. On a processor, testing all lanes at once takes a few vector
+        # instructions; testing each lane takes a branch.
         some_pass = int(0)
         for j in range(LANES):
             some_pass = some_pass | wp.where(over[j] * stands[j] > dtype(1.0), 1, 0)
@@ -232,7 +232,7 @@ def collapse_here():
         whole_step[j] = dtype(0.0)
         part[j] = dtype(0.0)
     stands[j] = dtype(0.0)
-    last_interval[j] = interval + 1  # whose first step sees this state
+    last_interval[j] = interval + 1  # its first step sees this state
     h[j] = dtype(0.0)
 
 
@@ -283,7 +283,7 @@ def after_finish():
 def judge_demand():
     if collapse_time[j] >= dtype(0.0):
         status = collapsed
-        if not PROPAGATED:  # what is linear and exact cannot blow up
+        if not PROPAGATED:  # the exact method cannot blow up
             if move[j] > longest_move:
                 status = unstable_step
             if farthest_ratio[j] > blown_up:
@@ -295,6 +295,6 @@ def write():
         output.time_of_collapse[o] = collapse_time[j]
     if status == collapsed:
         output.storey_of_collapse[o] = int(collapse_storey[j])
-        if RESIDUAL:  # nothing comes to rest
+        if RESIDUAL:  # NaN: a collapsed building has no residual drift
             for unsettled in range(STOREYS):
                 output.residual_drift_ratio[unsettled, o] = wp.sqrt(dtype(-1.0))

@@ -29,8 +29,8 @@ def declare():
     weight_over_height = matrix()
     if not DRIFT:
         farthest_drift = matrix()  # the largest drift so far
-    falling = row()  # the storey that still falls when the run ends, counted from 1
-    lifted = row()  # what gravity gave, from upright: the work of lifting the storeys again
+    falling = row()  # the storey that is still falling at the end of the run, counted from 1
+    lifted = row()  # energy that gravity supplied since the upright state
 
 
 def read_storey():
@@ -82,9 +82,9 @@ def judge_state():
     if falling[j] > dtype(0.0) and status == ok:
         status = collapsed
         collapse_storey[j] = falling[j]
-        collapse_time[j] = dtype(live_intervals[j] * substeps) * step[j]  # the end of the run, where it is told
+        collapse_time[j] = dtype(live_intervals[j] * substeps) * step[j]  # the end of the run
 
 
 def add_to_supplied():
-    unaccounted += lifted[j]  # what gravity gave was supplied too
+    unaccounted += lifted[j]  # gravity supplied energy, too
     most += lifted[j]

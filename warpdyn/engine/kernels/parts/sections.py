@@ -40,7 +40,7 @@ def number_storey():
 def fill_pad():
     if HAS_PADS:
         if g >= STOREYS:
-            for q in range(C):  # a law without coefficients may divide by zero
+            for q in range(C):  # coefficients of zero could cause a division by zero
                 coefficients[i * C + q, j] = structures.coefficients[(STOREYS - 1) * C + q, s]
 
 
@@ -51,7 +51,7 @@ def exchange_states():
 
 
 def begin_stage():
-    # The force of the storey above is worked out there before the walk, and again when it comes to it.
+    # The thread above computes the force of its lowest storey here, and again when it visits that storey.
     for j in range(LANES):
         top_u = us[N - 1, j]
         top_v = vs[N - 1, j]

@@ -29,10 +29,10 @@ def names(plan):
 
 
 def declare():
-    fastest = row()  # rate at which a memory settled in this step
-    deviation = row()  # what is left, or grown, of a memory's deviation from where it settles
+    fastest = row()  # the largest rate at which a memory decays in this step
+    deviation = row()  # deviation of a memory from its steady value, relative to the initial deviation
     deviation_so_far = row()  # the largest deviation so far
-    watched_from = row()  # rate times step at which one begins to grow; less than any while one is followed
+    watched_from = row()  # rate times step above which deviations grow; negative while one is followed
 
 
 def read_sample():
@@ -57,7 +57,7 @@ def end_storey():
 
 def end_step():
     if EXPLICIT_CHAIN:
-        # Below the limit deviations only fade: most steps have nothing to follow.
+        # Below the limit deviations decay, so most steps need no test.
         some_may_grow = int(0)
         for j in range(LANES):
             if SECTIONS:

@@ -36,8 +36,8 @@ def declare():
 
 
 def before_storey():
-    # Every lane follows its branch first; lanes that leave it are computed again by the law's full
-    # rules. So the result of a sample does not depend on the other lanes, to the last bit.
+    # Each lane follows its branch first; lanes that leave it are computed again by the full rules.
+    # Therefore the bits of a sample do not depend on the other lanes.
     if MAPS_IN_STAGE:
         is_last = stage == LAST_STAGE
     if MOVES:

@@ -69,7 +69,7 @@ def declare():
 
 
 def read_lane():
-    # Lanes past the last sample repeat it: they write the same values again.
+    # Lanes beyond the last sample repeat it and write the same values again.
     sample[j] = wp.min(block * LANES + j, control.samples - 1)
     o = samples.order[sample[j]]
     s = samples.structure[o]
@@ -81,7 +81,7 @@ def read_lane():
 
 
 def position_of_stage():
-    # A stage's time, from the start of the interval and over its length.
+    # Time of the stage since the start of the interval, divided by its length.
     at = (dtype(substep) + node[stage]) * inverse_substeps
     if ADAPTIVITY:
         at = (dtype(substep) + done[j] + node[stage] * part[j]) * inverse_substeps

@@ -19,14 +19,14 @@ def values_held(plan):
 
 def declare():
     peak_acceleration = matrix()
-    lives = row()  # 1, and 0 for a lane that is done
-    seen = row()  # 1, and 0 for a lane whose last state has been seen
+    lives = row()  # 1, or 0 for a lane that has finished
+    seen = row()  # 1, or 0 for a lane whose last state has been seen
     if PROPAGATED and COLLAPSE:
-        earlier_size = matrix()  # of the state before, as it is not known yet whether the building stands in this one
+        earlier_size = matrix()  # of the state before: it is not yet known whether the building collapses in this one
 
 
 def settle_lane():
-    # What stands still feels the same acceleration again, unless it is forced.
+    # A lane that has finished has the same acceleration again, unless a load acts on it.
     if HAS_ADD_LOAD and not IMPLICIT_CHAIN:
         lives[j] = dtype(0.0)
         seen[j] = dtype(0.0)

@@ -17,7 +17,7 @@ def values_held(plan):
 def declare():
     peak_shear = row()
     if PROPAGATED and COLLAPSE:
-        earlier_shear = row()  # of the state before, as it is not known yet whether the building stands in this one
+        earlier_shear = row()  # of the state before: it is not yet known whether the building collapses in this one
 
 
 def see_forces():

@@ -36,14 +36,14 @@ def start_drift():
 
 
 def see_drift():
-    if not COLLAPSE:  # which sees as far as the collapse
+    if not COLLAPSE:  # that part sees the drifts up to the collapse
         peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
 
 
 def restart_recorders():
     for i in range(N):
         peak_drift[i, j] = dtype(0.0)
-        if IMPLICIT_CHAIN:  # where the state at a step's end is seen
+        if IMPLICIT_CHAIN:  # these methods see the state at the end of a step
             slot("accepted_drift")
             peak_drift[i, j] = wp.abs(drift)
 
@@ -54,6 +54,6 @@ def finish_storey():
 
 def judge_demand():
     largest = worst_storey(output, structures, o, samples.structure[samples.order[sample[j]]], STOREYS)
-    if not PROPAGATED:  # what is linear and exact cannot blow up
+    if not PROPAGATED:  # the exact method cannot blow up
         if largest > blown_up:
             status = diverged

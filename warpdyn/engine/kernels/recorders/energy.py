@@ -33,7 +33,7 @@ def declare():
     energy_viscous = row()
     absorbed = matrix()
     initial_energy = row()
-    supplied = row()  # the most energy the sample ever held: what the balance error is relative to
+    supplied = row()  # the largest energy of the sample so far, to which the balance error is relative
     if EXPLICIT_CHAIN:
         h_last = row()
     power_in = row()
@@ -41,25 +41,25 @@ def declare():
     power_viscous = row()
     work_in = row()  # in a step, over its length
     work_viscous = row()
-    safe_in = row()  # what a rejected part of a step must not leave behind
+    safe_in = row()  # values that a rejected part of a step must not change
     safe_viscous = row()
     safe_absorbed = matrix()
-    last_drift = matrix()  # of an implicit step's start
+    last_drift = matrix()  # at the start of an implicit step
     last_force = matrix()
     last_dashpot = matrix()
-    # Of velocities half a step behind, which have the three above of the state before, too: that at the displacement.
+    # For velocities half a step behind, which use the three above, too: the velocity at the displacement's instant.
     last_velocity = matrix()
-    # Of full matrices: what is stored in the stiffness, followed by its power.
+    # For full matrices: the elastic energy, integrated from its power.
     energy_elastic = row()
     power_elastic = row()
     safe_elastic = row()
     safe_supplied = row()
     if PROPAGATED:
         modal_mass = row()
-        behind = row()  # the step that led to this state
-        rise = inputs()  # what the load would gain over this step, and the last one, at its rate at this state
+        behind = row()  # the step before this state
+        rise = inputs()  # rate of the load at this state times this step, and times the last step
         last_rise = inputs()
-        last_load = inputs()  # what the last step had the load at this state
+        last_load = inputs()  # the load at this state, at the end of the last step
 
 
 def read_sample():
@@ -174,7 +174,7 @@ def add_powers():
         absorbed[i, j] += dtype(0.5) * (last_force[i, j] + restoring) * (drift - last_drift[i, j])
         last_force[i, j] = restoring
         last_drift[i, j] = drift
-        # Half of the steps before and after this state: its weight in the trapezoidal rule.
+        # Weight of the state in the trapezoidal rule: half of the steps before and after it.
         weight = dtype(0.5) * (h_last[j] + h[j])
         slot("add_supply_at_state")
         if HAS_ADD_TO_DASHPOT:
@@ -184,8 +184,8 @@ def add_powers():
             supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
     else:
         if LAGS:
-            # The velocity is that of half a step before: half the step's change leads to the displacement's instant.
-            # Work is force times the change of the drift, so that an elastic storey gives back all that it took.
+            # The velocity is half a step behind: half the step's change leads to the displacement's instant.
+            # Work is force times the change of the drift, so that an elastic storey returns all its energy.
             vi += dtype(0.5) * h_last[j] * ai
             change = dtype(0.5) * (drift - last_drift[i, j])
             absorbed[i, j] += (last_force[i, j] + restoring) * change
@@ -251,7 +251,7 @@ def end_step():
 
 
 def finish():
-    kept = dtype(0.0)  # energy that is still there, or was absorbed
+    kept = dtype(0.0)  # kinetic energy at the end, and absorbed energy
     if IMPLICIT_CHAIN:
         unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
     if DENSE:
@@ -265,7 +265,7 @@ def finish_storey():
         swing = x[N + i, j] * x[N + i, j] + stiffness[i, j] * x[i, j] * x[i, j]
         kept += dtype(0.5) * modal_mass[j] * swing
         if IS_CHAIN:
-            output.hysteretic_energy[i, o] = dtype(0.0)  # elastic storeys give back all they take
+            output.hysteretic_energy[i, o] = dtype(0.0)  # elastic storeys return all their energy
 
 
 def finish_drift():

@@ -32,8 +32,8 @@ def values_held(plan):
 
 def declare():
     residual_start = int(2147483647)
-    # A processor sums up beside the state; a GPU in memory, as these steps are too few to deserve registers.
-    share_in_mean = row()  # 0 for a lane that does not add to its mean in this step
+    # A processor sums up in local variables; a GPU in memory, because these steps are too few for registers.
+    share_in_mean = row()  # 0 for a lane that adds nothing in this step
     mean_ratio = matrix()
     steps_of_mean = indices()
 
@@ -42,7 +42,7 @@ def read_sample():
     steps_of_mean[j] = samples.residual_steps[samples.order[sample[j]]]
     start = live_intervals[j] * substeps - steps_of_mean[j]
     if PROPAGATED:
-        start += 1  # a state is seen in the step that leaves it
+        start += 1  # a state is seen at the start of the next step
     residual_start = wp.min(residual_start, start)
 
 
@@ -78,7 +78,7 @@ def add_to_means():
                     if LANES > 1:
                         mean_ratio[i, j] += share_in_mean[j] * ratio
                     elif since >= 0 and since < steps and block < control.samples:
-                        # Threads past the last sample repeat it, and must not add to its sum again.
+                        # Threads beyond the last sample repeat it and must not add to its sum again.
                         o = samples.order[sample[j]]
                         add_to_mean(output.residual_drift_ratio, g, o, share_in_mean[j] * ratio, since)
 

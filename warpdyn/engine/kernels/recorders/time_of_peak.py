@@ -49,14 +49,14 @@ def see_state():
 def restart_recorders():
     worst_ratio[j] = dtype(0.0)
     worst_time[j] = dtype(index) * step[j]
-    if IMPLICIT_CHAIN:  # where the state at a step's end is seen
+    if IMPLICIT_CHAIN:  # these methods see the state at the end of a step
         for i in range(N):
             slot("accepted_drift")
             worst_ratio[j] = larger(worst_ratio[j], wp.abs(drift) * inverse_height[i, j])
 
 
 def write():
-    if COLLAPSE:  # the last state that is seen is the end of the step in which it collapses
+    if COLLAPSE:  # the last state is at the end of the step in which the building collapses
         if collapse_time[j] >= dtype(0.0):
             worst_time[j] = wp.min(worst_time[j], collapse_time[j])
     output.time_of_peak_drift[o] = worst_time[j]

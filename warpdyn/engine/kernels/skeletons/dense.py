@@ -63,7 +63,7 @@ def integrate_dense(
     vn = matrix()
     elastic = matrix()  # M^-1 K u and M^-1 C v of this stage
     viscous = matrix()
-    h = row()  # the step, 0 for a lane that is done
+    h = row()  # the step, 0 for a lane that has finished
     slot("declare")
     for j in range(LANES):
         slot("read_lane")
@@ -92,14 +92,14 @@ def integrate_dense(
     for interval in range(intervals + 1):
         slot("begin_interval")
         for j in range(LANES):
-            # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+            # A lane that has finished waits for the others with a step of zero: its state and sums do not change.
             h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
             slot("settle_lane")
         slot("in_interval")
         for substep in range(substeps):
             index = interval * substeps + substep
             slot("begin_step")
-            # Once, but for an adaptive method: until every lane has gone through the step.
+            # Once; with an adaptive method until each lane has finished the step.
             while pending > 0 if ADAPTIVITY else ONCE:
                 slot("begin_attempt")
                 for stage in range(STAGES):
@@ -116,10 +116,10 @@ def integrate_dense(
                                 viscous[i, j] += damping[i * N + k, j] * vs[k, j]
                     slot("see_products")
                     for i in range(N):
-                        # Stages stay a loop on a processor: a row of lanes has no branch that depends on them.
+                        # A branch outside of the loop over lanes, so that a processor vectorises the lanes.
                         if HAS_SEE_FORCES:
                             if stage == 0:
-                                # The state at the step's start; one that stands still is seen again, to no effect.
+                                # The state at the step's start; a lane that has finished is seen again, without effect.
                                 for j in range(LANES):
                                     vi = vs[i, j]
                                     net = -elastic[i, j] - viscous[i, j]
@@ -153,7 +153,7 @@ def integrate_dense(
             total += u[i, j] + v[i, j]
             slot("finish_storey")
         status = ok
-        # Infinities and NaN never leave a sum: a finite one clears the whole state.
+        # A sum with an infinite value or NaN is not finite, so one test covers the whole state.
         if not wp.isfinite(total):
             status = diverged
         output.status[o] = status

@@ -68,8 +68,8 @@ def visit_storey():
                 dashpot = dtype(0.0)
             slot("add_to_dashpot")
             f += dashpot
-        # What acts on the floor: absolute acceleration times its mass, but for base motion.
-        # A sign costs nothing, but Warp writes -f as a subtraction from zero.
+        # Force on the floor: its absolute acceleration times its mass.
+        # A factor of -1 costs nothing; Warp writes -f as a subtraction from zero.
         net = dtype(-1.0) * f if BEGINS_AT_TOP and i == N - 1 else above[j] - f
         slot("add_to_net")
         slot("add_load")
@@ -104,7 +104,7 @@ def integrate_chain(
     un = matrix()  # slopes summed up stage by stage, then the next accepted state
     vn = matrix()
     zn = memories()
-    h = row()  # the step, 0 for a lane that is done
+    h = row()  # the step, 0 for a lane that has finished
     above = row()  # the force from above
     slot("declare")
     for j in range(LANES):
@@ -131,7 +131,7 @@ def integrate_chain(
     if HOLDS_STEP:
         for j in range(LANES):
             h[j] = step[j]
-    # One interval more than the longest run, but where the step is held: its first stage sees the last state.
+    # One interval more than the longest run, except if the step is held: its first stage sees the last state.
     if HOLDS_STEP:
         interval_from = int(0)
     if HOLDS_STEP and COLLAPSE:
@@ -143,11 +143,11 @@ def integrate_chain(
         for interval in range(interval_from if HOLDS_STEP else 0, interval_until if HOLDS_STEP else intervals + 1):
             slot("begin_interval")
             if COLLAPSE and not (SECTIONS or HOLDS_STEP):
-                # Threads that share a sample exchange values with others to the end.
+                # (Threads that share a sample must exchange values to the end.)
                 if standing == 0:
                     break
             for j in range(LANES):
-                # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+                # A lane that has finished waits for the others with a step of zero: its state and sums do not change.
                 if not HOLDS_STEP:
                     h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
                 slot("stop_lane")
@@ -181,14 +181,14 @@ def integrate_chain(
                         break
             if HOLDS_STEP and COLLAPSE:
                 if stands[0] == dtype(0.0):
-                    interval_until = intervals  # and nothing is left to be done
+                    interval_until = intervals  # ends the run
                     break
         if HOLDS_STEP:
             interval_from = interval_until
     if HOLDS_STEP:
         slot("end_steps")
         if HAS_SEE_DRIFT:
-            # Nothing follows the last state that would see it.
+            # The loop has not seen the last state.
             index = index + 1 if COLLAPSE and stands[0] == dtype(0.0) else intervals * substeps
             for i in range(N):
                 for j in range(LANES):
@@ -219,7 +219,7 @@ def integrate_chain(
             status = ok
             slot("judge_demand")
             slot("judge_state")
-            if not wp.isfinite(total):  # infinities and NaN never leave a sum
+            if not wp.isfinite(total):  # a sum with an infinite value or NaN is not finite
                 status = diverged
             slot("judge_step")
             output.status[o] = status

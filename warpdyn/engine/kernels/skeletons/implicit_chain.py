@@ -60,14 +60,14 @@ def integrate_implicit_chain(
     v = matrix()
     a = matrix()
     z = memories()
-    us = matrix()  # the state looked for, where the equation of motion is met
+    us = matrix()  # the state that satisfies the equation of motion
     vs = matrix()
     rise = matrix()  # of the acceleration to it
     start_acceleration = matrix()  # by the equation of motion
     above = row()  # the force from above
     below_now = row()
     below_before = row()
-    h = row()  # the step, 0 for a lane that is done, and the one before
+    h = row()  # the step, 0 for a lane that has finished, and the step before
     h_last = row()
     slot("declare")
     for j in range(LANES):
@@ -103,7 +103,7 @@ def integrate_implicit_chain(
             if standing == 0:
                 break
         for j in range(LANES):
-            # A lane that is done waits for the others with a step of zero: its state and its sums stand still.
+            # A lane that has finished waits for the others with a step of zero: its state and sums do not change.
             h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
             slot("stop_lane")
             slot("settle_lane")
@@ -117,7 +117,7 @@ def integrate_implicit_chain(
             position_end = dtype(substep + 1) / dtype(substeps)
             slot("begin_step")
             waiting = int(1)
-            # Walk 0 is of the accepted state, for what is to be seen there; the others look for the next one.
+            # Iteration 0 evaluates the accepted state for recorders; the others search for the next state.
             walk = int(0)
             load_reach = dtype(0.0)  # towards the step's end
             if not (SEES_FORCES or HAS_SEE_FORCES or ENERGY):
@@ -125,7 +125,7 @@ def integrate_implicit_chain(
                     walk = int(1)
             while waiting > 0 and walk < most_walks:
                 if walk == 1:
-                    # The search starts from the acceleration as it is.
+                    # The search starts from an unchanged acceleration.
                     load_reach = theta
                     for j in range(LANES):
                         h_last[j] = h[j]
@@ -168,7 +168,7 @@ def integrate_implicit_chain(
                                 dashpot = dtype(0.0)
                             slot("add_to_dashpot")
                             f += dashpot
-                        # What acts on the floor: absolute acceleration times its mass, but for base motion.
+                        # Force on the floor: its absolute acceleration times its mass.
                         net = above[j] - f
                         above[j] = f
                         slot("add_to_net")
@@ -237,7 +237,7 @@ def integrate_implicit_chain(
         status = ok
         slot("judge_demand")
         slot("judge_state")
-        # Infinities and NaN never leave a sum: a finite one clears the whole state.
+        # A sum with an infinite value or NaN is not finite, so one test covers the whole state.
         if not wp.isfinite(total):
             status = diverged
         slot("judge_step")

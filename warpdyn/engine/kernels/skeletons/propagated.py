@@ -87,7 +87,7 @@ def advance_linear(
     stiffness = matrix()
     modal_load = matrix()
     x = states()
-    live = row()  # 1 in a step that a lane takes, else 0
+    live = row()  # 1, or 0 for a lane that has finished
     load_start = inputs()  # of the step: the load at its ends, or sine and cosine at its start
     load_end = inputs()
     total = row()
@@ -154,7 +154,7 @@ def advance_linear(
                             share = modal_damping[k, j] if IS_COPIED else structures.modal_damping[k, pair[j]]
                             total[j] += share * x[N + c if IS_COUPLED else N + m, j]
                     for j in range(LANES):
-                        # Springs and dampers alone: the absolute acceleration, but for nodal forces.
+                        # Acceleration by springs and dampers: the absolute acceleration without nodal forces.
                         inner = -total[j] - stiffness[m, j] * x[m, j]
                         driven = dtype(0.0)
                         if BASE or HARMONIC:
@@ -171,7 +171,7 @@ def advance_linear(
                 for i in range(SEEN):
                     for j in range(LANES):
                         moved[j] = dtype(0.0)
-                        # What floors do is summed up from the ground over a chain's storeys.
+                        # The motion of a floor is the sum over the storeys below.
                         if i == 0 or not IS_CHAIN:
                             position[j] = dtype(0.0)
                             velocity[j] = dtype(0.0)
@@ -233,7 +233,7 @@ def advance_linear(
             slot("finish_storey")
         status = ok
         slot("judge_demand")
-        # Infinities and NaN never leave a sum: a finite one clears the whole state.
+        # A sum with an infinite value or NaN is not finite, so one test covers the whole state.
         if not wp.isfinite(total_of_state):
             status = diverged
         output.status[o] = status

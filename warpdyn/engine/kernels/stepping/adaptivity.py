@@ -30,7 +30,7 @@ def names(plan):
 
 def declare():
     whole_step = row()
-    done = row()  # share of the step that is done, the share that is tried, and the share to try next
+    done = row()  # shares of the step: finished, tried now, and to be tried next
     part = row()
     trial = row()
     excess = row()  # estimated error over what is allowed
@@ -55,7 +55,7 @@ def begin_step():
 
 
 def begin_attempt():
-    # Until every lane has gone through the step.
+    # Repeated until each lane has finished the step.
     pending = int(0)
     for j in range(LANES):
         h[j] = part[j] * whole_step[j]

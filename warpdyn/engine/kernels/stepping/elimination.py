@@ -6,10 +6,10 @@ def wanted(plan):
 
 
 def declare():
-    of_stiffness = row()  # what a stiffness adds to the matrix
-    solved_mass = matrix()  # what stands in the matrix beside the tangent stiffness, in a chain's form
+    of_stiffness = row()  # factor of a stiffness in the matrix
+    solved_mass = matrix()  # terms of the matrix besides the tangent stiffness, as a chain
     solved_damping = matrix()
-    passed = matrix()  # what elimination passes from a floor to the one below, and back
+    passed = matrix()  # factor that elimination passes from a floor to the floor below
     inverse_pivot = matrix()
     eliminated = matrix()
     above_eliminated = row()
@@ -24,7 +24,7 @@ def begin_walk():
 
 def eliminate():
     if NEWTON or index == 0:
-        # A matrix that stays as it is is factored once a sample.
+        # A constant matrix is factored once per sample.
         storey = solved_damping[i, j]
         if SOLVES_DRIFT:
             storey += of_stiffness[j] * stiffness

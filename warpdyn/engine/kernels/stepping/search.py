@@ -42,13 +42,13 @@ def declare():
     correction = matrix()
     unbalanced = row()
     unbalanced_last = row()
-    force_size = row()  # of the forces of this walk, of stiffness times displacement, and of the forces met so far
+    force_size = row()  # sum of the forces of this iteration; then stiffness times displacement; largest force so far
     rounded = row()
     largest_force = row()
     slope = row()  # of the residual along the correction: at its start, at its end, and at the next one's start
     slope_end = row()
     slope_next = row()
-    mode = indices()  # of a lane's search: 0 done, 1 goes on, 2 goes half a correction back
+    mode = indices()  # state of a lane's search: 0 finished, 1 continues, 2 halves the last correction
     failed = indices()
 
 
@@ -92,7 +92,7 @@ def judge_walk():
                 mode[j] = 0
                 largest_force[j] = wp.max(largest_force[j], force_size[j])
             elif walk == 1:
-                # A state that is not finite has nothing to look for.
+                # A state that is not finite ends the search.
                 if not wp.isfinite(unbalanced[j]):
                     mode[j] = 0
             elif (
@@ -101,8 +101,8 @@ def judge_walk():
             ):
                 mode[j] = 0
             elif NEWTON:
-                # A step minimises a convex function, and `slope` is that along the correction: one that
-                # overshoots the bottom, as from one side of a yield point to the other and back,
+                # A step minimises a convex function; `slope` is its slope along the correction.
+                # A correction beyond the minimum, as between the two sides of a yield point,
                 # is halved (Matthies and Strang 1979, IJNME 14).
                 if not (slope_end[j] >= -dtype(0.5) * slope[j]):
                     mode[j] = 2

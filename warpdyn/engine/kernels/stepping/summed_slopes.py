@@ -71,10 +71,10 @@ def end_storey():
 def sum_up_slopes():
     if IS_RATE:
         z_rate = rate_of(rate, memory, c)
-    # Summed up: the state is rounded once a step, not a stage.
+    # Slopes are summed up, so that the state is rounded once per step, not per stage.
     u_slope = times_unit[stage] * vi
     v_slope = times_unit[stage] * ai
-    # The first slope of the displacement is the accepted velocity, which needs no copy.
+    # The first slope of the displacement is the accepted velocity.
     if stage == 1:
         u_slope += times_unit[0] * v[i, j]
     if stage > 1:

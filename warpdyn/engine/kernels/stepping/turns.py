@@ -21,7 +21,7 @@ def names(plan):
 
 
 def miss_turns():
-    # A storey that turns inside the part has been farther than where it ends.
+    # A storey that turns inside the part was farther than at its end.
     drift = un[i, j]
     rate = vn[i, j]
     begin_drift = u[i, j]
@@ -40,7 +40,7 @@ def miss_turns():
             before[m] = zn[i * M + m, j]
     after = mapped_memory(drift, before, c)
     if begin_rate * rate < dtype(0.0):
-        # From either end by a parabola; where the two differ, maybe farther still.
+        # By a parabola from each end; if they differ, the turn may be farther.
         turn = h[j] * begin_rate / (begin_rate - rate)
         early = begin_drift + dtype(0.5) * begin_rate * turn
         late = drift - dtype(0.5) * rate * (h[j] - turn)
