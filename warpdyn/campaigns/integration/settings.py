@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import collections.abc
-from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
 
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.methods.defaults import MEASURED_DAMPING_RATIO, default_method
@@ -13,6 +14,9 @@ from warpdyn.foundations.core.checks import one_of, real_number, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 ON_UNSTABLE = ("substep", "raise", "flag")
 DTYPES = ("float32", "float64")
@@ -109,25 +113,28 @@ class Integration:
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """Devices, threads and memory of a run; arguments as of `simulate`.
-
-    Attributes:
-        devices: Devices that the samples are divided among.
-        cores: CPU threads that are used.
-    """
+    """Where a run is executed: devices, threads, memory and cluster; arguments as for `simulate`."""
 
     device: str | collections.abc.Sequence[str] | None = None
     threads: int | None = None
     memory: int | None = None
-    devices: tuple[str, ...] = field(init=False)
-    cores: int = field(init=False)
+    cluster: Client | None = None
 
     def __post_init__(self) -> None:
         if self.memory is not None:
             whole_number("memory [bytes]", self.memory, 1)
-        found = cores() if self.threads is None else whole_number("threads", self.threads, 1, MOST_THREADS)
-        object.__setattr__(self, "cores", found)
-        object.__setattr__(self, "devices", checked_devices(self.device))
+        if self.threads is not None:
+            whole_number("threads", self.threads, 1, MOST_THREADS)
+
+    @cached_property
+    def devices(self) -> tuple[str, ...]:
+        """Devices of this process that the samples are divided among."""
+        return checked_devices(self.device)
+
+    @property
+    def cores(self) -> int:
+        """CPU threads that are used."""
+        return cores() if self.threads is None else int(self.threads)
 
     @property
     def is_gpu(self) -> bool:

@@ -37,10 +37,8 @@ def divide(
     run: Run,
     columns: dict[str, Column],
     memory: int | None,
+    region: range | None = None,
     *,
-    first: int = 0,
-    last: int | None = None,
-    is_journaled: bool = False,
     is_reduced: bool = False,
 ) -> list[range]:
     """Return the blocks of a run, each as the range of its structures.
@@ -50,10 +48,8 @@ def divide(
         columns: Variables of its dataset with one value for each sample.
         memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
             memory.
-        first: The first structure that is left to be run.
-        last: The structure before which the blocks end; None for all.
-        is_journaled: Whether blocks are kept as they finish, and should take half a minute at most.
-        is_reduced: Whether a GPU keeps the samples to itself.
+        region: The structures that are divided; None: all structures of the run.
+        is_reduced: Whether the samples stay on a GPU.
 
     Raises:
         ValueError: If the memory is too small for a single structure.
@@ -73,10 +69,10 @@ def divide(
         if room < 1:
             needed = max(MEMORY_OF_CHUNKS + under_way * host, BLOCKS_ON_A_GPU * device)
             raise ValueError(f"memory must be at least {int(needed)} bytes for this scene, got {memory}")
-    structures = (run.structures if last is None else last) - first
+        room = max(1, room // 2)  # half of it is left for the rows of the region
+    region = range(run.structures) if region is None else region
+    structures = len(region)
     samples = structures * (run.samples // run.structures)
-    if not structures:
-        return []
     steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
     work = steps * run.model.plan.dofs  # of a sample
     most = CPU_BLOCK
@@ -87,25 +83,23 @@ def divide(
     count = -(-samples // most)
     if is_gpu:
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
-    elif is_journaled:
-        count = max(count, int(samples * work / (WORK_OF_A_BLOCK * run.model.threads)))
     count = max(count, -(-structures // room))
     count = min(-(-count // len(devices)) * len(devices), structures)
     size, larger = divmod(structures, count)  # the first ones are larger by one
-    edges = [first + place * size + min(place, larger) for place in range(count + 1)]
+    edges = [region.start + place * size + min(place, larger) for place in range(count + 1)]
     return [range(a, b) for a, b in pairwise(edges)]
 
 
-def check_room(samples: int, bytes_per_sample: int, path: str = "run.nc") -> None:
+def check_room(samples: int, needed: int, path: str) -> None:
     """Raise a TooLargeError with advice if the dataset of a run is too large to be returned in memory.
 
     Args:
         samples: Number of samples.
-        bytes_per_sample: What a sample takes in the dataset.
-        path: A name of what the samples are to be written to instead.
+        needed: Bytes of the dataset.
+        path: Example of a file that the samples can be written to instead.
     """
     remedy = f'give path="{path}", which writes the samples to a file block by block, or record less'
-    check_memory(f"the dataset of {samples:,} samples (structures times motions)", samples * bytes_per_sample, remedy)
+    check_memory(f"the dataset of {samples:,} samples (structures times motions)", needed, remedy)
 
 
 def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:

@@ -11,7 +11,6 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard
 from warpdyn.campaigns.running.labels import history_variables
 from warpdyn.engine.kernels.queues import Queue
@@ -78,13 +77,12 @@ class KeptHistories:
         histories: The samples.
         run: The run.
         queue: Device queue that they are integrated on.
-        integration: How the run is integrated.
 
     Raises:
         ValueError: If a sample is not in the run.
     """
 
-    def __init__(self, histories: Histories, run: Run, queue: Queue, integration: Integration) -> None:
+    def __init__(self, histories: Histories, run: Run, queue: Queue) -> None:
         if len(run.samples_by_event) > 1:
             raise ValueError(
                 "histories of an EventSequence are not kept: leave them out, or run its first event by itself"
@@ -94,8 +92,8 @@ class KeptHistories:
         asked = np.array(histories.samples)
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
         findings = StabilityFindings(whole.sample.size, run.integration.method)  # the run's own are told
-        shorten_steps(whole, vibration, findings, divides=integration.divides_steps)
-        guard(whole, vibration, integration.on_unstable)
+        shorten_steps(whole, vibration, findings, divides=run.integration.divides_steps)
+        guard(whole, vibration, run.integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.longest_step = float(self.part.schedule.step.max())  # reruns only divide it
         self._check_memory(run)
@@ -113,10 +111,6 @@ class KeptHistories:
             "keep fewer samples, or a larger `every`",
             limit=run.execution.memory,
         )
-
-    def add(self, run: Ensemble, status: np.ndarray) -> None:
-        """Take the final steps and the status of the samples that are in a block."""
-        self.take(*outcomes_of(self.histories, run, status))
 
     def take(self, own: np.ndarray, substeps: np.ndarray, status: np.ndarray) -> None:
         """Take the final steps and the status of some samples, given by their places in `Histories.samples`."""

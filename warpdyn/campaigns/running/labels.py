@@ -13,8 +13,10 @@ from warpdyn.campaigns.accuracy.reliability import ATTRIBUTES as RELIABILITY, UN
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
 from warpdyn.campaigns.integration.model import Model
+from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.running.selections import OF_EVENTS
 from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.kernels.queues import device_names
 from warpdyn.foundations.core.output_variables import (
     DRIFT_RATIO,
     MEASURE,
@@ -103,6 +105,26 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     for name, (dtype, said) in coordinates.items():
         columns[name] = Column((), dtype, said, is_coordinate=True)
     return _by_event(scene, columns) if len(levels) > 1 else columns
+
+
+def attributes_of_run(run: Run) -> dict[str, object]:
+    """Return the attributes of a dataset that say how it was integrated."""
+    integration, steps = run.integration, np.unique(run.model.timeline.steps)
+    attributes = {
+        "seed": run.model.seed,
+        "method": integration.method,
+        BECAUSE: integration.reason or None,
+        "step": steps if steps.size > 1 else float(steps[0]),
+        "on_unstable": integration.on_unstable,
+        "dtype": integration.dtype,
+        "device": device_names(run.execution.devices),
+        "kernel": run.model.kernel_name,
+        "longest_step": integration.longest_step,
+        "target_error": integration.target_error,
+        "resampled": "yes" if integration.resample else None,
+        "tolerance": run.model.tolerance if run.model.method.is_adaptive else None,
+    }
+    return {name: value for name, value in attributes.items() if value is not None}
 
 
 def _start_time(scene: Scene, name: str) -> dict[str, str]:
@@ -211,6 +233,21 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Datas
     measure = levels[0].measure if len(levels) == 1 else {}
     attributes = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
     return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
+
+
+def filled(template: xr.Dataset, rows: Arrays) -> xr.Dataset:
+    """Return the dataset of samples.
+
+    Args:
+        template: The dataset without samples.
+        rows: Values of the samples by name, sample first.
+    """
+    variables = {
+        name: xr.Variable(variable.dims, rows[str(name)], variable.attrs) if name in rows else variable
+        for name, variable in template.variables.items()
+    }
+    coordinates = {name: variables.pop(name) for name in template.coords}
+    return xr.Dataset(variables, coordinates, template.attrs)
 
 
 def _numbered(scene: Scene) -> dict[str, tuple]:

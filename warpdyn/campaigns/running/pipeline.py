@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -32,9 +32,9 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
 from warpdyn.campaigns.running.blocks import blocks_ahead
 from warpdyn.campaigns.running.cost import tell_cost
-from warpdyn.campaigns.running.journal import Journal
+from warpdyn.campaigns.running.histories import Histories, outcomes_of
 from warpdyn.campaigns.running.labels import fill_inputs, fill_outcomes
-from warpdyn.campaigns.running.sinks import Table, blank_rows
+from warpdyn.campaigns.running.tables import Table, blank_rows
 from warpdyn.engine.kernels.queues import CudaQueue, Queue
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
@@ -44,24 +44,15 @@ MOST_COPYING_THREADS = 8  # more threads do not copy faster
 SECONDS_OF_A_TURN = 2e-4  # at Python, beside a GPU: a seventh less time for a city than by the usual 5e-3
 
 
-class TakesOutcomes(Protocol):
-    """What takes the final steps and the status of the samples whose histories are kept."""
-
-    def add(self, run: Ensemble, status: np.ndarray) -> None:
-        """Take those of the samples that are in a block."""
-
-
 @dataclass
 class Block:
     """Some structures of a run with the state of their integration.
 
     Args:
-        structures: The structures.
         parts: All samples of each event.
         unstable: Which of them have a step beyond the stability limit, for each event.
         findings: What was found on the stability of each event before it is run.
         longest_period: Longest of the first periods [s].
-        is_known: Whether an earlier run has finished the block.
         rows: Rows of the dataset for the block's samples.
         event: Index of the present event.
         own: Rows of the samples of the present event.
@@ -73,12 +64,10 @@ class Block:
         staying: Outputs that their GPU has kept to be reduced there, sample first.
     """
 
-    structures: range
     parts: list[Ensemble]
     unstable: list[np.ndarray]
     findings: list[StabilityFindings]
     longest_period: float
-    is_known: bool = False
     rows: Arrays = field(default_factory=dict)
     event: int = 0
     own: Arrays = field(default_factory=dict)
@@ -109,35 +98,32 @@ class Pipeline:
 
     Args:
         run: The run.
-        on_unstable: What is done about steps beyond the stability limit.
         findings: Collects messages on the stability of each event.
         table: Table that takes the samples.
-        kept: Samples whose histories are kept.
-        estimates: Error estimates of each event; none if they are not asked for.
-        journal: Where finished blocks are kept, if they are.
-        divides_steps: Whether steps that are too long for a sample's own period are divided; otherwise they are told.
+        histories: Samples whose histories are kept, if there are any.
+        estimates: Error estimates of each event; empty if they are not asked for.
         sample_error: Relative error that is asked for of every sample, if it is.
-        tells_cost: Whether the cost of the run is told before its first block.
+        tells_cost: Whether the cost of the run is reported before the first block.
+
+    Attributes:
+        outcomes: What `outcomes_of` returned of each block, for the samples whose histories are kept.
     """
 
     def __init__(
         self,
         run: Run,
-        on_unstable: str,
         findings: list[StabilityFindings],
         table: Table,
-        kept: TakesOutcomes | None,
+        histories: Histories | None,
         estimates: list[ErrorEstimate],
-        journal: Journal | None = None,
         *,
-        divides_steps: bool = False,
         sample_error: float | None = None,
         tells_cost: bool = True,
     ) -> None:
-        self.divides_steps, self.sample_error = divides_steps, sample_error
-        self.journal, self._is_told = journal, not tells_cost
-        self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
-        self.kept, self.estimates = kept, estimates
+        self.sample_error, self._is_told = sample_error, not tells_cost
+        self.run, self.findings, self.table = run, findings, table
+        self.histories, self.estimates = histories, estimates
+        self.outcomes: list[tuple[np.ndarray, ...]] = []
         self.advance: Callable[[int], object] = lambda done: None
         self.reruns = [Reruns() for _ in findings]
         self.longest_period = 0.0
@@ -207,12 +193,10 @@ class Pipeline:
         parts = self.run.events(np.asarray(structures), queue)
         unstable, findings = [], [each.of_no_samples() for each in self.findings]
         for part, found in zip(parts, findings, strict=True):
-            shorten_steps(*part, found, divides=self.divides_steps)
-            unstable.append(guard(*part, self.on_unstable, found))
+            shorten_steps(*part, found, divides=self.run.integration.divides_steps)
+            unstable.append(guard(*part, self.run.integration.on_unstable, found))
         parts[0][0].pack()
-        is_known = self.journal is not None and self.journal.has(structures, len(parts))
-        ensembles, longest_period = [ensemble for ensemble, _ in parts], float(parts[0][1].period.max())
-        return Block(structures, ensembles, unstable, findings, longest_period, is_known)
+        return Block([ensemble for ensemble, _ in parts], unstable, findings, float(parts[0][1].period.max()))
 
     def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
         """Start the first event of the next block."""
@@ -247,9 +231,7 @@ class Pipeline:
                 block.started = whole.select(block.standing) if block.standing.size else None
                 block.found = whole.model.blank_outputs(block.standing.size)
                 self._mark_fallen(block, status)
-        if block.is_known:
-            self.advance(block.standing.size)
-        elif block.started is not None:
+        if block.started is not None:
             block.started.start(block.found, self.advance, self._arriving)
         fill_inputs(whole, block.own, map_function)
         self.seconds_integrating += time.perf_counter() - began
@@ -274,34 +256,28 @@ class Pipeline:
         outputs = {name: block.own[name].T for name in whole.model.shapes}
         stands = np.zeros(whole.sample.size, dtype=bool)
         stands[block.standing] = True
-        in_float64, is_mended = 0, False
+        is_mended = False
         if block.started is not None:
             began = time.perf_counter()
             found = {name: block.found[name].T for name in whole.model.shapes}
-            if block.is_known and self.journal is not None:
-                in_float64 = self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
-            else:
-                block.started.finish(block.found, map_function)
-                is_mended = self._bring_back(block, found)
-                if self.on_unstable == "substep":
-                    self.reruns[event].settle(whole, block.standing, found)
-                in_float64 = rerun_in_float64(whole, block.standing, found)
-            self.findings[event].in_float64 += in_float64
+            block.started.finish(block.found, map_function)
+            is_mended = self._bring_back(block, found)
+            if self.run.integration.on_unstable == "substep":
+                self.reruns[event].settle(whole, block.standing, found)
+            self.findings[event].in_float64 += rerun_in_float64(whole, block.standing, found)
             self._flag(block, found, unstable)
             self.seconds_integrating += time.perf_counter() - began
             self.findings[event].add_outcomes(found, ~unstable[block.standing])
             if block.found is not block.own:
                 for name, values in found.items():
                     outputs[name][..., block.standing] = values
-        if self.journal is not None and not block.is_known:
-            self.journal.keep(block.structures, event, whole, block.found, self.reruns[event], in_float64)
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
         if is_mended and isinstance(whole.queue, CudaQueue):
             whole.queue.put_back(block.staying, block.own)
         fill_outcomes(whole, block.own)
-        if self.kept is not None:
-            self.kept.add(whole, outputs["status"])
+        if self.histories is not None:
+            self.outcomes.append(outcomes_of(self.histories, whole, outputs["status"]))
         if self.sample_error is not None:
             counts = fill_sample_errors(whole, outputs, block.own, self.sample_error)
             self.findings[event].add_sample_errors(self.sample_error, *counts)

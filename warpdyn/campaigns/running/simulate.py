@@ -4,28 +4,21 @@ from __future__ import annotations
 
 import collections.abc
 import os
-from contextlib import nullcontext
 from typing import TYPE_CHECKING
 
-import numpy as np
 import xarray as xr
 
 from warpdyn.campaigns.integration.settings import Execution, Integration
-from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.reduction import Reduction, checked_statistics
 from warpdyn.campaigns.reductions.statistic import Statistic
 from warpdyn.campaigns.running.histories import Histories
-from warpdyn.campaigns.running.regions.datasets import simulate_in_regions
-from warpdyn.campaigns.running.regions.job import Where
-from warpdyn.campaigns.running.run_portfolio import run_portfolio
-from warpdyn.campaigns.running.run_scene import Kept, SceneRun
-from warpdyn.foundations.core.checks import whole_number
+from warpdyn.campaigns.running.outputs import Outputs
+from warpdyn.campaigns.running.run import Run
 from warpdyn.foundations.core.interruption import interruptible
-from warpdyn.foundations.files.unfinished import STORE_SUFFIX, Unfinished
+from warpdyn.foundations.files.unfinished import STORE_SUFFIX
+from warpdyn.foundations.files.zarr_stores import check_zarr
 from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.number_of_structures import number_of_structures
 from warpdyn.model.scene.plausibility import warn_of_implausible
-from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scene import Scene
 
 if TYPE_CHECKING:
@@ -165,49 +158,37 @@ def simulate(
         target_error=target_error,
         on_unstable=on_unstable,
     )
-    is_store = isinstance(path, str | os.PathLike) and os.fspath(path).endswith(STORE_SUFFIX)
-    if cluster is not None and path is not None and not is_store and statistics is None:
-        raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
-    # Devices with a cluster are its workers'.
-    execution = Execution(device=device if cluster is None else "cpu", threads=threads, memory=memory)
-    asked = () if statistics is None else tuple(checked_statistics(statistics))
-    for name, value in (("histories", histories), ("sample_error", sample_error)):
-        if asked and value is not None:
-            raise ValueError(f"{name} is of single samples, of which `statistics` keeps none: leave out one of them")
-    kept = Kept(
-        statistics=asked,
-        checked_share=checked_share,
-        sample_error=sample_error,
+    execution = Execution(device=device, threads=threads, memory=memory, cluster=cluster)
+    outputs = Outputs(
+        statistics=statistics,
         histories=histories,
         keep_inputs=keep_inputs,
+        checked_share=checked_share,
+        sample_error=sample_error,
+        path=path,
         overwrite=overwrite,
     )
-    if not scene.recorders and histories is None:
-        raise ValueError("the scene has no recorders, so that nothing would be kept: name some, or ask for histories")
-    if checked_share is not None and resample:
-        raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
-    if sample_error is not None and resample:
-        raise ValueError("sample_error sees nothing of what resample cuts off a motion: leave out one of them")
-    if sample_error is not None and len(scene.excitation.event_names) > 1:
-        raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
+    _check_together(scene, integration, execution, outputs)
     structures = number_of_structures("simulate", scene, structures)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
     with interruptible():
-        if cluster is not None or is_store or (asked and path is not None):
-            where = Where(device=device, threads=threads, memory=memory)
-            return simulate_in_regions(scene, structures, integration, kept, seed, where, execution, cluster, path)
-        arguments = scene, structures, integration, execution, kept, seed
+        return Run(scene, structures, integration, execution, outputs, seed).result()
 
-        def run(unfinished: Unfinished | None, reduced: tuple[Reduction, np.ndarray] | None = None) -> xr.Dataset:
-            if scene.structure.is_many:
-                return run_portfolio(*arguments, unfinished, reduced)
-            return SceneRun(*arguments, unfinished, reduced).finish()
 
-        if not asked:
-            with nullcontext() if path is None else Unfinished(path) as unfinished:
-                return run(unfinished)
-        portfolio = scene.structure
-        many = portfolio.buildings if isinstance(portfolio, Portfolio) else None
-        count = whole_number("structures", structures, 1) if many is None else many
-        with Reduction(asked, Population(scene, count), execution.cores) as reduction:
-            return reduction.dataset(run(None, (reduction, np.arange(count))))
+def _check_together(scene: Scene, integration: Integration, execution: Execution, outputs: Outputs) -> None:
+    """Raise a ValueError if settings contradict each other or the scene."""
+    path, error = outputs.path, outputs.sample_error
+    if execution.cluster is not None and path is not None and not outputs.is_store and not outputs.reduced:
+        raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
+    if not scene.recorders and outputs.histories is None:
+        raise ValueError("the scene has no recorders, so that nothing would be kept: name some, or ask for histories")
+    for name, value in (("checked_share", outputs.checked_share), ("sample_error", error)):
+        if value is not None and integration.resample:
+            raise ValueError(
+                f"{name} cannot detect the error that resample adds, because both runs use the resampled motion: "
+                f"remove {name} or resample"
+            )
+    if error is not None and len(scene.excitation.event_names) > 1:
+        raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
+    if outputs.is_store:
+        check_zarr()
