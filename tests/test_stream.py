@@ -176,8 +176,7 @@ def test_a_damaged_header_of_a_checkpoint_counts_as_missing(text, tmp_path):
 @pytest.mark.fast
 def test_the_fingerprint_is_of_values_and_not_of_their_types():
     def digest(seed=0, structures=2, kept=0.5, **arguments):
-        given = {"method": None, "dtype": None, "target_error": None, **arguments}
-        integration = Integration.from_arguments(**given)
+        integration = Integration(**arguments)
         kept_of_it, machines = Outputs(sample_error=kept), machines_of(Execution(device="cpu"))
         return fingerprint_of_run(make_scene(), structures, integration, machines, kept_of_it, seed)
 

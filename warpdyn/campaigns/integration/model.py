@@ -80,10 +80,9 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     check_kind("source", "a Scene", scene, Scene)
     if scene.structure.is_many:
         raise ValueError("source() takes a scene of one structure, got a Portfolio, which runs several kernels")
-    integration = Integration.from_arguments(method=method, dtype=dtype, target_error=None)
     dynamics, damping = dynamics_of(scene), scene.structure.damping
     is_gpu = checked_devices(device)[0] != "cpu"
-    integration = integration.settled(dynamics.fitting_law, scene.structure, is_gpu=is_gpu)
+    integration = Integration(method=method, dtype=dtype).settled(dynamics.fitting_law, scene.structure, is_gpu=is_gpu)
     check_fits(integration.method, dynamics.fitting_law, damping)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import collections.abc
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays, Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.model import Model, central_vibration, dynamics_of, plan_of
 from warpdyn.campaigns.integration.sampler import Sampler
-from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration
+from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration, Settled
 from warpdyn.campaigns.integration.time_grid import build_schedule, build_timeline
 from warpdyn.engine.kernels.queues import Queue, open_queues
 from warpdyn.engine.methods.defaults import FALLBACK
@@ -34,7 +35,7 @@ class Run:
         structures: Number of structures.
         first: Scattered parameters of the first of them.
         execution: Devices, threads and memory.
-        integration: How samples are integrated, with the method that was settled.
+        integration: How samples are integrated.
     """
 
     model: Model
@@ -42,7 +43,7 @@ class Run:
     structures: int
     first: Arrays
     execution: Execution
-    integration: Integration
+    integration: Settled
 
     @property
     def samples(self) -> int:
@@ -95,20 +96,24 @@ class Run:
         return found
 
 
-def build_run(scene: Scene, structures: int, integration: Integration, execution: Execution, seed: int = 0) -> Run:
+def build_run(
+    scene: Scene, structures: int, how: Integration, execution: Execution, seed: int = 0, **chosen: Any
+) -> Run:
     """Check the arguments of a run and build its time grid; nothing is drawn yet.
 
     Args:
         scene: The scene.
         structures: Number of structures to draw.
-        integration: How they are integrated.
+        how: How they are integrated.
         execution: Devices, threads and memory.
         seed: Seed of every random draw.
+        chosen: Settings that replace those of `how` after the method is settled, such as `longest_step`.
     """
     check_kind("simulate", "a Scene", scene, Scene)
     excitation, dynamics = scene.excitation, dynamics_of(scene)
     law, damping = dynamics.fitting_law, scene.structure.damping
-    integration = integration.settled(law, scene.structure, is_gpu=execution.is_gpu)
+    settled = how if isinstance(how, Settled) else how.settled(law, scene.structure, is_gpu=execution.is_gpu)
+    integration = replace(settled, **chosen)
     method, row = integration.method, METHODS[integration.method]
     check_fits(method, law, damping)
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
@@ -155,7 +160,7 @@ def prepare(
     For many runs of the same samples of one scene, pass the same `known` each time, at first empty: it keeps the drawn
     structures and their vibration, by method.
     """
-    how = Integration(**integration)  # type: ignore[arg-type]
+    how = Settled(**integration)  # type: ignore[arg-type]
     run = build_run(scene, structures, how, Execution(device=device, threads=threads).on_first(), seed)
     everything = np.arange(run.structures)
     known = {} if known is None else known

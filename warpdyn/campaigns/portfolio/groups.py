@@ -117,7 +117,7 @@ def groups_of(
     Raises:
         ValueError: If a drawn value is out of bounds.
     """
-    method, row = integration.method, METHODS[integration.method]
+    method, row = integration.nominal_method, METHODS[integration.nominal_method]
     members: dict[tuple, list[int]] = {}
     names, drawn = list(archetypes), []
     for place, (name, (own, dynamics)) in enumerate(archetypes.items()):

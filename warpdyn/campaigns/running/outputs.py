@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from warpdyn.campaigns.reductions.reduction import checked_statistics
 from warpdyn.campaigns.reductions.statistic import Statistic
 from warpdyn.campaigns.running.histories import Histories
-from warpdyn.foundations.core.checks import real_number
+from warpdyn.foundations.core.checks import real_number, true_or_false
 from warpdyn.foundations.files.unfinished import STORE_SUFFIX
 
 
@@ -65,9 +65,8 @@ class Outputs:
             raise ValueError(f"checked_share must be a share of the samples, above 0 and at most 1, got {share}")
         if error is not None and not 0 < real_number("sample_error", error) < 1:
             raise ValueError(f"sample_error must be a relative error, above 0 and below 1, got {error}")
-        for name in ("keep_inputs", "overwrite"):
-            if not isinstance(getattr(self, name), bool):
-                raise TypeError(f"{name} must be True or False, got {getattr(self, name)!r}")
+        true_or_false("keep_inputs", self.keep_inputs)
+        true_or_false("overwrite", self.overwrite)
         if self.histories is not None and not isinstance(self.histories, Histories):
             raise TypeError(f"histories must be Histories(samples, every), got {self.histories!r}")
 

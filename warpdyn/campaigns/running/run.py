@@ -37,8 +37,6 @@ from warpdyn.foundations.files.unfinished import STORE_SUFFIX, SUFFIX, Unfinishe
 from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scene import Scene
 
-CHOSEN = ("method", "dtype", "longest_step")  # what a pilot chooses for a target error
-
 
 class Run:
     """The run of a scene, which is checked.
@@ -128,12 +126,13 @@ class Run:
     def _job(self, number: int, group: Group | None) -> Job:
         """Return the job of a group; None is the group of a scene of one structure."""
         outputs, is_here = self.outputs, self.workers.is_here
-        integration = self.integration if group is None else how_of(group, self.integration)
+        chosen = {} if group is None or group.longest_step is None else {"longest_step": group.longest_step}
         where = self.execution.device, self.execution.threads, self.execution.memory
         return Job(
             scene=self.scene if group is None else group.scene,
             structures=self.structures if group is None else group.buildings.size,
-            integration=integration,
+            integration=self.integration,
+            chosen=chosen,
             execution=self.execution,
             outputs=replace(outputs, statistics=None, path=None, overwrite=False),
             seed=self.seed,
@@ -154,7 +153,7 @@ class Run:
         if job.integration.target_error is not None:
             with _named(group):
                 chosen = settled.get("chosen") or self.workers.ask(choose, job)
-            job = replace(job, integration=replace(job.integration, **chosen), key=f"{job.key} {chosen}")
+            job = replace(job, chosen=job.chosen | chosen, key=f"{job.key} {chosen}")
             layout = self._laid_out(job)
             settled = settled | {"chosen": chosen}
         with _named(group):
@@ -270,17 +269,12 @@ def divided(
     if portfolio.buildings * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several portfolios")
     excitation.check_structures(portfolio.buildings)
-    archetypes = checked_archetypes(scene, integration.method)
+    archetypes = checked_archetypes(scene, integration.nominal_method)
     first = next(iter(portfolio.archetypes.values())).building
     with no_warnings():  # the groups give them
         # Settings are checked before anything is drawn, because their errors concern no archetype.
         build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
     return groups_of(portfolio, archetypes, integration, seed)
-
-
-def how_of(group: Group, integration: Integration) -> Integration:
-    """Return how a group is integrated."""
-    return integration if group.longest_step is None else replace(integration, longest_step=group.longest_step)
 
 
 def _named(group: Group | None) -> AbstractContextManager[object]:

@@ -78,6 +78,7 @@ class Job:
         scene: The scene of the group.
         structures: Number of structures of the group.
         integration: How they are integrated.
+        chosen: Settings that warpdyn chose for the group: its longest step, or what a pilot returned.
         execution: Devices, threads and memory of each process.
         outputs: What is returned, without its statistics and path.
         seed: Seed of every random draw.
@@ -94,6 +95,7 @@ class Job:
     scene: Scene
     structures: int
     integration: Integration
+    chosen: dict[str, Any]
     execution: Execution
     outputs: Outputs
     seed: int
@@ -140,7 +142,7 @@ class Prepared:
         if execution.threads is None:
             execution = replace(execution, threads=_threads_of_worker())
         self.job = job
-        self.run = build_run(job.scene, job.structures, job.integration, execution, job.seed)
+        self.run = build_run(job.scene, job.structures, job.integration, execution, job.seed, **job.chosen)
         self.columns = columns_kept(self.run, job.outputs)
         self.messages: list[str] = []  # warnings that were given when it was built
         self._chosen: list[np.ndarray | None] = [None] * len(self.run.samples_by_event)
