@@ -9,7 +9,7 @@ import numpy as np
 from warpdyn.campaigns.accuracy.error_estimate import compare, relative_errors
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble
-from warpdyn.campaigns.integration.stability_guard import integrate_guarded
+from warpdyn.campaigns.integration.stability_guard import Reruns, integrate_guarded
 from warpdyn.foundations.core.output_variables import DIVERGED
 
 SCALED_BY = 1.001  # the motion of the run that tells whether a sample is sensitive
@@ -32,7 +32,9 @@ ATTRIBUTES: dict[str, dict[str, object]] = {
 PEAKS = ("peak_storey_drift", "peak_displacement")
 
 
-def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: float) -> tuple[int, int]:
+def fill_sample_errors(
+    run: Ensemble, outputs: Arrays, rows: Arrays, asked: float, reruns: tuple[Reruns, Reruns]
+) -> tuple[int, int]:
     """Write the estimated error of every sample, and whether it is sensitive; return how many are off, and sensitive.
 
     Args:
@@ -40,6 +42,7 @@ def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: floa
         outputs: Their outputs, sample last.
         rows: Their rows of the dataset, which are filled.
         asked: Relative error asked for.
+        reruns: Reruns of the samples before them, at half the step and with a scaled motion.
     """
     rows[ERROR][:], rows[SENSITIVE][:] = np.nan, UNKNOWN
     own = np.flatnonzero(outputs["status"] < DIVERGED)
@@ -49,10 +52,10 @@ def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: floa
     found = {name: values[..., own] for name, values in outputs.items()}
     everything = np.arange(own.size)
     # A sample that fails at half the step is as far off as one can be.
-    error = _worst(relative_errors(part, found, everything))
+    error = _worst(relative_errors(part, found, everything, reruns[0]))
     scaled = run.select(own)
     scaled.assignment = replace(scaled.assignment, scale=scaled.assignment.scale * SCALED_BY)
-    change = _worst(compare(scaled, found, integrate_guarded(scaled, everything), everything))
+    change = _worst(compare(scaled, found, integrate_guarded(scaled, everything, reruns[1]), everything))
     is_sensitive = change > asked + (SCALED_BY - 1)  # by which any peak changes with its motion
     rows[ERROR][own], rows[SENSITIVE][own] = error, is_sensitive
     return int(np.count_nonzero(error > asked)), int(np.count_nonzero(is_sensitive))

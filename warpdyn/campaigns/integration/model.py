@@ -21,7 +21,7 @@ from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS, Method, check_fits
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.output_variables import Variable
-from warpdyn.model.ground_motions.excitation import Timeline
+from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
@@ -69,6 +69,12 @@ def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
     recorders = (*plan.recorders, STATE)
     later = replace(plan, recorders=recorders, resumes=True)
     return (replace(later, resumes=False), *[later] * (events - 1))
+
+
+def levels_of(scene: Scene) -> list[Assignment]:
+    """Return the assignment of each event without samples, which describes its intensity measure."""
+    nothing = np.arange(0)
+    return [scene.excitation.assign(nothing, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
 def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str | None) -> str:

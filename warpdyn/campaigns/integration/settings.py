@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
 from warpdyn.engine.kernels.queues import checked_devices
+from warpdyn.engine.laws.devices.parameters import ViscousDamper
 from warpdyn.engine.methods.defaults import FALLBACK, MEASURED_DAMPING_RATIO, default_method
 from warpdyn.engine.methods.table import METHODS
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
@@ -216,7 +217,7 @@ def measured_dampings(structure: Structure) -> tuple[str, ...]:
     other_modes = inherent.modes is not None and inherent.modes != (1, min(2, structure.storeys))
     if is_less or other_modes or inherent.storeys is not None:
         kind = "none"
-    return (kind, "storey") if "viscous_damper" in structure.devices and kind != "storey" else (kind,)
+    return (kind, "storey") if ViscousDamper.name in structure.devices and kind != "storey" else (kind,)
 
 
 def check_target_error(target_error: float) -> None:

@@ -12,6 +12,7 @@ import warp as wp
 import xarray as xr
 
 from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.model import levels_of
 from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.statistic import Coordinates, Statistic, Variables
@@ -193,9 +194,8 @@ class Reduction:
                 "are in no statistic; fragility() and damage_shares() refuse so many"
             )
         scene = self.population.scene
-        events = range(len(scene.excitation.event_names))
-        measures = [scene.excitation.assign(np.arange(0), 0, event).measure for event in events]
-        measure = measures[0] if len(measures) == 1 else {}
+        levels = levels_of(scene)
+        measure = levels[0].measure if len(levels) == 1 else {}
         attributes: dict[str, Any] = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
         variables, coordinates = self.variables()
         dataset = xr.Dataset(variables, coordinates, attributes)

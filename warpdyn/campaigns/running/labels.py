@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
-from warpdyn.campaigns.integration.model import Model
+from warpdyn.campaigns.integration.model import Model, levels_of
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.running.selections import OF_EVENTS
 from warpdyn.engine.kernels.output_table import HISTORY
@@ -132,12 +132,6 @@ def _start_time(scene: Scene, name: str) -> dict[str, str]:
     if scene.record_from == 0 or "peak" not in name:
         return {}
     return {"comment": f"of the states from record_from = {scene.record_from:g} s on"}
-
-
-def levels_of(scene: Scene) -> list[Assignment]:
-    """Return the assignment of each event without samples, which describes its intensity measure."""
-    none = np.arange(0)
-    return [scene.excitation.assign(none, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
 def _level_attributes(level: Assignment) -> dict[str, Any]:

@@ -62,6 +62,7 @@ class Block:
         outputs: Outputs of all samples of the last finished event, sample last.
         flags: Flags `unreliable` of these samples.
         staying: Outputs that their GPU has kept to be reduced there, sample first.
+        sensitive: What `sensitive_samples` returned of them; None if it was not called, or may have changed.
     """
 
     parts: list[Ensemble]
@@ -77,6 +78,7 @@ class Block:
     outputs: Arrays = field(default_factory=dict)
     flags: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int8))
     staying: dict[str, Any] = field(default_factory=dict)
+    sensitive: np.ndarray | None = None
 
     @property
     def whole(self) -> Ensemble:
@@ -126,6 +128,7 @@ class Pipeline:
         self.outcomes: list[tuple[np.ndarray, ...]] = []
         self.advance: Callable[[int], object] = lambda done: None
         self.reruns = [Reruns() for _ in findings]
+        self._error_reruns = [(Reruns(), Reruns()) for _ in findings]
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
         self._checks = sample_error is None and is_checked(run.model)
@@ -279,7 +282,7 @@ class Pipeline:
         if self.histories is not None:
             self.outcomes.append(outcomes_of(self.histories, whole, outputs["status"]))
         if self.sample_error is not None:
-            counts = fill_sample_errors(whole, outputs, block.own, self.sample_error)
+            counts = fill_sample_errors(whole, outputs, block.own, self.sample_error, self._error_reruns[event])
             self.findings[event].add_sample_errors(self.sample_error, *counts)
             is_off = (block.own[ERROR] > self.sample_error) | (block.own[SENSITIVE] == 1)
             block.own[UNRELIABLE][is_off] = 1
@@ -299,7 +302,8 @@ class Pipeline:
         stable = block.standing[is_stable]
         if self._checks:
             outputs = {name: values[..., is_stable] for name, values in found.items()}
-            flags[stable] = reliability(block.whole, stable, outputs, checked_share(self.run, block.event))
+            share = checked_share(self.run, block.event)
+            flags[stable] = reliability(block.whole, stable, outputs, share, block.sensitive)
             if block.whole.before is not None:
                 flags = with_earlier(flags, block.flags[block.whole.row])
             self.findings[block.event].add_flags(flags[stable], outputs["status"])
@@ -315,9 +319,13 @@ class Pipeline:
         if self._arriving is None or not isinstance(queue, CudaQueue):
             return False
         block.staying = dict(queue.staying)
+        block.sensitive = None
         may_change = block.unstable[0].any() or block.own["status"].max() >= DIVERGED
         may_change |= beyond_float32(block.whole, block.standing, found).any()
-        if not may_change and not (self._checks and sensitive_samples(block.whole, block.standing, found).any()):
+        if not may_change and self._checks:
+            block.sensitive = sensitive_samples(block.whole, block.standing, found)
+            may_change = block.sensitive.any()
+        if not may_change:
             return False
         for name, array in block.staying.items():
             np.copyto(block.own[name], array.numpy())

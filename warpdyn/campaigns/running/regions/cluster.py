@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -199,8 +198,11 @@ def workers_of(cluster: object, device: object, threads: int | None) -> OnCluste
         TypeError: If `cluster` is not a client, or a client for asynchronous use.
         ValueError: If it is closed, or several devices are given.
     """
-    library = sys.modules.get("distributed")
-    if library is None or not isinstance(cluster, library.Client):
+    try:
+        from distributed import Client
+    except ImportError:  # then nothing is a Client
+        Client = ()  # type: ignore[assignment,misc]
+    if not isinstance(cluster, Client):
         raise TypeError(f"cluster must be a dask.distributed Client, as Client(LocalCluster()), got {cluster!r}")
     if cluster.asynchronous:
         raise TypeError("cluster must be a Client that waits for results: leave out asynchronous=True")
