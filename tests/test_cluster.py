@@ -228,7 +228,7 @@ def test_a_run_that_ctrl_c_stopped_goes_on(client, long_run, tmp_path, caplog):
     with told_of_regions(taken.append):
         run = wd.simulate(make_scene(), cluster=client, path=path, **LONG)
     assert len(taken) == 15 - done
-    assert f"goes on from the {16 * done} of 240 structures" in caplog.text
+    assert f"resumes after the {16 * done} of 240 structures" in caplog.text
     check_same(run, long_run)
     with pytest.raises(FileExistsError, match="contains another run"):
         wd.simulate(make_scene(), cluster=client, path=path, **(LONG | {"seed": 6}))

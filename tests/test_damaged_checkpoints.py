@@ -115,7 +115,7 @@ def test_only_what_is_damaged_is_run_again(name, stopped, tmp_path, small_region
     assert len(done) == 2
     (done[-1] if name == "run.nc" else next(kept.rglob("peak_storey_drift/1.0"))).write_bytes(b"")
     simulate(tmp_path / name).close()
-    assert "goes on from the 2 of 9 structures" in caplog.text  # 2 of the 4 that were done
+    assert "resumes after the 2 of 9 structures" in caplog.text  # 2 of the 4 that were done
 
 
 def test_a_chunk_that_was_never_written_is_not_read(stopped, tmp_path, small_regions, monkeypatch):
@@ -153,7 +153,7 @@ def test_a_full_disk_keeps_the_regions_that_are_done(part, tmp_path, small_regio
     assert any("the same call goes on from there" in note for note in caught.value.__notes__)
     assert os.listdir(tmp_path) == [".run.nc.unfinished"]
     with simulate(tmp_path / "run.nc") as found:
-        assert re.search(r"goes on from the \d of 9 structures", caplog.text)
+        assert re.search(r"resumes after the \d of 9 structures", caplog.text)
         assert_same_bits(whole, found.load())
     assert os.listdir(tmp_path) == ["run.nc"]
 

@@ -311,7 +311,7 @@ def test_a_portfolio_that_was_stopped_goes_on_from_its_finished_groups(tmp_path,
     assert sorted(os.listdir(tmp_path)) == [".run.nc.unfinished", "run.nc"]
     assert path.read_bytes() == before
     with simulate(CITY, MOTIONS[0], path=path, overwrite=True, **settings) as read:
-        assert "goes on from the 12 of 25 structures" in caplog.text  # 5 of one storey, 7 of two
+        assert "resumes after the 12 of 25 structures" in caplog.text  # 5 of one storey, 7 of two
         assert taken == [0, 1, 2, 3, 4]  # each group once
         held = simulate(CITY, MOTIONS[0], **settings)
         for name in held.variables:

@@ -96,7 +96,7 @@ def test_a_run_that_was_stopped_goes_on_and_counts_nothing_twice(design, tmp_pat
     with monkeypatch.context() as patched:
         done = interrupted_after(0, patched)
         found = simulate(scene, **settings)
-    assert re.search(r"goes on from the \d+ of \d+ structures", caplog.text)
+    assert re.search(r"resumes after the \d+ of \d+ structures", caplog.text)
     assert statistics_of(found).identical(statistics_of(expected))
     whole = interrupted_after(0, monkeypatch)
     simulate(scene, statistics=RUNS[design], path=tmp_path / "other.nc")
@@ -217,7 +217,7 @@ def test_a_process_that_is_killed_at_random_moments_loses_and_doubles_nothing(tm
                 continue
             break
         assert process.returncode == 0, told.decode()[-2000:]
-        went_on += b"goes on from" in told
+        went_on += b"resumes after" in told
         with xr.open_dataset(path) as found, xr.open_dataset(tmp_path / "whole.nc") as expected:
             assert statistics_of(found).identical(statistics_of(expected))
         path.unlink()

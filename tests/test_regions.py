@@ -132,7 +132,7 @@ def test_a_run_that_was_stopped_goes_on_from_its_regions(name, tmp_path, small_r
     with monkeypatch.context() as patched:
         done = interrupted_after(0, patched)
         check_same(wd.simulate(scene, path=tmp_path / "run.zarr", **settings), held)
-    assert re.search(r"goes on from the \d+ of \d+ structures", caplog.text)
+    assert re.search(r"resumes after the \d+ of \d+ structures", caplog.text)
     whole = interrupted_after(0, monkeypatch)
     wd.simulate(scene, path=tmp_path / "other.zarr", **settings)
     assert len(done) == len(whole) - 2
@@ -150,7 +150,7 @@ def test_a_portfolio_goes_on_from_its_finished_groups(tmp_path, small_regions, m
     done = interrupted_after(0, monkeypatch)
     check_same(wd.simulate(CITY_SCENE, path=tmp_path / "run.zarr", **settings), held)
     assert not done
-    assert "goes on from the 25 of 25 structures" in caplog.text
+    assert "resumes after the 25 of 25 structures" in caplog.text
     assert os.listdir(tmp_path) == ["run.zarr"]
 
 

@@ -43,7 +43,7 @@ SINGLE = [
 @pytest.mark.parametrize(("name", "single"), SINGLE)
 def test_a_setting_in_both_forms_is_refused(name, single):
     [argument] = single
-    expected = rf"^{argument}= cannot be given beside {name}=: write {name}=wd\.\w+\({argument}="
+    expected = rf"^{argument}= cannot be combined with {name}=: write {name}=wd\.\w+\({argument}="
     with pytest.raises(ValueError, match=expected):
         wd.simulate(make_scene(), structures=1, **{name: OBJECTS[name]}, **single)
 

@@ -144,7 +144,7 @@ def test_a_run_that_was_stopped_goes_on_with_the_same_bits(name, tmp_path, monke
     finished = interrupted_after(0, monkeypatch)
     with wd.simulate(scene, path=tmp_path / "run.nc", **settings) as read:
         assert finished == regions[2:]
-        assert re.search(r"run\.nc: goes on from the \d of 7 structures", caplog.text)
+        assert re.search(r"run\.nc: resumes after the \d of 7 structures", caplog.text)
         assert_same_bits(held, read.load())
         assert set(read.attrs) == set(held.attrs)
     assert ".run.nc.unfinished" not in os.listdir(tmp_path)
@@ -158,7 +158,7 @@ def test_a_run_that_goes_on_warns_of_what_the_first_call_ran_again_in_float64(tm
         interrupted_after(1, patched)
         with pytest.raises(KeyboardInterrupt):
             wd.simulate(make_scene(), **settings)
-    with pytest.warns(UserWarning, match="7 of 42 samples moved by so many yield drifts"):
+    with pytest.warns(UserWarning, match="7 of 42 samples have displacements too large for float32"):
         wd.simulate(make_scene(), **settings).close()
 
 

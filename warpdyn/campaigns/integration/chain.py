@@ -74,7 +74,7 @@ class ChainDynamics(Dynamics):
             rate = highest_damping_rate(mass, matrix)
             stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
         else:
-            # Classical damping: each mode is an oscillator by itself, and no complex eigenvalues are needed.
+            # Classical damping: each mode is a separate oscillator, and no complex eigenvalues are needed.
             ratios = inherent.ratios(parameters, frequency, rayleigh)
             stable = stable_step(method, frequency, ratios).min(axis=0)
             rates = ratios * frequency

@@ -81,7 +81,7 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     """Return the text of a scene's kernel, of its first event if it has several; the keywords are those of `simulate`.
 
     Raises:
-        TypeError, ValueError: If the scene is none or is a portfolio's, or an argument is unknown or does not fit it.
+        TypeError, ValueError: If `scene` is not a Scene of one structure, or an argument is unknown or does not fit it.
     """
     check_kind("source", "a Scene", scene, Scene)
     if scene.structure.is_many:

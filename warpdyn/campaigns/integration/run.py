@@ -27,7 +27,7 @@ MOST_SAMPLES = 2**31 - 1  # samples are counted in 32 bits
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run with checked arguments, of which any structures can be prepared for integration.
+    """A run with checked arguments; any of its structures can be prepared for integration.
 
     Args:
         model: How all samples are integrated.
@@ -64,7 +64,7 @@ class Run:
     def events(
         self, structures: np.ndarray, queue: Queue, known: Drawn | None = None
     ) -> list[tuple[Ensemble, Vibration]]:
-        """Return some structures with all their samples, and their vibration, for each event in turn.
+        """Return some structures with all their samples, and their vibration, event by event.
 
         From the second event on, each sample of the previous event is a structure.
 
@@ -124,8 +124,8 @@ def build_run(
     sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, structures, seed)
     if len(excitation.event_names) > 1 and row.kind == "exact":
         raise ValueError(
-            "method 'exact' is for linear structures, which come out of an earthquake as they went into it: choose "
-            "another method for an EventSequence, or run its events by themselves"
+            "method 'exact' is for linear structures, which an earthquake does not damage: choose another method for "
+            "an EventSequence, or run each event as a separate scene"
         )
     excitation.check_structures(structures)
     # A scatter out of bounds is reported for a drawn value, not for its median.
@@ -155,7 +155,7 @@ def prepare(
     known: dict[str, Drawn] | None = None,
     **integration: object,
 ) -> tuple[Ensemble, Vibration]:
-    """Prepare all samples of a run of one event at once, on the first of its devices; arguments as of `simulate`.
+    """Prepare all samples of a run of one event at once, on the first of its devices; arguments: see `simulate`.
 
     For many runs of the same samples of one scene, pass the same `known` each time, at first empty: it keeps the drawn
     structures and their vibration, by method.

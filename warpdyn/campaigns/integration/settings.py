@@ -43,7 +43,7 @@ class Integration:
             longer than those of other methods.
         target_error: Relative error [1] that the peak drifts of 95 % of the samples stay below; a pilot chooses the
             step, and method and dtype if they are not given. None: no pilot.
-        on_unstable: What to do if the step is beyond a structure's stability limit: "substep" (the samples of this
+        on_unstable: Treatment of a structure if the step is beyond its stability limit: "substep" (the samples of the
             structure take the fewest stable steps in each interval of the record), "raise" (an error before any sample
             runs), or "flag" (status unstable_step). If a step proves too long only during the run, "substep" runs the
             sample again with shorter steps, within a limit on the cost; "raise" and "flag" do not.
@@ -72,7 +72,7 @@ class Integration:
             check_target_error(self.target_error)
             if any(each is not None for each in (self.step, self.longest_step, self.tolerance)):
                 raise ValueError(
-                    "target_error chooses the step: give simulate() no step, longest_step or tolerance beside it"
+                    "target_error chooses the step: remove target_error, or remove step, longest_step and tolerance"
                 )
         else:  # what is not chosen falls back to its default; default methods were measured at default steps
             object.__setattr__(self, "dtype", self.dtype or "float32")

@@ -17,14 +17,14 @@ from warpdyn.model.ground_motions.excitation import MOST_STEPS
 # A sample that failed because of its storey law is run again with twice as many steps, up to MOST_RERUNS times. Within
 # a range of structures, each rerun may take at most MOST_COST times the steps of the samples before it, or
 # ALWAYS_AFFORDED steps times storeys (some tenths of a second for most laws, some seconds for the slowest). If most of
-# a run fails, it needs another method. A CPU steps a row of ROW samples at a time: one sample takes as long as ROW.
+# a run fails, it needs another method. A CPU integrates rows of ROW samples: one sample takes as long as ROW.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 # A range is as many whole structures as have this many samples in all, at least one structure. It depends on the scene
 # alone, so that no result depends on blocks, regions, devices or on failures outside of the range.
 SAMPLES_OF_A_RANGE = 2**12
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
 LARGEST_CHANGE = 0.01  # of a peak drift of a reliable sample in a second run: see accuracy/reliability.py
-# How findings of several blocks or regions become those of all; of FIRST the first that says something stands for all.
+# How findings of blocks are merged: SUMS are added, LEAST and MOST take the extreme, FIRST keeps the first value.
 SUMS = (
     "beyond",
     "unsure",
@@ -73,7 +73,7 @@ class StabilityFindings:
             first = int(unstable.argmax())
             self.first = (
                 f"sample {run.sample[first]}: first period {vibration.period[run.row[first]]:.4g} s, step "
-                f"{run.schedule.step[first]:.4g} s, of which at most {longest[first]:.4g} s holds"
+                f"{run.schedule.step[first]:.4g} s, which must be at most {longest[first]:.4g} s"
             )
         if self.never is None and (longest == 0).any():
             self.never = int(run.sample[longest.argmin()])
@@ -121,8 +121,8 @@ class StabilityFindings:
         if any_step and self.beyond:
             raise ValueError(
                 f"{self.event}the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the "
-                f"first of them {self.first}. A step of at most {self.least:.4g} s holds for all; "
-                "on_unstable='substep' divides the steps of these samples alone"
+                f"first of them {self.first}. A step of at most {self.least:.4g} s is stable for "
+                "all; on_unstable='substep' divides the steps of these samples alone"
             )
 
     def warn(self, on_unstable: str) -> None:
@@ -130,11 +130,15 @@ class StabilityFindings:
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
-            holds = f"A step of at most {self.least:.3g} s holds for all" if self.least > 0 else "No step holds for all"
+            holds = (
+                f"A step of at most {self.least:.3g} s is stable for all"
+                if self.least > 0
+                else "No step is stable for all"
+            )
             messages.append(f"{beyond}; their status is unstable_step and their demands are NaN. {holds}")
         elif self.beyond:
             messages.append(
-                f"{beyond}: each of them takes the fewest steps that hold instead, up to {self.most:.3g} times as many"
+                f"{beyond}: each of them takes the fewest stable steps instead, up to {self.most:.3g} times as many"
             )
         reasons = {
             DIVERGED: "diverged: their state is not finite, or a storey drifts by a thousand times its height",
@@ -142,11 +146,11 @@ class StabilityFindings:
         }
         leaping = (
             "are flagged unstable_step: a storey passed its drift capacity by a move of more than half of it in one "
-            "step, which does not tell a collapse from a numerical blow-up"
+            "step, which may be a numerical blow-up and not a collapse"
         )
         counts = [(self.failed[code], reason) for code, reason in reasons.items()] + [(self.leaping, leaping)]
         messages += [
-            f"{count} of {self.samples} samples {reason}; their demands are NaN. A shorter step may hold"
+            f"{count} of {self.samples} samples {reason}; their demands are NaN. Try a shorter step"
             for count, reason in counts
             if count
         ]
@@ -161,7 +165,7 @@ class StabilityFindings:
         if self.too_long:
             messages.append(
                 f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
-                f"period error adds up in them. Up to {self.longest_accurate:.3g} s it does not; without a given step "
+                f"period error accumulates. Use a step of at most {self.longest_accurate:.3g} s, or give no step: then "
                 "the steps of these samples alone are divided"
             )
         if self.off:
@@ -182,20 +186,20 @@ class StabilityFindings:
             earlier = " in this event or an earlier one" if self.event else ""
             messages.append(
                 f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
-                "the motion as it is or times 1.001, a peak drift changes by more than "
+                "the motion unchanged or times 1.001, a peak drift changes by more than "
                 f"{100 * LARGEST_CHANGE:g} %{earlier}. Use shares and medians of many samples, not single ones. "
                 f"A shorter longest_step= may help; {advice}"
             )
         if self.blank:
             messages.append(
                 f"energies of {self.blank} of {self.samples} samples are beyond the largest number of their type and "
-                "are NaN: dtype='float64' may hold them, if their parameters are meant as they are"
+                "are NaN: check their parameters, or use dtype='float64'"
             )
         if self.in_float64:
             messages.append(
-                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that the rounding of "
-                "float32 reverses the drift of storeys, which damages them (or may have, before the scene's "
-                "record_from): they were run again in float64. dtype='float64' runs all of them once"
+                f"{self.in_float64} of {self.samples} samples have displacements too large for float32 to resolve "
+                "whether a storey unloads (or may have had them before the scene's record_from): they were run again "
+                "in float64. Use dtype='float64' to run all samples once"
             )
         if self.unsure:
             messages.append(
@@ -228,7 +232,7 @@ class StabilityFindings:
 def guard(
     run: Ensemble, vibration: Vibration, on_unstable: str, findings: StabilityFindings | None = None
 ) -> np.ndarray:
-    """Reduce each sample's step to the stability limit of its own structure, or return which steps are beyond it.
+    """Reduce each sample's step to the stability limit of its structure, or return which steps are beyond it.
 
     Args:
         run: The samples; with "substep" their schedule is changed.
@@ -264,7 +268,7 @@ class Reruns:
     """Runs failed samples again, within a limit on the steps for each range of structures.
 
     The limit for a sample depends only on the samples before it in its range: if many samples of a range fail, a sample
-    may stay failed that would have been run again by itself.
+    may stay failed that would have been run again in a smaller run.
     """
 
     def __init__(self) -> None:

@@ -26,7 +26,7 @@ class Joined:
         rows: Values of the samples of each group by name: arrays, or objects that return arrays for slices.
         samples_per_building: Samples of each building.
         attributes: Attributes of the dataset.
-        estimate: What `largest_estimate` returned of the groups.
+        estimate: Error estimate of all groups, from `largest_estimate`.
     """
 
     def __init__(

@@ -13,21 +13,20 @@ from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU, free_memory
 from warpdyn.foundations.core.checks import check_memory
 
 SHARE_OF_FREE_MEMORY = 0.25
-# Samples of a block: on a CPU so many that the cost of launches is negligible. On a GPU a launch runs at its full speed
-# only where it has several times as many samples as fit there side by side (2^16 of 5 storeys): 2^18 samples of one to
-# three storeys take a quarter longer in four launches. But preparation of the first block and collection of the last do
-# not overlap with kernels: 2^20 samples in two blocks take a tenth longer in kernels' time than in one, and a seventh
-# less in all.
+# Samples of a block. CPU_BLOCK makes the cost of launches negligible. A GPU reaches its full speed only if a launch has
+# several times as many samples as fit side by side (2^16 of 5 storeys): 2^18 samples of one to three storeys take 25 %
+# longer in four launches. But the preparation of the first block and the collection of the last block do not overlap
+# with kernels: 2^20 samples in two blocks take 10 % more kernel time than in one block, and 14 % less time in all.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**18, 2
 LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work: steps of storeys
-# Where nothing of a sample leaves the GPU, Python's share of a block is all that is lost: the fewer the better, but for
-# the first and the last one, beside which the GPU has nothing to do.
+# If no sample leaves the GPU, the only loss is Python's time per block: few blocks are better. But during the
+# preparation of the first block and the collection of the last one the GPU is idle, so blocks must not be too large.
 BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 16, 2**19
 BLOCKS_AHEAD = 4  # of each GPU that are prepared at a time
 # Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
 WORK_OF_A_BLOCK = 1e9
-# Memory on the host of a sample and a structure in progress [bytes]: a sample's inputs as they are scheduled, in the
-# kernel's types and, for a GPU, in page-locked memory; copies of a structure's parameters as drawn, combined, packed
+# Memory on the host of a sample and a structure in progress [bytes]: inputs of a sample, in the types of the schedule
+# and of the kernel and, for a GPU, in page-locked memory; copies of a structure's parameters: drawn, combined, packed
 # and, for a GPU, in page-locked memory.
 BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
 MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks

@@ -1,4 +1,4 @@
-"""From a run's arrays to a labelled dataset: names, units, coordinates and root attributes."""
+"""Labels of a run's dataset: names, units, coordinates and root attributes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, motion_numbers
 from warpdyn.model.scene.scene import Scene
 
-BECAUSE = "method_chosen_because"  # the attribute of a run that says why its method is the default
+BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its method is the default
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Column:
     """A variable of a run's dataset that has one value (or one row of values) for each sample.
 
     Args:
-        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
+        dims: Its dimensions in addition to `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
             EventSequence.
         dtype: Number type.
         attributes: Its attributes in the dataset.
@@ -108,7 +108,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
 
 
 def attributes_of_run(run: Run) -> dict[str, object]:
-    """Return the attributes of a dataset that say how it was integrated."""
+    """Return the attributes of a dataset that describe its integration."""
     integration, steps = run.integration, np.unique(run.model.timeline.steps)
     attributes = {
         "seed": run.model.seed,
@@ -136,7 +136,7 @@ def _start_time(scene: Scene, name: str) -> dict[str, str]:
 
 def _level_attributes(level: Assignment) -> dict[str, Any]:
     """Return the attributes of `im_level` for the samples of a design."""
-    striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
+    striped = STRIPED if level.is_striped else "of a design where every motion has its own level"
     name = str(level.measure.get(MEASURE, UNNAMED[1]))
     label = {"long_name": label_of_levels(name), "design": striped} | unit_attributes(level.units)
     return {**label, **level.measure}

@@ -1,4 +1,4 @@
-"""What a run returns besides the demands of its samples, and where it is written."""
+"""Public class with the settings of a run's results."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from warpdyn.foundations.files.unfinished import STORE_SUFFIX
 
 @dataclass(frozen=True, kw_only=True)
 class Outputs:
-    """What a run returns, and where it is written.
+    """Results that a run returns, and the file that it writes.
 
     Args:
         statistics: Statistics that the samples are reduced to as they finish, one or a list: DamageCounts,
@@ -82,5 +82,5 @@ class Outputs:
 
     @property
     def identity(self) -> tuple[object, ...]:
-        """What decides the bits of a run."""
+        """Settings that decide the bits of a run."""
         return self.checked_share, self.sample_error, self.histories, self.keep_inputs, *self.reduced

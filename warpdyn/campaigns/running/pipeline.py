@@ -41,7 +41,9 @@ from warpdyn.foundations.core.output_variables import DIVERGED, OK, UNSTABLE_STE
 from warpdyn.foundations.core.thread_pool import Ahead
 
 MOST_COPYING_THREADS = 8  # more threads do not copy faster
-SECONDS_OF_A_TURN = 2e-4  # at Python, beside a GPU: a seventh less time for a city than by the usual 5e-3
+SECONDS_OF_A_TURN = (
+    2e-4  # a thread's turn at Python during a GPU run: a city takes 14 % less time than with the default 5e-3
+)
 
 
 @dataclass
@@ -51,7 +53,7 @@ class Block:
     Args:
         parts: All samples of each event.
         unstable: Which of them have a step beyond the stability limit, for each event.
-        findings: What was found on the stability of each event before it is run.
+        findings: Findings on the stability of each event before it is run.
         longest_period: Longest of the first periods [s].
         rows: Rows of the dataset for the block's samples.
         event: Index of the present event.
@@ -62,7 +64,7 @@ class Block:
         outputs: Outputs of all samples of the last finished event, sample last.
         flags: Flags `unreliable` of these samples.
         staying: Outputs that their GPU has kept to be reduced there, sample first.
-        sensitive: What `sensitive_samples` returned of them; None if it was not called, or may have changed.
+        sensitive: Result of `sensitive_samples` for them; None if it was not called, or may have changed.
     """
 
     parts: list[Ensemble]
@@ -94,9 +96,9 @@ class Block:
 class Pipeline:
     """Launch blocks while the next ones are prepared, and complete them when their device has finished.
 
-    A CPU's threads all run kernels, so that one block follows the other. While GPUs run, some threads prepare the next
-    blocks and others fill in known values, but only the calling thread launches histories; another one launches their
-    reductions, on a stream of its own. Samples that fail or collapse in an event are not run in later ones.
+    All threads of a CPU run kernels, so blocks follow one another. While GPUs run, some threads prepare the next blocks
+    and others fill in known values. Only the calling thread launches histories; another thread launches their
+    reductions, on a separate stream. Samples that fail or collapse in an event are not run in later events.
 
     Args:
         run: The run.
@@ -108,7 +110,7 @@ class Pipeline:
         tells_cost: Whether the cost of the run is reported before the first block.
 
     Attributes:
-        outcomes: What `outcomes_of` returned of each block, for the samples whose histories are kept.
+        outcomes: Result of `outcomes_of` for each block.
     """
 
     def __init__(
@@ -132,21 +134,21 @@ class Pipeline:
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
         self._checks = sample_error is None and is_checked(run.model)
-        # What a GPU reduces need not come back, but for what samples are judged by.
+        # If the GPU computes the statistics, copy back only the outputs that decide a sample's status.
         self._arriving: set[str] | None = None
         if table.reduces:
             judges = may_need_float64(run.model) or self._checks
             judging = {"peak_storey_drift"} if judges else set()
             self._arriving = {"status", "energy_balance_error", *judging}
-        # Columns of the dataset along `event`, as they are for one event.
+        # Columns of the dataset along `event`, without this dimension.
         self.several = len(findings) > 1
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
         self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
     def begin(self, blocks: list[range], queues: list[Queue]) -> None:
-        """Begin to prepare blocks, given by their structures, which are integrated on the queues in turn.
+        """Begin to prepare blocks, given by their structures; block i is integrated on queue i modulo their number.
 
-        A GPU's are prepared from now on, by other threads; a processor's when `process` comes to them.
+        Other threads prepare blocks for a GPU from now on. Blocks for a CPU are prepared by `process`.
         """
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
         self._upcoming = Ahead(self._prepare, items, blocks_ahead(self.run))
@@ -190,7 +192,7 @@ class Pipeline:
     def _prepare(self, item: tuple[range, Queue]) -> Block:
         """Draw a block, apply the stability guard to all events, and pack the first event.
 
-        Several threads do so at a time, and so nothing of the pipeline is changed here.
+        Several threads call it at the same time, so it changes no attribute of the pipeline.
         """
         structures, queue = item
         parts = self.run.events(np.asarray(structures), queue)
@@ -245,7 +247,7 @@ class Pipeline:
         return blank_rows(whole.model, self._of_event, whole.sample.size) | rows
 
     def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
-        """Give samples that are not run their earlier status, and NaN for all else."""
+        """Give samples that are not run their earlier status, and NaN for all other outputs."""
         fallen = status != OK
         for name in block.whole.model.shapes:
             values = block.own[name]
@@ -340,7 +342,7 @@ class Pipeline:
 
 @contextmanager
 def _quick_turns() -> Iterator[None]:
-    """Let threads take turns at Python more often: a thread that launches waits less for those that prepare."""
+    """Let threads take turns more often, so that the thread which launches kernels waits less for the others."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(SECONDS_OF_A_TURN)
     try:

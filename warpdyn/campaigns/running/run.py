@@ -46,7 +46,7 @@ class Run:
         structures: Number of structures to draw; 1 for a portfolio.
         integration: How they are integrated.
         execution: Devices, threads, memory and cluster.
-        outputs: What is returned, and where it is written.
+        outputs: Results, and the file that they are written to.
         seed: Seed of every random draw.
     """
 
@@ -192,10 +192,10 @@ class Run:
         return Store(checkpoint) if self._is_store else Files(checkpoint)
 
     def _report_finished(self, parts: list[Part], path: Path) -> None:
-        """Say how many structures an earlier call has finished."""
+        """Report how many structures an earlier call has finished."""
         done = sum(len(part.regions[place]) for part in parts for place in part.reports)
         if done:
-            tell(f"{path}: goes on from the {done} of {self.structures} structures that an earlier run has finished")
+            tell(f"{path}: resumes after the {done} of {self.structures} structures that an earlier run has finished")
 
     def _check_limits(self, parts: list[Part]) -> None:
         """With on_unstable="raise", raise an error if a step of any sample is beyond its limit."""
@@ -246,8 +246,8 @@ def fingerprint_of_run(
     """Return the fingerprint of all that decides the bits of a run.
 
     Args:
-        scene, structures, integration, outputs, seed: As for `Run`.
-        machines: What `machines_of` returns of the processes that run it.
+        scene, structures, integration, outputs, seed: See `Run`.
+        machines: Devices of the processes that run it, from `machines_of`.
     """
     return fingerprint_of(scene, structures, integration, machines, outputs.identity, seed)
 
@@ -255,17 +255,21 @@ def fingerprint_of_run(
 def divided(
     scene: Scene, structures: int, integration: Integration, execution: Execution, outputs: Outputs, seed: int
 ) -> list[Group]:
-    """Return the groups of a portfolio's scene, after all checks that concern no group; arguments as for `Run`.
+    """Return the groups of a portfolio's scene, after all checks that concern no group; arguments: see `Run`.
 
     Buildings with the same number of storeys, law and damping run together, whatever their archetypes. The step of a
-    building is the step of its archetype in a run by itself, rounded down to 10 ms divided by a power of 2, so that its
+    building is the step of its archetype in a separate run, rounded down to 10 ms divided by a power of 2, so that its
     results do not depend on the rest of the portfolio.
     """
     portfolio, excitation = portfolio_of(scene), scene.excitation
     if structures != 1:
-        raise ValueError("structures= does not apply to a portfolio: leave it out, and give each Archetype its `count`")
+        raise ValueError(
+            "structures= does not apply to a portfolio: remove structures, and give each Archetype its `count`"
+        )
     if outputs.histories is not None:
-        raise ValueError("histories of a portfolio are not kept: keep them in a run of the archetype by itself")
+        raise ValueError(
+            "histories of a portfolio are not kept: remove histories, or run a scene of one archetype with them"
+        )
     if portfolio.buildings * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several portfolios")
     excitation.check_structures(portfolio.buildings)

@@ -75,15 +75,15 @@ def simulate(
 
         structures: Number of structures to draw; each runs under every motion, at every level, of the scene's design.
             None: as many as the scene lists (in a scatter of GivenValues, or in a design that gives each motion its own
-            structures); if it lists none, one structure, with a warning if parameters are scattered. Leave it out for a
-            portfolio: each archetype has its `count`.
+            structures); if it lists no structures: 1, with a warning if parameters are scattered. Not for a portfolio:
+            each archetype has its `count`.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
 
         integration: How samples are integrated; None: by the arguments of the next line.
         method, step, longest_step, resample, dtype, tolerance, target_error, on_unstable: Short form of `integration`,
             such as step=0.005 [s]; `Integration` describes each of them.
 
-        outputs: What is returned, and where it is written; None: by the arguments of the next line.
+        outputs: Results, and the file that they are written to; None: by the arguments of the next line.
         statistics, histories, keep_inputs, checked_share, sample_error, path, overwrite: Short form of `outputs`, such
             as checked_share=0.1 [1] or path="run.nc"; `Outputs` describes each of them.
 
@@ -170,7 +170,7 @@ def _of_short_form(name: str, kind: type[Settings], given: Settings | None, **si
     for argument, value in single.items():
         if value is not defaults[argument].default:
             better = f"{name}=wd.{kind.__name__}({argument}={value!r}, ...)"
-            raise ValueError(f"{argument}= cannot be given beside {name}=: write {better}")
+            raise ValueError(f"{argument}= cannot be combined with {name}=: write {better}")
     return given
 
 

@@ -33,8 +33,8 @@ class Part:
 
     Args:
         number: Number of the group.
-        job: What each process needs to run its regions.
-        layout: What is known before the first region.
+        job: Everything that a process needs to run its regions.
+        layout: Its properties that are known before the first region.
         regions: Structures of each region.
         named: Context in which messages name the group.
         buildings: Numbers of its structures in a portfolio; None: the structures are those of the run.
@@ -69,7 +69,7 @@ class Part:
         return structure * (self.samples // self.job.structures)
 
     def numbers(self, place: int) -> np.ndarray:
-        """Return the numbers of a region's structures among those of the run."""
+        """Return the number in the run of each structure of a region."""
         region = np.asarray(self.regions[place])
         return region if self.buildings is None else self.buildings[region]
 
@@ -82,7 +82,7 @@ class Part:
 
 @dataclass(kw_only=True)
 class Whole:
-    """What is known of a run when all regions are done.
+    """Properties of a run that are known when all regions are done.
 
     Args:
         portfolio: The portfolio; None for a scene of one structure.
@@ -117,7 +117,7 @@ class Whole:
 
 
 class Sink(Protocol):
-    """What takes the regions of a run."""
+    """The destination of a run's regions."""
 
     def begin(self, parts: list[Part]) -> None:
         """Prepare for the regions, and take those that an earlier call has finished."""
@@ -199,7 +199,7 @@ class Files:
         return [Report.load(region_file(self.checkpoint.folder, part.number, region)) for region in part.regions]
 
     def ordered(self, part: Part, order: Order) -> Order:
-        """Return an order as it is: the process that runs the region writes its file."""
+        """Return the order unchanged: the process that runs the region writes its file."""
         return order
 
     def take(self, part: Part, place: int, report: Report) -> None:

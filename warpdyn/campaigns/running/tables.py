@@ -88,16 +88,16 @@ class InMemory:
 
 
 class Reduced:
-    """Statistics to which the samples of a region are added; blocks use the memory of rows in turn.
+    """Statistics to which the samples of a region are added; blocks reuse the memory of rows.
 
     A separate thread adds blocks, one after the other, while the next blocks are launched and read. Samples of a single
     event stay on a GPU, and are reduced there.
 
     Args:
         run: The run.
-        columns: Variables with one value for each sample, of which those that the statistics read are held.
+        columns: Variables with one value for each sample; only those that the statistics read are kept.
         reduction: The statistics.
-        structures: Numbers of the run's structures among those of the statistics.
+        structures: Number of each structure in the statistics.
         is_estimated: Whether errors are estimated, from samples on the host.
     """
 
@@ -157,7 +157,7 @@ class Reduced:
         self._wait_for(0)
 
     def _reduce(self, structures: np.ndarray, rows: Arrays) -> None:
-        """Add a block, unless one before it could not be added: then the run ends."""
+        """Add a block, unless an earlier block failed: then the run ends."""
         if self._is_whole:
             self._is_whole = False
             self._reduction.add(structures, rows)
@@ -167,7 +167,7 @@ class Reduced:
     def _reduce_on_gpu(
         self, structures: np.ndarray, rows: Arrays, staying: dict[str, Any], heights: np.ndarray, device: str
     ) -> wp.Event:
-        """Queue a block's reductions, likewise; return the event after which its GPU may change what stays on it."""
+        """Queue the reductions of a block; return the event after which its GPU may overwrite the block's outputs."""
         gpu = self._reduction.gpu(device)
         if self._is_whole:
             self._is_whole = False
@@ -178,7 +178,7 @@ class Reduced:
         return gpu.stream.record_event()
 
     def _wait_for(self, most: int) -> None:
-        """Wait until at most so many blocks are left to be added."""
+        """Wait until at most `most` blocks are left to be added."""
         while len(self._under_way) > most:
             result_of(self._under_way.popleft())
 

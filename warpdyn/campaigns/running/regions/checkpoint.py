@@ -1,7 +1,7 @@
 """Checkpoint of a run with `path=`: one file per finished region, so that a run that was killed can resume.
 
-The folder contains `run.json`, with the fingerprint of the run and what was decided before its first region, and a file
-for each finished region, with checksums: what is missing or damaged is run again. Results have the same bits.
+The folder contains `run.json`, with the fingerprint of the run and the decisions before its first region, and one file
+for each finished region, with checksums. Regions whose file is missing or damaged are run again, with the same bits.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class Checkpoint:
         overwrite: Whether another run at the path, finished or not, is replaced.
 
     Attributes:
-        settled: What an earlier call has decided, by name: the size of regions, and the method of a pilot, whose
-            timings may choose otherwise next time.
+        settled: Decisions of an earlier call for each group: the size of regions, and the method that a pilot chose,
+            which may choose another one next time.
 
     Raises:
         FileExistsError: If another run is at the path, and `overwrite` is not set.

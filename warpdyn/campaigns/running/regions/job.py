@@ -1,4 +1,4 @@
-"""What travels to the processes that run regions, and what each process prepares from it, once."""
+"""Jobs, which are sent to the processes that run regions, and their preparation in each process."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Asked:
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """All that decides the results of a group's regions, and where and how they are run.
+    """Everything that a process needs to run the regions of a group.
 
     Args:
         scene: The scene of the group.
@@ -80,7 +80,7 @@ class Job:
         integration: How they are integrated.
         chosen: Settings that warpdyn chose for the group: its longest step, or what a pilot returned.
         execution: Devices, threads and memory of each process.
-        outputs: What is returned, without its statistics and path.
+        outputs: Results of the run, without statistics and path.
         seed: Seed of every random draw.
         key: Name of the job; no other job has it.
         group: Number of the group.
@@ -111,11 +111,11 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """What is known of a group before its first region.
+    """Properties of a group that are known before its first region.
 
     Args:
         template: Its dataset without samples.
-        attributes: Attributes that say how it is integrated.
+        attributes: Attributes that describe its integration.
         samples_by_event: Number of histories of each event.
         events: Names of the events.
         demands: Names of the demands.
@@ -173,7 +173,7 @@ class Prepared:
 
 
 class Host:
-    """What a process keeps from one region to the next: jobs, places on its devices, and statistics.
+    """The jobs, the device queues and the statistics that a process keeps from one region to the next.
 
     Args:
         is_worker: Whether it is a worker of a cluster, whose messages go to the process that started the run.
@@ -322,7 +322,7 @@ def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, mo
     if not job.is_reduced:  # a region that is reduced is never in memory as a whole
         room = SHARE_OF_FREE_MEMORY * min(free_memory("cpu") / neighbours, most_memory or np.inf)
         if job.execution.memory is not None:
-            room = (job.execution.memory - MEMORY_OF_CHUNKS) / 2  # beside its blocks
+            room = (job.execution.memory - MEMORY_OF_CHUNKS) / 2  # the other half is for its blocks
         size = min(size, int(room / (samples_each * bytes_per_row(run, prepared.columns))))
     together = structures_of_a_range(samples_each)
     return min(max(together, size // together * together), run.structures)

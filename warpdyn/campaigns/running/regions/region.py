@@ -1,4 +1,4 @@
-"""What a process does for a run: it integrates regions, finds limits, integrates whole histories or runs a pilot."""
+"""Tasks of a process: integrate a region, find stability limits, integrate whole histories, run a pilot."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Region:
         job: The job.
         structures: The structures.
         asked: Statistics that the samples are reduced to; None: they are not reduced.
-        numbers: Numbers of the structures among those of the statistics.
+        numbers: Number of each structure in the statistics.
         rows: Memory for the samples, by name; None: the region gets its own.
         is_partial: Whether statistics are returned with the report, instead of being added to those of the process.
     """
@@ -129,7 +129,7 @@ class Region:
 def run_region(
     host: Host, job: Job, structures: range, asked: Asked | None = None, numbers: np.ndarray | None = None
 ) -> Report:
-    """Run a region from its beginning to its end, on a worker; arguments as of `Region`."""
+    """Run a region from its beginning to its end, on a worker; arguments: see `Region`."""
     with host.collected() as messages:
         report = Region(host, job, structures, asked, numbers).finish()
     report.messages += messages

@@ -1,4 +1,4 @@
-"""What a region returns of its run, and its file in the checkpoint of a run."""
+"""The report of a region, and its file in the checkpoint of a run."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ OF_THE_RUN = ("samples", "method", "event")
 
 @dataclass(kw_only=True)
 class Report:
-    """What a region returns.
+    """Results of a region.
 
     Args:
         structures: Its first structure, and the one after its last.
-        findings: What `state_of` returns of the findings of each event.
+        findings: Findings of each event, from `state_of`.
         errors: Results of the error estimates of each event, part by part, by demand.
-        outcomes: What `outcomes_of` returns of the samples whose histories are kept.
+        outcomes: Outcomes of the samples whose histories are kept, from `outcomes_of`.
         longest_period: The longest first period [s].
         seconds: Time of sampling, of integrating and in kernels [s].
         messages: Warnings.
-        chunks: What `write_region` returned, if samples are written to a Zarr store: digests of their files.
-        statistics: What `Reduction.partial` returns of the region, if samples are reduced to statistics.
+        chunks: Digests of the files of its samples in a Zarr store, from `write_region`.
+        statistics: Its contribution to the statistics, from `Reduction.partial`.
         rows: Values of the samples by name, unless they are in a store, reduced, or already in the run's memory.
     """
 

@@ -1,4 +1,4 @@
-"""Processes that run regions: what they have in common, and this process."""
+"""Processes that run regions: their protocol, and this process."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Order:
         job: The job of the group.
         structures: Its structures.
         named: Context in which messages name the group.
-        asked, numbers, rows, is_partial: As for `Region`; only this process takes `rows`.
+        asked, numbers, rows, is_partial: See `Region`; `rows` only if this process runs the region.
     """
 
     group: int
@@ -120,7 +120,7 @@ class Here:
         plans = {job.key: self.host.prepared(job).plans for job in jobs}
 
         def begin(order: Order) -> tuple[Order, LocalFuture[Region], list[tuple[str, type[Warning]]]]:
-            """Begin a region; its warnings are returned beside an error, too."""
+            """Begin a region; its warnings are also returned if it raises an error."""
             future: LocalFuture[Region] = LocalFuture()
             with collected_warnings() as found:  # the line of the user's code is not known in this thread
                 try:
