@@ -24,11 +24,11 @@ from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.outputs import Outputs
 from warpdyn.campaigns.running.regions.checkpoint import FINGERPRINT, Checkpoint, fingerprint_of, versions
-from warpdyn.campaigns.running.regions.cluster import workers_of
+from warpdyn.campaigns.running.regions.cluster import OnCluster, workers_of
 from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, lay_out_run
 from warpdyn.campaigns.running.regions.region import choose, find_limits, integrate_histories
 from warpdyn.campaigns.running.regions.report import Report, include
-from warpdyn.campaigns.running.regions.workers import Here, Workers
+from warpdyn.campaigns.running.regions.workers import Here
 from warpdyn.campaigns.running.sinks import Files, Memory, Part, Sink, Statistics, Store, Whole
 from warpdyn.foundations.core.checks import whole_number
 from warpdyn.foundations.core.messages import no_warnings, tell, warn_caller
@@ -66,7 +66,7 @@ class Run:
         self.execution = replace(execution, cluster=None)
         # With a cluster, devices belong to its workers, so this process plans for its CPU.
         self.here = self.execution if execution.cluster is None else replace(self.execution, device="cpu")
-        self.workers: Workers = (
+        self.workers: Here | OnCluster = (
             Here(self.here)
             if execution.cluster is None
             else workers_of(execution.cluster, execution.device, execution.threads)

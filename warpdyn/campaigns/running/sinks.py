@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,9 +17,8 @@ from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.blocks import check_room
 from warpdyn.campaigns.running.labels import filled
 from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
-from warpdyn.campaigns.running.regions.job import Asked, Job, Layout
+from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, Order
 from warpdyn.campaigns.running.regions.report import Report, RowsOfRegions, rows_in
-from warpdyn.campaigns.running.regions.workers import Order
 from warpdyn.foundations.files.netcdf import GrowingFile, write_at_once
 from warpdyn.foundations.files.removal import remove_tree
 from warpdyn.foundations.files.unfinished import STORE_SUFFIX
@@ -114,22 +113,6 @@ class Whole:
             return self.rests[0]
         attributes = self.attributes | common_attributes(self.rests, self.seconds)
         return largest_estimate(self.rests).assign_attrs(attributes)
-
-
-class Sink(Protocol):
-    """The destination of a run's regions."""
-
-    def begin(self, parts: list[Part]) -> None:
-        """Prepare for the regions, and take those that an earlier call has finished."""
-
-    def ordered(self, part: Part, order: Order) -> Order:
-        """Return an order with the memory or the statistics that its samples go to."""
-
-    def take(self, part: Part, place: int, report: Report) -> None:
-        """Take the report of a region, with its samples or statistics."""
-
-    def finish(self, whole: Whole) -> xr.Dataset:
-        """Return the dataset of the run."""
 
 
 class Memory:
@@ -320,3 +303,6 @@ class Statistics(Files):
             complete(store, result)
             self.unfinished.move_in_store(store)
         return result
+
+
+Sink = Memory | Files  # and its subclasses Store and Statistics

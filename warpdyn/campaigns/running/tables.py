@@ -6,8 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from functools import partial
-from types import TracebackType
-from typing import Any, Protocol, Self
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -25,55 +24,21 @@ from warpdyn.foundations.core.thread_pool import result_of
 MOST_UNDER_WAY = 2  # blocks that are left to be added to statistics
 
 
-class Table(Protocol):
-    """A table that takes the samples of a region, used in a `with` statement.
-
-    Args:
-        columns: Variables of the dataset with one value for each sample.
-        reduces: Whether it takes samples of a single event where a GPU integrated them.
-    """
-
-    columns: dict[str, Column]
-    reduces: bool
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None: ...
-
-    def rows_for(self, samples: int) -> Arrays:
-        """Return memory for the next samples."""
-
-    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Add samples whose rows are complete, after all earlier samples.
-
-        Args:
-            rows: Their rows.
-            run: The samples.
-            staying: Variables that their GPU has kept, sample first; none if all are in the rows.
-        """
-
-    def finish(self) -> None:
-        """Wait until all samples are added."""
-
-
 class InMemory:
     """Samples in memory that is there for all of them.
 
     Args:
         columns: Variables of the dataset with one value for each sample.
         rows: The memory, by name, sample first.
+
+    Attributes:
+        reduces: Whether a GPU keeps the samples to reduce them.
     """
 
     reduces = False
 
     def __init__(self, columns: dict[str, Column], rows: Arrays) -> None:
         self.columns, self.rows, self._given = columns, rows, 0
-
-    def __enter__(self) -> InMemory:
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        pass
 
     def rows_for(self, samples: int) -> Arrays:
         """Return memory for the next samples."""
@@ -85,6 +50,9 @@ class InMemory:
 
     def finish(self) -> None:
         """Return at once: all samples are in place."""
+
+    def close(self) -> None:
+        """Return at once: no thread adds samples."""
 
 
 class Reduced:
@@ -120,10 +88,8 @@ class Reduced:
         self._adding, self._is_whole = ThreadPoolExecutor(1), True
         self._under_way = deque[Future[Any]]()
 
-    def __enter__(self) -> Reduced:
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def close(self) -> None:
+        """End the thread that adds samples."""
         self._adding.shutdown(cancel_futures=True)
 
     def rows_for(self, samples: int) -> Arrays:
@@ -181,6 +147,9 @@ class Reduced:
         """Wait until at most `most` blocks are left to be added."""
         while len(self._under_way) > most:
             result_of(self._under_way.popleft())
+
+
+Table = InMemory | Reduced
 
 
 def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from warpdyn.campaigns.integration.settings import Execution
 from warpdyn.campaigns.running.regions.checkpoint import DECIDING, versions
-from warpdyn.campaigns.running.regions.job import Asked, Job, machines_of, named, on_worker
+from warpdyn.campaigns.running.regions.job import Asked, Job, Order, machines_of, named, on_worker
 from warpdyn.campaigns.running.regions.region import run_region
 from warpdyn.campaigns.running.regions.report import Report
-from warpdyn.campaigns.running.regions.workers import Call, Division, Order
+from warpdyn.campaigns.running.regions.workers import Call, Division
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.messages import say, warn_caller
 

@@ -18,7 +18,7 @@ from warpdyn.campaigns.running.pipeline import Pipeline
 from warpdyn.campaigns.running.regions.checkpoint import region_file
 from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Prepared
 from warpdyn.campaigns.running.regions.report import Report, state_of
-from warpdyn.campaigns.running.tables import InMemory, Reduced, blank_rows
+from warpdyn.campaigns.running.tables import InMemory, Reduced, Table, blank_rows
 from warpdyn.engine.kernels.queues import seconds_in_kernels
 from warpdyn.foundations.files.disk_errors import disk_error
 from warpdyn.foundations.files.zarr_stores import write_region
@@ -59,9 +59,7 @@ class Region:
             if is_partial:
                 self.reduction = reduction = reduction.of_structures(numbers)
             is_estimated = outputs.checked_share is not None
-            self.table: InMemory | Reduced = Reduced(
-                run, self.prepared.columns, reduction, numbers, is_estimated=is_estimated
-            )
+            self.table: Table = Reduced(run, self.prepared.columns, reduction, numbers, is_estimated=is_estimated)
         else:
             if rows is None:
                 samples = len(structures) * (run.samples // run.structures)
@@ -94,7 +92,7 @@ class Region:
         pipeline, job = self.pipeline, self.job
         for queue in self.queues:
             queue.spans.clear()  # and nothing else: a GPU may still reduce what an earlier region left there
-        with closing(self), self.table:
+        with closing(self), closing(self.table):
             pipeline.process(advance)
             self.table.finish()
         if self.reduction is not None:

@@ -1,19 +1,15 @@
-"""Processes that run regions: their protocol, and this process."""
+"""This process, as it runs regions."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future as LocalFuture
-from contextlib import AbstractContextManager, ExitStack
-from dataclasses import dataclass
+from contextlib import ExitStack
 from itertools import chain
-from typing import Any, Protocol
+from typing import Any
 
-import numpy as np
-
-from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.settings import Execution
-from warpdyn.campaigns.running.regions.job import Asked, Host, Job, machines_of
+from warpdyn.campaigns.running.regions.job import Host, Job, Order, machines_of
 from warpdyn.campaigns.running.regions.region import Region
 from warpdyn.campaigns.running.regions.report import Report
 from warpdyn.engine.kernels.compilation import compile_side_by_side, compiling
@@ -26,69 +22,16 @@ Division = tuple[int, int, int | None]
 Call = tuple[Any, ...]  # a key, a function of a host, a job and other arguments, the job, these arguments
 
 
-@dataclass(frozen=True, eq=False)
-class Order:
-    """A region that is to be run.
-
-    Args:
-        group: Number of its group.
-        place: Number of the region in the group.
-        job: The job of the group.
-        structures: Its structures.
-        named: Context in which messages name the group.
-        asked, numbers, rows, is_partial: See `Region`; `rows` only if this process runs the region.
-    """
-
-    group: int
-    place: int
-    job: Job
-    structures: range
-    named: Callable[[], AbstractContextManager[object]]
-    asked: Asked | None = None
-    numbers: np.ndarray | None = None
-    rows: Arrays | None = None
-    is_partial: bool = True
-
-
-class Workers(Protocol):
-    """Processes that run regions.
-
-    Attributes:
-        machines: Makers' names of their devices, as `machines_of` returns them.
-        layout: How many workers there are, how many of them share a machine, and the most memory [bytes] of one.
-        is_here: Whether they are this process.
-    """
-
-    machines: list[str]
-    layout: Division
-    is_here: bool
-
-    def ask(self, function: Callable, job: Job, *arguments: object) -> Any:
-        """Return the result of one call."""
-
-    def each(self, calls: Iterable[Call]) -> Iterator[tuple[Any, Any]]:
-        """Yield keys and results of calls as they finish."""
-
-    def regions(
-        self, jobs: Sequence[Job], orders: Iterable[Order], advance: Callable[[int], object]
-    ) -> Iterator[tuple[Order, Report]]:
-        """Yield the reports of regions as they finish.
-
-        Args:
-            jobs: The jobs of all groups.
-            orders: The regions.
-            advance: Called with the number of histories done since its last call.
-        """
-
-    def check_store(self, job: Job) -> None:
-        """Raise an OSError unless all of them can write to the folder of a job."""
-
-
 class Here:
-    """This process.
+    """This process; `OnCluster` has the same methods.
 
     Args:
         execution: Devices, threads and memory.
+
+    Attributes:
+        machines: Makers' names of the devices, as `machines_of` returns them.
+        layout: How many workers there are, how many of them share a machine, and the most memory [bytes] of one.
+        is_here: Whether this process runs the regions.
     """
 
     is_here = True
@@ -112,6 +55,11 @@ class Here:
         self, jobs: Sequence[Job], orders: Iterable[Order], advance: Callable[[int], object]
     ) -> Iterator[tuple[Order, Report]]:
         """Yield the reports of regions, in order.
+
+        Args:
+            jobs: The jobs of all groups.
+            orders: The regions.
+            advance: Called with the number of histories done since its last call.
 
         A region begins while the one before it runs, so that a GPU does not wait for its first block; if `memory` is
         limited, it begins in its turn.
