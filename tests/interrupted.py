@@ -74,8 +74,10 @@ def run(what: str, path: str, structures: int) -> None:
     given, more = scene(is_many, structures), {} if is_many else {"structures": structures}
     settings: dict[str, Any] = {"seed": 7, "path": path, "device": "cpu", **more}
     if what in IN_REGIONS:
+        from warpdyn.campaigns.integration import stability_guard
         from warpdyn.campaigns.running.regions import job
 
+        stability_guard.SAMPLES_OF_A_RANGE = 1
         job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, max(4, structures // 2)
     else:
         settings["memory"] = MEMORY
@@ -101,7 +103,7 @@ def serve() -> None:
     import warp  # noqa: F401  (before processes are forked, which takes most of their time)
     import zarr  # noqa: F401
 
-    import warpdyn.campaigns.running.regions.datasets  # noqa: F401
+    import warpdyn.campaigns.running.simulate  # noqa: F401
 
     for line in sys.stdin:
         what, path, structures = line.rstrip("\n").split("\t")

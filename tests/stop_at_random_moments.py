@@ -201,7 +201,7 @@ def stop_once(
             found[damage(path.with_name(f".{path.name}.unfinished") / "kept", draw)] += 1
         again = start(what, path)
         status, told = again.end(), again.printed("err")
-        found["went on"] += "goes on from" in told or "finished by an earlier run" in told
+        found["went on"] += "resumes after" in told
         if status != 0:
             found["NEXT RUN FAILED"] += 1
             print(what, told, flush=True)
@@ -236,7 +236,7 @@ def fill_disk(what: str, megabytes: int, found: Counter) -> None:
             subprocess.run(["mount", "-o", "remount,size=400m", folder], check=True)
             again = start(what, path, LARGER[what])
             again.end()
-            found["went on"] += "goes on from" in again.printed("err")
+            found["went on"] += "resumes after" in again.printed("err")
             found["done with more room" if path.exists() else "NOT DONE WITH MORE ROOM"] += 1
         finally:
             subprocess.run(["umount", folder], check=True)

@@ -46,7 +46,7 @@ def divided(monkeypatch):
         return found
 
     original = blocks.divide
-    monkeypatch.setattr("warpdyn.campaigns.running.run_scene.divide", divide)
+    monkeypatch.setattr("warpdyn.campaigns.running.regions.region.divide", divide)
     return into
 
 

@@ -17,7 +17,7 @@ from test_sequences import make_building as make_shaken_building
 from test_simulate import make_scene
 
 import warpdyn as wd
-from warpdyn.campaigns.running.regions import drive
+from warpdyn.campaigns.running import run as runs
 
 distributed = pytest.importorskip("distributed")
 
@@ -67,8 +67,10 @@ def client(cluster):
 
 def make_regions_small(samples=96):
     """Run by a worker before runs are laid out."""
+    from warpdyn.campaigns.integration import stability_guard
     from warpdyn.campaigns.running.regions import job
 
+    stability_guard.SAMPLES_OF_A_RANGE = 1
     job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, samples
 
 
@@ -194,14 +196,14 @@ def test_a_worker_that_is_killed_costs_its_regions_alone(moment, cluster, client
 @contextmanager
 def told_of_regions(tell):
     """Call a function with the number of each region that comes in."""
-    take = drive.RegionRun.take
+    take = runs.Run.take
 
-    def telling(self, place, report):
+    def telling(self, sink, part, place, report):
         tell(place)
-        take(self, place, report)
+        take(self, sink, part, place, report)
 
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(drive.RegionRun, "take", telling)
+        patched.setattr(runs.Run, "take", telling)
         yield
 
 
@@ -226,9 +228,9 @@ def test_a_run_that_ctrl_c_stopped_goes_on(client, long_run, tmp_path, caplog):
     with told_of_regions(taken.append):
         run = wd.simulate(make_scene(), cluster=client, path=path, **LONG)
     assert len(taken) == 15 - done
-    assert f"goes on from the {16 * done} of 240 structures" in caplog.text
+    assert f"resumes after the {16 * done} of 240 structures" in caplog.text
     check_same(run, long_run)
-    with pytest.raises(FileExistsError, match="another run stands there"):
+    with pytest.raises(FileExistsError, match="contains another run"):
         wd.simulate(make_scene(), cluster=client, path=path, **(LONG | {"seed": 6}))
     check_same(xr.open_zarr(path), long_run)
 

@@ -42,7 +42,8 @@ from combined_rows import COMBINED, SOME, combined_structure
 from method_sources import source_of, thorough_unless
 
 import warpdyn as wd
-from warpdyn.campaigns.running import pipeline, run_scene
+from warpdyn.campaigns.running import pipeline
+from warpdyn.campaigns.running.regions import job
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.output_table import HISTORY, RECORDERS
@@ -144,7 +145,7 @@ def test_combination(case, launched, monkeypatch):
         monkeypatch.setattr(build, "CHAIN_OF_BRANCHES", 1)
     # The runs that check the reliability of samples launch the same kernels again.
     monkeypatch.setattr(pipeline, "is_checked", lambda model: False)
-    monkeypatch.setattr(run_scene, "is_checked", lambda model: False)
+    monkeypatch.setattr(job, "is_checked", lambda model: False)
     structure, excitation = make_structure(family, dofs, damping, spring), make_excitation(load, dofs)
     alone, kernels = ALONE[case], RECORDED_IN[case]
 

@@ -8,16 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from test_regions import interrupted_after, small_regions
 from test_simulate import assert_same_bits, make_scene
 
 import warpdyn as wd
-from warpdyn.campaigns.running import blocks
-from warpdyn.campaigns.running.journal import FINGERPRINT, Journal, is_finished
 from warpdyn.foundations.files import checksums
 from warpdyn.foundations.files.checksums import are_whole, load_arrays, save_arrays
-from warpdyn.foundations.files.unfinished import Unfinished
 
 pytestmark = pytest.mark.meant_as_given("storey_height", "first_period", "yield_base_shear_coefficient")
 
@@ -46,7 +42,7 @@ DAMAGES = {
 # Kinds of kept files, by a pattern of their paths in the folder `kept`: a chunk of a demand, of a coordinate and of an
 # input, metadata, a report or a block, and the account of the run.
 KINDS = {
-    "run.nc": [r"\d+-\d+\.0\.npz", r"run\.json"],
+    "run.nc": [r"0-\d+-\d+\.npz", r"run\.json"],
     "run.zarr": [
         r".*/peak_storey_drift/0\.0",
         r".*/im_level/0",
@@ -54,10 +50,10 @@ KINDS = {
         r".*/mass/\.zarray",
         r".*/storey/0",
         r"[^/]*\.zarr/\.z(group|attrs)",
-        r"[0-9a-f]+-\d+-\d+\.npz",
+        r"0-\d+-\d+\.npz",
         r"run\.json",
     ],
-    "statistics.nc": [r"\d+-\d+\.npz", r"run\.json"],
+    "statistics.nc": [r"0-\d+-\d+\.npz", r"run\.json"],
 }
 
 
@@ -71,7 +67,6 @@ def stopped(tmp_path_factory):
     found = {}
     with pytest.MonkeyPatch.context() as patched:
         small_regions.__wrapped__(patched)
-        patched.setattr(blocks, "CPU_BLOCK", 12)
         for name in RUNS:
             if name == "run.zarr":
                 pytest.importorskip("zarr")
@@ -80,23 +75,11 @@ def stopped(tmp_path_factory):
             whole.close()
             (shutil.rmtree if name.endswith(".zarr") else os.remove)(folder / name)
             with pytest.MonkeyPatch.context() as stopping:
-                (stop_after_blocks if name == "run.nc" else interrupted_after)(2, stopping)
+                interrupted_after(2, stopping)
                 with pytest.raises(KeyboardInterrupt):
                     simulate(folder / name)
             found[name] = folder, whole
     return found
-
-
-def stop_after_blocks(count, monkeypatch):
-    finished, keep = [], Journal.keep
-
-    def keeping(*arguments):
-        keep(*arguments)
-        finished.append(arguments)
-        if len(finished) == count:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(Journal, "keep", keeping)
 
 
 def cases():
@@ -110,7 +93,6 @@ def cases():
 
 @pytest.mark.parametrize(("name", "kind", "damage"), list(cases()))
 def test_what_is_damaged_is_run_again(name, kind, damage, stopped, tmp_path, small_regions, monkeypatch):
-    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
     base, whole = stopped[name]
     shutil.copytree(base, tmp_path, dirs_exist_ok=True)
     kept = tmp_path / f".{name}.unfinished" / "kept"
@@ -127,18 +109,16 @@ def test_what_is_damaged_is_run_again(name, kind, damage, stopped, tmp_path, sma
 
 @pytest.mark.parametrize("name", ["run.nc", "run.zarr"])
 def test_only_what_is_damaged_is_run_again(name, stopped, tmp_path, small_regions, monkeypatch, caplog):
-    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
     shutil.copytree(stopped[name][0], tmp_path, dirs_exist_ok=True)
     kept = tmp_path / f".{name}.unfinished" / "kept"
     done = sorted(kept.glob("*.npz"))
     assert len(done) == 2
     (done[-1] if name == "run.nc" else next(kept.rglob("peak_storey_drift/1.0"))).write_bytes(b"")
     simulate(tmp_path / name).close()
-    assert "goes on from the 2 of 9 structures" in caplog.text  # 2 of the 4 that were done
+    assert "resumes after the 2 of 9 structures" in caplog.text  # 2 of the 4 that were done
 
 
 def test_a_chunk_that_was_never_written_is_not_read(stopped, tmp_path, small_regions, monkeypatch):
-    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
     shutil.copytree(stopped["run.zarr"][0], tmp_path, dirs_exist_ok=True)
     [store] = tmp_path.rglob("*.zarr")
     assert not (store / "status" / "0").exists()  # all are ok, 0, as chunks are that have no file
@@ -146,14 +126,13 @@ def test_a_chunk_that_was_never_written_is_not_read(stopped, tmp_path, small_reg
     assert_same_bits(stopped["run.zarr"][1], simulate(tmp_path / "run.zarr").load())
 
 
-@pytest.mark.parametrize("part", ["block", "file"])
-def test_a_full_disk_keeps_the_blocks_that_are_done(part, tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
+@pytest.mark.parametrize("part", ["region", "file"])
+def test_a_full_disk_keeps_the_regions_that_are_done(part, tmp_path, small_regions, monkeypatch, caplog):
     whole = simulate(tmp_path / "run.nc").load()
     whole.close()
     os.remove(tmp_path / "run.nc")
     with monkeypatch.context() as patched:
-        if part == "block":
+        if part == "region":
             saved, save = [], checksums.save_arrays
 
             def saving(path, arrays):
@@ -162,7 +141,7 @@ def test_a_full_disk_keeps_the_blocks_that_are_done(part, tmp_path, monkeypatch,
                     raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
                 save(path, arrays)
 
-            patched.setattr("warpdyn.campaigns.running.journal.save_arrays", saving)
+            patched.setattr("warpdyn.campaigns.running.regions.report.save_arrays", saving)
         else:
 
             def fail(*arguments, **options):
@@ -174,7 +153,7 @@ def test_a_full_disk_keeps_the_blocks_that_are_done(part, tmp_path, monkeypatch,
     assert any("repeat the same call to resume it" in note for note in caught.value.__notes__)
     assert os.listdir(tmp_path) == [".run.nc.unfinished"]
     with simulate(tmp_path / "run.nc") as found:
-        assert re.search(r"goes on from the \d of 9 structures", caplog.text)
+        assert re.search(r"resumes after the \d of 9 structures", caplog.text)
         assert_same_bits(whole, found.load())
     assert os.listdir(tmp_path) == ["run.nc"]
 
@@ -208,21 +187,3 @@ def test_damaged_arrays_are_never_read(tmp_path):
     assert undetected < len(content) / 6  # of dates and other fields that decide nothing
     assert not are_whole(tmp_path / "missing.npz")
     assert not are_whole(tmp_path)
-
-
-@pytest.mark.fast
-@pytest.mark.parametrize("damage", [*DAMAGES, "seal removed", "seal empty", "nothing", "another run"])
-def test_a_finished_group_that_is_damaged_is_run_again(damage, tmp_path):
-    path = tmp_path / "0.nc"
-    with Unfinished(path, is_group=True) as unfinished:
-        dataset = xr.Dataset({"x": ("sample", np.arange(9.0))}, attrs={"source": "warpdyn", FINGERPRINT: "same"})
-        dataset.to_netcdf(unfinished.part, engine="netcdf4")
-        unfinished.move_in()
-    seal = tmp_path / "0.nc.json"
-    assert sorted(tmp_path.iterdir()) == [path, seal]
-    if damage.startswith("seal"):
-        DAMAGES[damage.removeprefix("seal ")](seal)
-    elif damage in DAMAGES:
-        DAMAGES[damage](path)
-    assert is_finished(path, "other" if damage == "another run" else "same") == (damage == "nothing")
-    assert path.exists() == (damage == "nothing")

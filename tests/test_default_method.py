@@ -146,7 +146,7 @@ def weakly_damped():
 @pytest.mark.fast
 def test_weakly_damped_higher_modes_are_integrated_by_rk4():
     scene = weakly_damped()
-    found = Integration.from_arguments(method=None, dtype=None, target_error=None)
+    found = Integration()
     assert found.settled("menegotto_pinto", scene.structure, is_gpu=False).method == "rk4"
     assert found.settled("menegotto_pinto", scene.structure, is_gpu=True).method == "rk4"
 

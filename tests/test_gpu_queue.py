@@ -18,7 +18,8 @@ from test_simulate import MOTIONS, assert_same_bits, make_scene
 
 import warpdyn as wd
 from warpdyn.campaigns.reductions import workers as reducing
-from warpdyn.campaigns.running import blocks, run_portfolio, run_scene
+from warpdyn.campaigns.running import blocks
+from warpdyn.campaigns.running.regions import job
 from warpdyn.engine.kernels import arguments, build, kernel_cache, queues as devices
 
 pytestmark = pytest.mark.meant_as_given(
@@ -187,7 +188,7 @@ def pretended(request, monkeypatch):
     monkeypatch.setattr(devices, "WAIT_FOR_GPU", 0.0)  # each look at these does some of their work
     monkeypatch.setattr(devices, "wp", shim)
     monkeypatch.setattr(arguments, "wp", shim)
-    monkeypatch.setattr(run_scene, "wp", shim)
+    monkeypatch.setattr(job, "wp", shim)
     monkeypatch.setattr(reducing, "wp", shim)
     monkeypatch.setattr(reducing, "loaded", lambda kernel, device="cpu": kernel_cache.loaded(kernel))
     monkeypatch.setattr(wp.array, "fill_", fill_)
@@ -389,7 +390,7 @@ def test_groups_of_a_portfolio_share_the_places_on_a_gpu(pretended, monkeypatch)
     blocks_of(monkeypatch, 30)
     opened = []
     open_queues = devices.open_queues
-    monkeypatch.setattr(run_portfolio, "open_queues", lambda *given: opened.append(given) or open_queues(*given))
+    monkeypatch.setattr(job, "open_queues", lambda *given: opened.append(given) or open_queues(*given))
     for statistics in (asked, None):
         settings = {"seed": 2, "dtype": "float64", "statistics": statistics}
         found = wd.simulate(scene, device="cuda", **settings)

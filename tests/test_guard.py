@@ -7,7 +7,7 @@ from building_sweep import BROKEN, sweep
 import warpdyn as wd
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import prepare
-from warpdyn.campaigns.integration.stability_guard import Reruns
+from warpdyn.campaigns.integration.stability_guard import SAMPLES_OF_A_RANGE, Reruns
 from warpdyn.campaigns.integration.time_grid import Schedule
 from warpdyn.foundations.core.output_variables import UNSTABLE_STEP
 
@@ -132,7 +132,7 @@ def test_bouc_wen_beyond_its_own_limit_is_run_again_at_shorter_steps():
 
 @pytest.mark.parametrize(("samples", "steps"), [(96, 9000), (1, 9000), (1, 5_000_000), (40_000, 300)])
 def test_reruns_are_bounded_by_steps(samples, steps, monkeypatch):
-    """If all samples fail for ever, each rerun takes at most twice the run's steps, or some seconds."""
+    """If all samples fail for ever, each rerun takes at most twice the steps of each range, or some seconds."""
     rerun = []
 
     def integrate(self, chosen):
@@ -149,7 +149,9 @@ def test_reruns_are_bounded_by_steps(samples, steps, monkeypatch):
     for number, (count, length) in enumerate(rerun[1:], start=1):
         assert length == 2**number * steps
         rows = -(-count // 16)
-        assert 3 * 16 * rows * length <= max(3e7, 3 * 2 * 16 * -(-samples // 16) * steps), number
+        ranges = -(-samples // SAMPLES_OF_A_RANGE)
+        each = -(-min(samples, SAMPLES_OF_A_RANGE) // 16)  # rows of a range
+        assert 3 * 16 * rows * length <= ranges * max(3e7, 3 * 2 * 16 * each * steps), number
 
 
 @pytest.mark.parametrize("storeys", [(3,), pytest.param((1, 5), marks=pytest.mark.thorough)], ids=str)

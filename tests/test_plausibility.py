@@ -58,8 +58,7 @@ def stop_after_the_check(monkeypatch):
     def reached(*arguments, **named):
         raise Reached
 
-    monkeypatch.setattr(door, "SceneRun", reached)
-    monkeypatch.setattr(door, "run_portfolio", reached)
+    monkeypatch.setattr(door, "Run", reached)
     monkeypatch.setattr(pilot, "choose_method", reached)
     monkeypatch.setattr(pushover, "_spring_and_coefficients", reached)
     monkeypatch.setattr(build, "build_kernel", reached)

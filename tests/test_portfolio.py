@@ -15,7 +15,8 @@ from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.campaigns.integration.time_grid import STEPS_PER_PERIOD
 from warpdyn.campaigns.portfolio.groups import ROUND_STEP, checked_archetypes, groups_of, parameters_of
 from warpdyn.campaigns.portfolio.labels import common_attributes
-from warpdyn.campaigns.running import run_portfolio as module
+from warpdyn.campaigns.running import run as module
+from warpdyn.campaigns.running.regions import region as regions, workers
 
 pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient")
 
@@ -128,12 +129,12 @@ def test_buildings_of_one_kernel_share_their_runs(city, monkeypatch):
     assert city.attrs["kernel"].count(";") == 4
     runs = []
 
-    def count(scene, structures, *settings):
-        runs.append(structures)
-        return original(scene, structures, *settings)
+    def count(host, job, structures, *settings, **options):
+        runs.append(len(structures))
+        return original(host, job, structures, *settings, **options)
 
-    original = module.SceneRun
-    monkeypatch.setattr(module, "SceneRun", count)
+    original = regions.Region
+    monkeypatch.setattr(workers, "Region", count)
     kinds = [chain(1), chain(2), chain(3)]
     # 300 archetypes whose strengths differ, and whose periods do within an octave.
     many = {f"{i}": wd.Archetype(replaced(kinds[i % 3], 1 + i / 1000), 2, SCATTER) for i in range(300)}
@@ -292,25 +293,26 @@ def test_the_file_is_what_the_run_in_memory_is(keep_inputs, city, tmp_path, monk
 
 
 def test_a_portfolio_that_was_stopped_goes_on_from_its_finished_groups(tmp_path, monkeypatch, caplog):
-    def fail(*settings):
-        runs.append(1)
-        if len(runs) == 3:
+    def stop(self, sink, part, place, report):
+        take(self, sink, part, place, report)
+        taken.append(part.number)
+        if len(taken) == 2:
             raise KeyboardInterrupt
-        return original(*settings)
 
-    runs, original = [], module.SceneRun
-    monkeypatch.setattr(module, "SceneRun", fail)
+    taken, take = [], module.Run.take
+    monkeypatch.setattr(module.Run, "take", stop)
     path = wd.write(xr.Dataset({"x": 1.0}), tmp_path / "run.nc")
     before = path.read_bytes()
     settings = {"tail": 0.0, "recorders": ("drift",), "device": "cpu"}
-    with pytest.raises(FileExistsError, match="another run stands there"):
+    with pytest.raises(FileExistsError, match="contains another run"):
         simulate(CITY, MOTIONS[0], path=path, **settings)
     with pytest.raises(KeyboardInterrupt):
         simulate(CITY, MOTIONS[0], path=path, overwrite=True, **settings)
     assert sorted(os.listdir(tmp_path)) == [".run.nc.unfinished", "run.nc"]
     assert path.read_bytes() == before
     with simulate(CITY, MOTIONS[0], path=path, overwrite=True, **settings) as read:
-        assert caplog.text.count("has been finished by an earlier run") == 2
+        assert "resumes after the 12 of 25 structures" in caplog.text  # 5 of one storey, 7 of two
+        assert taken == [0, 1, 2, 3, 4]  # each group once
         held = simulate(CITY, MOTIONS[0], **settings)
         for name in held.variables:
             np.testing.assert_array_equal(read[name].values, held[name].values, err_msg=name)

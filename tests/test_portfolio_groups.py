@@ -8,7 +8,7 @@ import pytest
 from test_portfolio import CITY, MOTIONS, simulate
 
 import warpdyn as wd
-from warpdyn.campaigns.running import run_portfolio as module
+from warpdyn.campaigns.running.regions import job, workers as module
 from warpdyn.foundations.core.messages import warn_caller
 
 pytestmark = pytest.mark.meant_as_given("first_period", "yield_base_shear_coefficient")
@@ -19,19 +19,19 @@ def test_a_group_begins_while_the_one_before_runs(monkeypatch):
     city = simulate(CITY, MOTIONS[0], **settings)
     begun, order = [threading.Event() for _ in range(5)], []
 
-    class Told(module.SceneRun):
-        def __init__(self, scene, structures, *settings):
-            super().__init__(scene, structures, *settings)
+    class Told(module.Region):
+        def __init__(self, *settings, **options):
+            super().__init__(*settings, **options)
             self.number = sum(event.is_set() for event in begun)
             begun[self.number].set()
 
-        def finish(self):
+        def finish(self, advance):
             order.append(self.number)
             if self.number < 4:
                 assert begun[self.number + 1].wait(60)
-            return super().finish()
+            return super().finish(advance)
 
-    monkeypatch.setattr(module, "SceneRun", Told)
+    monkeypatch.setattr(module, "Region", Told)
     found = simulate(CITY, MOTIONS[0], **settings)
     assert order == [0, 1, 2, 3, 4]
     for name in city.variables:
@@ -41,18 +41,18 @@ def test_a_group_begins_while_the_one_before_runs(monkeypatch):
 def test_warnings_and_errors_of_a_group_that_begins_ahead_come_in_its_turn(monkeypatch):
     finished = []
 
-    class Warns(module.SceneRun):
-        def __init__(self, scene, structures, *settings):
+    class Warns(module.Region):
+        def __init__(self, host, job, *settings, **options):
             warn_caller("this one is odd")
-            if scene.structure.dofs == 3:
+            if job.scene.structure.dofs == 3:
                 raise ValueError("this one is refused")
-            super().__init__(scene, structures, *settings)
+            super().__init__(host, job, *settings, **options)
 
-        def finish(self):
-            finished.append(super().finish())
+        def finish(self, advance):
+            finished.append(super().finish(advance))
             return finished[-1]
 
-    monkeypatch.setattr(module, "SceneRun", Warns)
+    monkeypatch.setattr(module, "Region", Warns)
     with (
         pytest.warns(UserWarning, match="odd") as given,
         pytest.raises(ValueError, match=r"of 3 storeys .*: this one is refused"),
@@ -81,19 +81,24 @@ def test_warnings_of_a_group_in_regions_come_in_every_run(tmp_path):
 def test_no_group_begins_before_its_turn_where_memory_is_bounded(monkeypatch):
     order = []
 
-    class Told(module.SceneRun):
-        def __init__(self, *given):
-            super().__init__(*given)
+    class Told(module.Region):
+        def __init__(self, *given, **options):
+            super().__init__(*given, **options)
             order.append("begun")
 
-        def finish(self):
+        def finish(self, advance):
             time.sleep(0.05)  # in which another would begin
             order.append("run")
-            return super().finish()
+            return super().finish(advance)
 
-    monkeypatch.setattr(module, "SceneRun", Told)
-    opened = []
-    monkeypatch.setattr(module, "open_queues", lambda *given: opened.append(given))
+    monkeypatch.setattr(module, "Region", Told)
+    opened, open_queues = [], job.open_queues
+
+    def opening(*given):
+        opened.append(given)
+        return open_queues(*given)
+
+    monkeypatch.setattr(job, "open_queues", opening)
     simulate(CITY, MOTIONS[0], tail=0.0, recorders=("drift",), device="cpu", memory=2**27)
     assert order == ["begun", "run"] * 5
-    assert not opened
+    assert len(opened) == 5  # each group has its own places on the devices

@@ -276,5 +276,5 @@ def test_several_statistics_of_one_run(runs, tmp_path):
         assert statistics_of(read).equals(statistics_of(counts))
         assert read.attrs["fingerprint"] == counts.attrs["fingerprint"]
     assert [path.name for path in tmp_path.iterdir()] == ["counts.nc"]
-    with pytest.raises(FileExistsError, match="another run stands there"):
+    with pytest.raises(FileExistsError, match="contains another run"):
         simulate(scene, statistics=asked[0], path=tmp_path / "counts.nc")

@@ -19,9 +19,9 @@ def nothing_runs(monkeypatch):
     def ran(*arguments, **settings):
         raise AssertionError("it ran")
 
-    monkeypatch.setattr("warpdyn.campaigns.running.run_scene.Pipeline", ran)
-    monkeypatch.setattr("warpdyn.campaigns.running.run_scene.compile_side_by_side", ran)
-    monkeypatch.setattr("warpdyn.campaigns.running.run_portfolio.compiling", ran)
+    monkeypatch.setattr("warpdyn.campaigns.running.regions.workers.Region", ran)
+    monkeypatch.setattr("warpdyn.campaigns.running.regions.workers.compile_side_by_side", ran)
+    monkeypatch.setattr("warpdyn.campaigns.running.regions.workers.compiling", ran)
 
 
 CASES = [
@@ -122,8 +122,8 @@ def test_statistics_are_checked_when_they_are_made(made, error, message):
 @pytest.mark.parametrize(
     ("settings", "error", "message"),
     [
-        ({"histories": wd.Histories([0], 1)}, ValueError, "histories is of single samples"),
-        ({"sample_error": 0.05}, ValueError, "sample_error is of single samples"),
+        ({"histories": wd.Histories([0], 1)}, ValueError, "histories needs single samples"),
+        ({"sample_error": 0.05}, ValueError, "sample_error needs single samples"),
         ({"statistics": []}, TypeError, "statistics must be"),
         ({"statistics": {"slight": 0.01}}, TypeError, "statistics must be DamageCounts"),
     ],

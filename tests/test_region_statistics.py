@@ -15,9 +15,8 @@ from test_regions import failing, interrupted_after, small_regions  # noqa: F401
 import warpdyn as wd
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.reduction import Reduction
-from warpdyn.campaigns.running.regions import job as jobs, reduced
+from warpdyn.campaigns.running.regions import job as jobs
 from warpdyn.campaigns.running.regions.report import Report
-from warpdyn.campaigns.running.regions.tasks import run_region
 
 pytestmark = MARKS
 DRIFT = "peak_storey_drift_ratio"
@@ -72,9 +71,7 @@ def test_statistics_of_regions_are_those_of_one_process(design, suffix, tmp_path
 def in_one_process(scene, statistics, **settings):
     """Return a run's statistics without a path, which does not divide it into regions."""
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(
-            "warpdyn.campaigns.running.simulate.simulate_in_regions", None
-        )  # which would fail, were it called
+        patched.setattr(Reduction, "partial", None)  # which would fail, were it called
         return wd.simulate(scene, statistics=statistics, **settings)
 
 
@@ -91,7 +88,7 @@ def test_a_run_that_was_stopped_goes_on_and_counts_nothing_twice(design, tmp_pat
     assert any("repeat the same call to resume it" in note for note in stopped.value.__notes__)
     assert os.listdir(tmp_path) == [".run.nc.unfinished"]
     other = [wd.DamageCounts(CITY_LIMITS if design.startswith("city") else LIMITS)]
-    with pytest.raises(FileExistsError, match="another run that is not finished stands there"):
+    with pytest.raises(FileExistsError, match="contains another run that is not finished"):
         simulate(scene, statistics=other, path=path)
     reports = sorted(tmp_path.rglob("*.npz"))
     assert len(reports) == 3
@@ -99,7 +96,7 @@ def test_a_run_that_was_stopped_goes_on_and_counts_nothing_twice(design, tmp_pat
     with monkeypatch.context() as patched:
         done = interrupted_after(0, patched)
         found = simulate(scene, **settings)
-    assert re.search(r"goes on from the \d+ of \d+ structures", caplog.text)
+    assert re.search(r"resumes after the \d+ of \d+ structures", caplog.text)
     assert statistics_of(found).identical(statistics_of(expected))
     whole = interrupted_after(0, monkeypatch)
     simulate(scene, statistics=RUNS[design], path=tmp_path / "other.nc")
@@ -110,7 +107,7 @@ def test_a_run_that_was_stopped_goes_on_and_counts_nothing_twice(design, tmp_pat
 @pytest.mark.filterwarnings("ignore:.*of 60 samples")
 @pytest.mark.meant_as_given("initial_velocity", "random_factor", "no_damping", "storey_height")
 @pytest.mark.parametrize("size", [7, *(pytest.param(each, marks=pytest.mark.thorough) for each in (1, 17, 59))])
-def test_regions_that_are_run_again_are_counted_once(size, failing, tmp_path, monkeypatch):  # noqa: F811  (the fixture)
+def test_regions_with_failures_are_counted_once(size, failing, tmp_path, monkeypatch):  # noqa: F811  (the fixture)
     scene, settings = failing
     statistics = [
         wd.DemandMoments("peak_storey_drift"),
@@ -121,15 +118,9 @@ def test_regions_that_are_run_again_are_counted_once(size, failing, tmp_path, mo
     monkeypatch.setattr(jobs, "LEAST_CPU_REGION", 1)
     monkeypatch.setattr(jobs, "REGIONS_PER_WORKER", 1)
     monkeypatch.setattr(jobs, "CPU_BLOCK", size)
-    again = []
-
-    def counted(job, structures, states, *asked):
-        again.append(states is not None)
-        return run_region(job, structures, states, *asked)
-
-    monkeypatch.setattr(reduced, "run_region", counted)
+    taken = interrupted_after(0, monkeypatch)
     found = wd.simulate(scene, statistics=statistics, path=tmp_path / "run.nc", **settings)
-    assert any(again)  # some decide otherwise from the true state, or this shows nothing
+    assert taken == list(range(-(-60 // max(12, size // 12 * 12))))
     assert statistics_of(found).identical(statistics_of(expected))
 
 
@@ -145,7 +136,7 @@ def test_a_region_that_is_added_is_no_longer_held(tmp_path, monkeypatch):
     found = simulate(scene_of("city cloud"), statistics=OF_CITY, path=tmp_path / "run.nc")
     assert not list(tmp_path.rglob("*.npz"))  # they go when the run is done
     assert not any(report.rows for report in taken)
-    assert sum(report.histories for report in taken) == 3 * CITY.buildings
+    assert sum(stop - start for start, stop in (report.structures for report in taken)) == CITY.buildings
     assert all(not report.statistics for report in taken)  # nothing is held of a region that is added
     assert int(found["damage_count_by_building_motion"].sum() + found["failed_samples"].sum()) == 3 * CITY.buildings
 
@@ -172,7 +163,7 @@ def test_parts_hold_the_cells_of_their_structures_alone():
 def test_what_cannot_run_leaves_what_stands_there(tmp_path):
     path, scene = tmp_path / "run.nc", scene_of("crossed")
     first = simulate(scene, statistics=OF_ONE[0], path=path)
-    with pytest.raises(FileExistsError, match="another run stands there"):
+    with pytest.raises(FileExistsError, match="contains another run"):
         simulate(scene, statistics=OF_ONE[1], path=path)
     with pytest.raises(ValueError, match="unknown over 'archetype'"):
         simulate(scene, statistics=wd.DamageCounts(LIMITS, over="archetype"), path=path, overwrite=True)
@@ -189,9 +180,11 @@ import sys, warnings
 from test_region_statistics import OF_ONE
 from reduced_runs import scene_of
 import warpdyn as wd
+from warpdyn.campaigns.integration import stability_guard
 from warpdyn.campaigns.running.regions import job
 
 warnings.simplefilter("ignore")
+stability_guard.SAMPLES_OF_A_RANGE = 1
 job.LEAST_CPU_REGION, job.CPU_BLOCK = 1, 45
 print("begun", flush=True)
 wd.simulate(scene_of("cloud"), structures=3000, statistics=OF_MANY, device="cpu", seed=3, path=sys.argv[1])
@@ -224,7 +217,7 @@ def test_a_process_that_is_killed_at_random_moments_loses_and_doubles_nothing(tm
                 continue
             break
         assert process.returncode == 0, told.decode()[-2000:]
-        went_on += b"goes on from" in told
+        went_on += b"resumes after" in told
         with xr.open_dataset(path) as found, xr.open_dataset(tmp_path / "whole.nc") as expected:
             assert statistics_of(found).identical(statistics_of(expected))
         path.unlink()

@@ -88,7 +88,7 @@ def test_a_law_that_counts_reversals_needs_no_yield_force(monkeypatch):
     monkeypatch.setattr(precision, "may_need_float64", lambda model: model.plan.dtype == "float32")
     motion = wd.GroundMotion(np.sin(np.arange(0, 4, 0.01)), 0.01)
     scene = wd.Scene(wd.ShearBuilding(1e5, 4e7, 3.0), motion, recorders=("drift",))
-    with pytest.warns(UserWarning, match="1 of 1 samples moved by so many yield drifts"):
+    with pytest.warns(UserWarning, match="1 of 1 samples have displacements too large for float32"):
         found = wd.simulate(scene, method="rk4", device="cpu")
     exact = wd.simulate(scene, method="rk4", device="cpu", dtype="float64")
     # One kernel gives both, and its results are rounded once to float32.
@@ -154,7 +154,7 @@ def test_what_fails_in_float64_has_failed_whatever_is_recorded(monkeypatch):
         return outputs
 
     monkeypatch.setattr(Ensemble, "integrate", fail)
-    with pytest.warns(UserWarning, match="moved by so many yield drifts|flagged not_converged") as caught:
+    with pytest.warns(UserWarning, match="have displacements too large for float32|flagged not_converged") as caught:
         failed = wd.simulate(scene, structures=STRUCTURES, longest_step=PERIOD / 100, device="cpu")
     assert len(caught) == 2
     assert len(again) > STRUCTURES / 2  # that many move by more than 1,000 yield drifts, as above

@@ -9,13 +9,16 @@ import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
+from test_regions import interrupted_after, small_regions  # noqa: F401  (a fixture by its name)
 from test_simulate import MOTIONS, assert_same_bits, make_oscillator, make_scene
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.running import blocks, pipeline
-from warpdyn.campaigns.running.journal import Journal
-from warpdyn.campaigns.running.run_scene import Kept, fingerprint_of_run, machines_of
+from warpdyn.campaigns.running.outputs import Outputs
+from warpdyn.campaigns.running.regions.checkpoint import Checkpoint
+from warpdyn.campaigns.running.regions.job import machines_of
+from warpdyn.campaigns.running.run import fingerprint_of_run
 from warpdyn.engine.kernels import queues as devices
 from warpdyn.foundations.files import netcdf
 from warpdyn.foundations.files.unfinished import Unfinished
@@ -37,6 +40,7 @@ SCENES = {
 
 
 @pytest.mark.parametrize("name", SCENES)
+@pytest.mark.usefixtures("small_regions")
 def test_the_file_is_what_the_run_in_memory_is(name, tmp_path, monkeypatch):
     monkeypatch.setattr(blocks, "CPU_BLOCK", 10)
     scene, settings = SCENES[name]
@@ -67,8 +71,7 @@ def test_values_are_read_when_they_are_asked_for(tmp_path):
         assert np.isfinite(run["peak_storey_drift"].values).all()
 
 
-def fail_in_the_second_block(monkeypatch, error):
-    monkeypatch.setattr(blocks, "CPU_BLOCK", 6)
+def fail_in_the_second_region(monkeypatch, error):
     launches = []
 
     def launch(*arguments, **options):
@@ -91,10 +94,10 @@ def fail_at_the_end(monkeypatch, error):
     monkeypatch.setattr(os, "replace", replace)
 
 
-@pytest.mark.parametrize("fail", [fail_in_the_second_block, fail_at_the_end])
+@pytest.mark.parametrize("fail", [fail_in_the_second_region, fail_at_the_end])
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), RuntimeError("out of memory"), OSError("disk full")])
 @pytest.mark.parametrize("existed", [True, False])
-def test_nothing_is_left_of_an_unfinished_run(fail, error, existed, tmp_path, monkeypatch):
+def test_nothing_is_left_of_an_unfinished_run(fail, error, existed, tmp_path, small_regions, monkeypatch):  # noqa: F811
     path = tmp_path / "run.nc"
     if existed:
         wd.write(xr.Dataset({"x": 1.0}), path)
@@ -103,7 +106,7 @@ def test_nothing_is_left_of_an_unfinished_run(fail, error, existed, tmp_path, mo
     settings = {"structures": 4, "path": path, "overwrite": existed, "device": "cpu"}
     with pytest.raises(type(error)):
         wd.simulate(make_scene(), **settings)
-    # What stops a run, a full disk too, leaves its finished blocks, so that it goes on from there.
+    # What stops a run, a full disk too, leaves its finished regions, so that it goes on from there.
     kept = [".run.nc.unfinished"]
     assert sorted(os.listdir(tmp_path)) == kept + (["run.nc"] if existed else [])
     if existed:
@@ -122,73 +125,59 @@ RESUMED = {
 
 
 @pytest.mark.parametrize("name", RESUMED)
+@pytest.mark.usefixtures("small_regions")
 def test_a_run_that_was_stopped_goes_on_with_the_same_bits(name, tmp_path, monkeypatch, caplog):
-    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
     scene, settings = RESUMED[name]
     settings = {"structures": 7, "seed": 3, "device": "cpu", **settings}
-    held = wd.simulate(scene, path=tmp_path / "whole.nc", **settings).load()
-    original, finished, stops = Journal.keep, [], [2]
-
-    def keep(*arguments):
-        original(*arguments)
-        finished.append(arguments)
-        if len(finished) in stops:
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(Journal, "keep", keep)
-    with pytest.raises(KeyboardInterrupt) as caught:
-        wd.simulate(scene, path=tmp_path / "run.nc", **settings)
+    with monkeypatch.context() as patched:
+        regions = interrupted_after(0, patched)
+        held = wd.simulate(scene, path=tmp_path / "whole.nc", **settings).load()
+    with monkeypatch.context() as patched:
+        interrupted_after(2, patched)
+        with pytest.raises(KeyboardInterrupt) as caught:
+            wd.simulate(scene, path=tmp_path / "run.nc", **settings)
     assert any("repeat the same call to resume it" in note for note in caught.value.__notes__)
-    with pytest.raises(FileExistsError, match="another run that is not finished stands there"):
+    with pytest.raises(FileExistsError, match="contains another run that is not finished"):
         wd.simulate(scene, path=tmp_path / "run.nc", **settings | {"seed": 4})
     with pytest.raises(ValueError, match="method"):  # what cannot run leaves what stands there
         wd.simulate(scene, path=tmp_path / "run.nc", **settings | {"method": "none"})
-    finished.clear()
-    stops.clear()
+    finished = interrupted_after(0, monkeypatch)
     with wd.simulate(scene, path=tmp_path / "run.nc", **settings) as read:
-        assert 0 < len(finished) < 7
-        assert re.search(r"run\.nc: goes on from the \d of 7 structures", caplog.text)
+        assert finished == regions[2:]
+        assert re.search(r"run\.nc: resumes after the \d of 7 structures", caplog.text)
         assert_same_bits(held, read.load())
         assert set(read.attrs) == set(held.attrs)
     assert ".run.nc.unfinished" not in os.listdir(tmp_path)
 
 
+@pytest.mark.usefixtures("small_regions")
 def test_a_run_that_goes_on_warns_of_what_the_first_call_ran_again_in_float64(tmp_path, monkeypatch):
-    monkeypatch.setattr(blocks, "CPU_BLOCK", 12)
     monkeypatch.setattr(pipeline, "rerun_in_float64", lambda *arguments: 1)  # of every block
-    original, stops = Journal.keep, [True]
-
-    def keep(*arguments):
-        original(*arguments)
-        if stops:
-            stops.clear()
-            raise KeyboardInterrupt
-
-    monkeypatch.setattr(Journal, "keep", keep)
     settings = {"structures": 7, "seed": 3, "device": "cpu", "path": tmp_path / "run.nc"}
-    with pytest.raises(KeyboardInterrupt):
-        wd.simulate(make_scene(), **settings)
-    with pytest.warns(UserWarning, match="4 of 42 samples moved by so many yield drifts"):
+    with monkeypatch.context() as patched:
+        interrupted_after(1, patched)
+        with pytest.raises(KeyboardInterrupt):
+            wd.simulate(make_scene(), **settings)
+    with pytest.warns(UserWarning, match="7 of 42 samples have displacements too large for float32"):
         wd.simulate(make_scene(), **settings).close()
 
 
 @pytest.mark.fast
 @pytest.mark.parametrize("text", ["", "[1]", "5", "{", '{"fingerprint": 1}', '{"fingerprint": "same"}', "\xff"])
-def test_a_damaged_account_of_a_run_is_none(text, tmp_path):
+def test_a_damaged_header_of_a_checkpoint_counts_as_missing(text, tmp_path):
     with Unfinished(tmp_path / "run.nc") as unfinished:
         unfinished.kept.mkdir()
         (unfinished.kept / "run.json").write_bytes(text.encode("latin-1"))
-        journal = Journal(unfinished, "same", overwrite=False)
-        assert journal.settled == {}
+        checkpoint = Checkpoint(unfinished, "same", overwrite=False)
+        assert checkpoint.settled == {}
         assert json.loads((unfinished.kept / "run.json").read_text()) == {"fingerprint": "same", "settled": {}}
 
 
 @pytest.mark.fast
 def test_the_fingerprint_is_of_values_and_not_of_their_types():
     def digest(seed=0, structures=2, kept=0.5, **arguments):
-        given = {"method": None, "dtype": None, "target_error": None, **arguments}
-        integration = Integration.from_arguments(**given)
-        kept_of_it, machines = Kept(sample_error=kept), machines_of(Execution(device="cpu"))
+        integration = Integration(**arguments)
+        kept_of_it, machines = Outputs(sample_error=kept), machines_of(Execution(device="cpu"))
         return fingerprint_of_run(make_scene(), structures, integration, machines, kept_of_it, seed)
 
     plain = digest(step=0.01)
@@ -209,7 +198,7 @@ def test_the_fingerprint_is_of_values_and_not_of_their_types():
 
 
 @pytest.mark.parametrize("part", ["run.json", "npz"])
-def test_a_disk_that_is_full_before_the_first_block_is_kept_is_named(part, tmp_path, monkeypatch):
+def test_a_disk_that_is_full_before_the_first_region_is_kept_is_named(part, tmp_path, monkeypatch):
     original = os.replace
 
     def replace(source, target):
@@ -229,9 +218,9 @@ def test_another_run_is_not_replaced_unless_asked(tmp_path):
     wd.simulate(make_scene(), path=path, **settings).close()
     before = path.read_bytes()
     for other in (settings | {"seed": 1}, settings | {"dtype": "float64"}, settings | {"structures": 3}):
-        with pytest.raises(FileExistsError, match=r"another run stands there .*overwrite=True"):
+        with pytest.raises(FileExistsError, match=r"contains another run .*overwrite=True"):
             wd.simulate(make_scene(), path=path, **other)
-    with pytest.raises(FileExistsError, match="another run stands there"):
+    with pytest.raises(FileExistsError, match="contains another run"):
         wd.simulate(make_scene(tail=0.2), path=path, **settings)
     assert path.read_bytes() == before
     assert os.listdir(tmp_path) == ["run.nc"]

@@ -28,12 +28,14 @@ from .answers.risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, 
 from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
+from .campaigns.integration.settings import Execution as Execution, Integration as Integration
 from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
 from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
 from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram
 from .campaigns.reductions.demand_moments import DemandMoments as DemandMoments, LargestDemand as LargestDemand
 from .campaigns.running.histories import Histories as Histories
 from .campaigns.running.joining.join import join as join
+from .campaigns.running.outputs import Outputs as Outputs
 from .campaigns.running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
 from .campaigns.running.selections import (
     select_archetype as select_archetype,

@@ -78,7 +78,9 @@ def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np
     return ~linear & (outputs["status"] < DIVERGED)
 
 
-def reliability(run: Ensemble, samples: np.ndarray, outputs: Arrays, share: float) -> np.ndarray:
+def reliability(
+    run: Ensemble, samples: np.ndarray, outputs: Arrays, share: float, sensitive: np.ndarray | None = None
+) -> np.ndarray:
     """Return the flags of samples, shape [sample].
 
     Args:
@@ -86,11 +88,12 @@ def reliability(run: Ensemble, samples: np.ndarray, outputs: Arrays, share: floa
         samples: The samples.
         outputs: Their outputs, sample last.
         share: Share of the sensitive samples that are checked.
+        sensitive: What `sensitive_samples` returns of the samples; None to call it.
     """
     flags = np.where(outputs["status"] < DIVERGED, NO, NOT_CHECKED).astype(np.int8)
     if not is_checked(run.model):
         return flags
-    sensitive = sensitive_samples(run, samples, outputs)
+    sensitive = sensitive_samples(run, samples, outputs) if sensitive is None else sensitive
     number = run.sample[samples].astype(np.uint64) * np.uint64(GOLDEN)
     is_chosen = (number >> np.uint64(11)) < share * 2.0**53
     flags[sensitive & ~is_chosen] = NOT_CHECKED

@@ -9,7 +9,7 @@ import numpy as np
 from warpdyn.campaigns.accuracy.error_estimate import compare, relative_errors
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble
-from warpdyn.campaigns.integration.stability_guard import integrate_guarded
+from warpdyn.campaigns.integration.stability_guard import Reruns, integrate_guarded
 from warpdyn.foundations.core.output_variables import DIVERGED
 
 SCALED_BY = 1.001  # factor on the motion in the run that detects sensitive samples
@@ -32,14 +32,17 @@ ATTRIBUTES: dict[str, dict[str, object]] = {
 PEAKS = ("peak_storey_drift", "peak_displacement")
 
 
-def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: float) -> tuple[int, int]:
-    """Write the estimated error of every sample, and whether it is sensitive; return the numbers above the error asked.
+def fill_sample_errors(
+    run: Ensemble, outputs: Arrays, rows: Arrays, asked: float, reruns: tuple[Reruns, Reruns]
+) -> tuple[int, int]:
+    """Write the estimated error and the flag `sensitive` of every sample; return both numbers of samples above `asked`.
 
     Args:
         run: The samples.
         outputs: Their outputs, sample last.
         rows: Their rows of the dataset, which are filled.
         asked: Relative error asked for.
+        reruns: Reruns of the samples before them, at half the step and with a scaled motion.
     """
     rows[ERROR][:], rows[SENSITIVE][:] = np.nan, UNKNOWN
     own = np.flatnonzero(outputs["status"] < DIVERGED)
@@ -48,10 +51,11 @@ def fill_sample_errors(run: Ensemble, outputs: Arrays, rows: Arrays, asked: floa
     part = run.select(own)
     found = {name: values[..., own] for name, values in outputs.items()}
     everything = np.arange(own.size)
-    error = _worst(relative_errors(part, found, everything))
+    # A sample that fails at half the step has an infinite error.
+    error = _worst(relative_errors(part, found, everything, reruns[0]))
     scaled = run.select(own)
     scaled.assignment = replace(scaled.assignment, scale=scaled.assignment.scale * SCALED_BY)
-    change = _worst(compare(scaled, found, integrate_guarded(scaled, everything), everything))
+    change = _worst(compare(scaled, found, integrate_guarded(scaled, everything, reruns[1]), everything))
     is_sensitive = change > asked + (SCALED_BY - 1)  # the change of a linear response
     rows[ERROR][own], rows[SENSITIVE][own] = error, is_sensitive
     return int(np.count_nonzero(error > asked)), int(np.count_nonzero(is_sensitive))

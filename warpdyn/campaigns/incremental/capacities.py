@@ -135,14 +135,7 @@ def capacities(
         raise ValueError(f"ladder={ladder:g} would miss capacities: it must be at most {LARGEST_LADDER:g}")
     for name, choice in {"reuse_elastic": reuse_elastic, "keep_curves": keep_curves}.items():
         true_or_false(name, choice)
-    integration = Integration.from_arguments(
-        method=method,
-        dtype=dtype,
-        target_error=None,
-        step=step,
-        longest_step=longest_step,
-        on_unstable=on_unstable,
-    )
+    integration = Integration(method=method, dtype=dtype, step=step, longest_step=longest_step, on_unstable=on_unstable)
     execution = Execution(device=device, threads=threads).on_first()
     finite = {f" of {name!r}": float(value) for name, value in zip(names, limit, strict=True) if value < np.inf}
     if demand in LIMIT_BANDS:
@@ -157,7 +150,6 @@ def capacities(
         "take fewer structures: a few per motion determine a fragility curve",
     )
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
-    integration = run.integration
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, which only collapse passes, but nothing collapses "
@@ -171,7 +163,7 @@ def capacities(
     elif isinstance(design, Stripes):
         highest = float(design.levels[-1])
     own = design.structures_per_motion or run.structures
-    findings = StabilityFindings(own * len(design.motions), integration.method)
+    findings = StabilityFindings(own * len(design.motions), run.integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
     counts_added = true_or_false("added_storeys", added_storeys)
@@ -184,7 +176,7 @@ def capacities(
                 run,
                 part,
                 demand,
-                integration,
+                run.integration,
                 queue,
                 first,
                 findings,
@@ -199,7 +191,7 @@ def capacities(
             found.add(search)
     findings.warn(on_unstable)
     _refuse_failed(found, run)
-    result = labelled_capacities(found, run, integration, float(highest or np.nan))
+    result = labelled_capacities(found, run, run.integration, float(highest or np.nan))
     result.attrs["seconds_in_kernels"] = seconds_in_kernels([queue])
     _warn_of_resurrections(result)
     return result

@@ -11,7 +11,7 @@ import xarray as xr
 from warpdyn.campaigns.incremental.pairs import DRIFT_RATIO
 from warpdyn.campaigns.incremental.search import Search
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.campaigns.integration.settings import Integration
+from warpdyn.campaigns.integration.settings import Settled
 from warpdyn.engine.kernels.queues import device_names
 from warpdyn.foundations.core.output_variables import DIVERGED, STATUS_MEANINGS, UNNAMED, label_of_levels
 from warpdyn.foundations.core.units import unit_attributes
@@ -95,7 +95,7 @@ class Found:
         return ", ".join(STATUS_MEANINGS[code] for code in sorted(self.codes)) or "no finite demand"
 
 
-def labelled_capacities(found: Found, run: Run, integration: Integration, highest: float) -> xr.Dataset:
+def labelled_capacities(found: Found, run: Run, integration: Settled, highest: float) -> xr.Dataset:
     """Return the dataset of capacities.
 
     Args:

@@ -13,7 +13,7 @@ from warpdyn.campaigns.incremental.elastic import elastic_drifts
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.campaigns.integration.settings import Integration
+from warpdyn.campaigns.integration.settings import Settled
 from warpdyn.campaigns.integration.stability_guard import Reruns, StabilityFindings, guard
 from warpdyn.campaigns.integration.time_grid import build_schedule
 from warpdyn.engine.kernels.queues import Queue
@@ -81,7 +81,7 @@ class Pairs:
         run: Run,
         structures: np.ndarray,
         demand: str,
-        integration: Integration,
+        integration: Settled,
         queue: Queue,
         first_level: float,
         findings: StabilityFindings,

@@ -9,7 +9,9 @@ import numpy as np
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.engine.kernels.output_table import HISTORY
-from warpdyn.engine.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
+from warpdyn.engine.laws.building_law import name_of
+from warpdyn.engine.laws.devices.parameters import ViscousDamper, damper_values, kind_of_dampers, steepest_damping
+from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.methods.stability_limits import stable_step, stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
@@ -38,14 +40,16 @@ class ChainDynamics(Dynamics):
         inherent = structure.inherent_damping
         self.law = structure.storey_law.spring(values)
         self.viscous_dampers = kind_of_dampers(structure.devices, values)
-        is_linear = self.viscous_dampers == "linear"
-        self.fitting_law = structure.law.replace("+viscous_damper", "") if is_linear else structure.law
+        left_out = (ViscousDamper.name,) if self.viscous_dampers == "linear" else ()
+        devices = tuple(name for name in structure.devices if name not in left_out)
+        self.fitting_law = name_of(structure.storey_laws, devices)
         self.damping = inherent.kernel
         self.physics = physics_of(structure.parameters)
         self.has_drift_capacity = bool(capacities_of(structure.parameters))
         self.counts_reversals = structure.storey_law.counts_reversals(values)
         # Under gravity a storey that has yielded may lose its stiffness.
-        falls_over = bool(self.physics) and self.law != "elastic"
+        self.is_elastic = self.law == Elastic.name
+        falls_over = bool(self.physics) and not self.is_elastic
         self.is_sensitive = falls_over or structure.storey_law.is_sensitive(values)
         # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta, which has no dashpots;
         # its ratio is that of modes of the frequencies that the building has, with P-Delta. OpenSees does the same.
@@ -70,7 +74,7 @@ class ChainDynamics(Dynamics):
             rate = highest_damping_rate(mass, matrix)
             stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
         else:
-            # Classical damping: each mode is an oscillator by itself, and no complex eigenvalues are needed.
+            # Classical damping: each mode is a separate oscillator, and no complex eigenvalues are needed.
             ratios = inherent.ratios(parameters, frequency, rayleigh)
             stable = stable_step(method, frequency, ratios).min(axis=0)
             rates = ratios * frequency
@@ -79,7 +83,7 @@ class ChainDynamics(Dynamics):
             over = ratios > 1
             rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
             decay = rates.min(axis=0)
-        if self.law != "elastic" or self.viscous_dampers == "power":
+        if not self.is_elastic or self.viscous_dampers == "power":
             stiffest = effective_stiffness(parameters, law.stiffest(parameters))
             highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
             if inherent.follows_tangent:

@@ -15,7 +15,7 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.modal import undamped_modes
 
-DIAGONAL_TOLERANCE = 1e-12  # rounding beside a diagonal, over its largest entry
+DIAGONAL_TOLERANCE = 1e-12  # rounding outside of a diagonal, over its largest entry
 ROUNDED_FREE = 1e-6  # eigenvalues of free motions over the largest: the root of some roundings
 
 

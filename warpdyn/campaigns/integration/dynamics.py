@@ -74,7 +74,7 @@ class Dynamics(ABC):
         damping: Damping that a kernel is built with, except for the exact method.
         viscous_dampers: "none", "linear" or "power" of the velocity.
         physics: Rows of PHYSICS that the structures have.
-        has_drift_capacity: Whether storeys have drifts of their own at which they collapse.
+        has_drift_capacity: Whether each storey has a drift at which it collapses.
         counts_reversals: Whether storeys are damaged by each reversal, also by those that rounding makes.
         is_sensitive: Whether a slightly other step or motion may change peak drifts a lot.
         couples_modes: Whether damping couples the undamped modes.

@@ -27,9 +27,9 @@ class Packed(NamedTuple):
 
     Args:
         structures: Values of each structure, by the fields of the kernels' struct.
-        samples: Values of each sample, likewise, and the order in which they are launched, in which those with the same
-            number of steps in an interval follow each other.
-        groups: Steps in an interval and number of samples, for one such group after the other.
+        samples: Values of each sample, by the fields of their struct, and the order of the launch. Samples with the
+            same number of steps in an interval form a group and follow each other.
+        groups: Steps in an interval and number of samples of each group.
     """
 
     structures: Arrays
@@ -142,7 +142,7 @@ class Ensemble:
         packed, self._packed = self._packed, None
         if packed is None:
             packed = self._pack()
-        # Inputs first: what is queued before them they wait for, and a GPU that runs another block makes that wait.
+        # Queue the uploads first: anything queued before them would delay them until the GPU finishes the last block.
         inputs = self._upload(packed)
         output = self.queue.blank(rows, self.plan.dtype)
         self._launch(self.plan, packed, inputs, output, history, advance=advance)

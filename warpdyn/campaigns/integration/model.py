@@ -21,7 +21,7 @@ from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS, Method, check_fits
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.output_variables import Variable
-from warpdyn.model.ground_motions.excitation import Timeline
+from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
@@ -71,19 +71,24 @@ def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
     return (replace(later, resumes=False), *[later] * (events - 1))
 
 
+def levels_of(scene: Scene) -> list[Assignment]:
+    """Return the assignment of each event without samples, which describes its intensity measure."""
+    nothing = np.arange(0)
+    return [scene.excitation.assign(nothing, 0, event) for event in range(len(scene.excitation.event_names))]
+
+
 def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str | None) -> str:
     """Return the text of a scene's kernel, of its first event if it has several; the keywords are those of `simulate`.
 
     Raises:
-        TypeError, ValueError: If the scene is none or is a portfolio's, or an argument is unknown or does not fit it.
+        TypeError, ValueError: If `scene` is not a Scene of one structure, or an argument is unknown or does not fit it.
     """
     check_kind("source", "a Scene", scene, Scene)
     if scene.structure.is_many:
         raise ValueError("source() takes a scene of one structure, got a Portfolio, which runs several kernels")
-    integration = Integration.from_arguments(method=method, dtype=dtype, target_error=None)
     dynamics, damping = dynamics_of(scene), scene.structure.damping
     is_gpu = checked_devices(device)[0] != "cpu"
-    integration = integration.settled(dynamics.fitting_law, scene.structure, is_gpu=is_gpu)
+    integration = Integration(method=method, dtype=dtype).settled(dynamics.fitting_law, scene.structure, is_gpu=is_gpu)
     check_fits(integration.method, dynamics.fitting_law, damping)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text

@@ -1,7 +1,7 @@
 """Propagators, which advance a linear structure by one step, for each pair of a structure and a step.
 
 They are computed in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
-q'' + damping q' + stiffness q = p. If damping is diagonal too, each mode is an oscillator by itself.
+q'' + damping q' + stiffness q = p. If damping is diagonal too, each mode is a separate oscillator.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def pack_linear(
     modes = dynamics.modes(parameters, excitation, is_coupled=dynamics.couples_modes or method.kind == "implicit")
     pairs, number = modes.stiffness.shape
     frequency = excitation.forcing_frequency
-    by_force = modes.load.ndim == 3  # then every mode has a load of its own, not a share of the one load
+    by_force = modes.load.ndim == 3  # then each mode has its own load, not a share of one load
     halvings = _halvings(modes, step, frequency or 0.0)
     chosen: list[np.ndarray] = []
     parts: list[tuple[np.ndarray, np.ndarray]] = []
@@ -83,7 +83,7 @@ def _increments(
         chosen: Pairs.
         step: Their steps [s].
         frequency: Circular frequency of a harmonic load [rad/s]; None for a load that is linear within the step.
-        by_force: Whether each mode has a load of its own.
+        by_force: Whether each mode has its own load.
         halvings: Halvings of the step.
 
     Returns:

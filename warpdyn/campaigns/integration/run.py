@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import collections.abc
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays, Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.model import Model, central_vibration, dynamics_of, plan_of
 from warpdyn.campaigns.integration.sampler import Sampler
-from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration
+from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration, Settled
 from warpdyn.campaigns.integration.time_grid import build_schedule, build_timeline
 from warpdyn.engine.kernels.queues import Queue, open_queues
 from warpdyn.engine.methods.defaults import FALLBACK
@@ -26,7 +27,7 @@ MOST_SAMPLES = 2**31 - 1  # samples are counted in 32 bits
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run with checked arguments, of which any structures can be prepared for integration.
+    """A run with checked arguments; any of its structures can be prepared for integration.
 
     Args:
         model: How all samples are integrated.
@@ -34,7 +35,7 @@ class Run:
         structures: Number of structures.
         first: Scattered parameters of the first of them.
         execution: Devices, threads and memory.
-        integration: How samples are integrated, with the method that was settled.
+        integration: How samples are integrated.
     """
 
     model: Model
@@ -42,7 +43,7 @@ class Run:
     structures: int
     first: Arrays
     execution: Execution
-    integration: Integration
+    integration: Settled
 
     @property
     def samples(self) -> int:
@@ -63,7 +64,7 @@ class Run:
     def events(
         self, structures: np.ndarray, queue: Queue, known: Drawn | None = None
     ) -> list[tuple[Ensemble, Vibration]]:
-        """Return some structures with all their samples, and their vibration, for each event in turn.
+        """Return some structures with all their samples, and their vibration, event by event.
 
         From the second event on, each sample of the previous event is a structure.
 
@@ -95,20 +96,24 @@ class Run:
         return found
 
 
-def build_run(scene: Scene, structures: int, integration: Integration, execution: Execution, seed: int = 0) -> Run:
+def build_run(
+    scene: Scene, structures: int, how: Integration, execution: Execution, seed: int = 0, **chosen: Any
+) -> Run:
     """Check the arguments of a run and build its time grid; nothing is drawn yet.
 
     Args:
         scene: The scene.
         structures: Number of structures to draw.
-        integration: How they are integrated.
+        how: How they are integrated.
         execution: Devices, threads and memory.
         seed: Seed of every random draw.
+        chosen: Settings that replace those of `how` after the method is settled, such as `longest_step`.
     """
     check_kind("simulate", "a Scene", scene, Scene)
     excitation, dynamics = scene.excitation, dynamics_of(scene)
     law, damping = dynamics.fitting_law, scene.structure.damping
-    integration = integration.settled(law, scene.structure, is_gpu=execution.is_gpu)
+    settled = how if isinstance(how, Settled) else how.settled(law, scene.structure, is_gpu=execution.is_gpu)
+    integration = replace(settled, **chosen)
     method, row = integration.method, METHODS[integration.method]
     check_fits(method, law, damping)
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
@@ -119,8 +124,8 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
     sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, structures, seed)
     if len(excitation.event_names) > 1 and row.kind == "exact":
         raise ValueError(
-            "method 'exact' is for linear structures, which come out of an earthquake as they went into it: choose "
-            "another method for an EventSequence, or run its events by themselves"
+            "method 'exact' is for linear structures, which an earthquake does not damage: choose another method for "
+            "an EventSequence, or run each event as a separate scene"
         )
     excitation.check_structures(structures)
     # A scatter out of bounds is reported for a drawn value, not for its median.
@@ -150,12 +155,12 @@ def prepare(
     known: dict[str, Drawn] | None = None,
     **integration: object,
 ) -> tuple[Ensemble, Vibration]:
-    """Prepare all samples of a run of one event at once, on the first of its devices; arguments as of `simulate`.
+    """Prepare all samples of a run of one event at once, on the first of its devices; arguments: see `simulate`.
 
     For many runs of the same samples of one scene, pass the same `known` each time, at first empty: it keeps the drawn
     structures and their vibration, by method.
     """
-    how = Integration(**integration)  # type: ignore[arg-type]
+    how = Settled(**integration)  # type: ignore[arg-type]
     run = build_run(scene, structures, how, Execution(device=device, threads=threads).on_first(), seed)
     everything = np.arange(run.structures)
     known = {} if known is None else known

@@ -1,18 +1,23 @@
-"""Settings of a run besides its scene: how it is integrated, and where."""
+"""Settings of a run besides its scene: how samples are integrated, and where."""
 
 from __future__ import annotations
 
 import collections.abc
-from dataclasses import dataclass, field, replace
-from typing import Any, Self
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Self
 
 from warpdyn.engine.kernels.queues import checked_devices
-from warpdyn.engine.methods.defaults import MEASURED_DAMPING_RATIO, default_method
+from warpdyn.engine.laws.devices.parameters import ViscousDamper
+from warpdyn.engine.methods.defaults import FALLBACK, MEASURED_DAMPING_RATIO, default_method
 from warpdyn.engine.methods.table import METHODS
-from warpdyn.foundations.core.checks import one_of, real_number, whole_number
+from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 ON_UNSTABLE = ("substep", "raise", "flag")
 DTYPES = ("float32", "float64")
@@ -23,111 +28,170 @@ LEAST_ERROR = 1e-8  # least target error
 
 @dataclass(frozen=True, kw_only=True)
 class Integration:
-    """How samples are integrated; arguments as of `simulate`.
+    """How the samples of a run are integrated.
 
     Args:
-        left_open: Which of "method" and "dtype" are chosen for the target error, or, without one, whether the method
-            is the default of the scene's law.
-        divides_steps: Whether the caller left the steps open, so that they are divided where a sample needs it.
-        refinement: Number of steps that are taken in each step of the default rule, which is RK4's.
-        reason: Why the method is the default of the law; "" where it, or a step, is given.
+        method: Integration method, a row of METHODS, such as "rk4". None: if `target_error` is given, `plan` chooses.
+            Otherwise, if no step is given, the cheapest method whose measured error is at most 1.2 times that of "rk4"
+            for the scene's laws and device; else "rk4". The attributes `method` and `method_chosen_because` of the run
+            name the method and the reason.
+        dtype: "float32" or "float64". None: "float32", or the choice for `target_error`.
+        step: Integration step [s], which must divide the step of every motion; None: chosen for each motion.
+        longest_step: Upper bound of the chosen steps [s], instead of the default rule.
+        resample: Whether a motion whose step is not a multiple of `step` is resampled at `step`, which cuts its peaks.
+        tolerance: Relative error [1] that an adaptive method allows in a step (1e-6 by default); its steps are not
+            longer than those of other methods.
+        target_error: Relative error [1] that the peak drifts of 95 % of the samples stay below; a pilot chooses the
+            step, and method and dtype if they are not given. None: no pilot.
+        on_unstable: Treatment of a structure if the step is beyond its stability limit: "substep" (the samples of the
+            structure take the fewest stable steps in each interval of the record), "raise" (an error before any sample
+            runs), or "flag" (status unstable_step). If a step proves too long only during the run, "substep" runs the
+            sample again with shorter steps, within a limit on the cost; "raise" and "flag" do not.
+
+    Raises:
+        ValueError: If a name is unknown, a number is out of its range, or arguments contradict each other.
+        TypeError: If an argument is of another type.
+
+    Example:
+        >>> exact = wd.Integration(method="rk4", dtype="float64", step=0.005)
+        >>> float(wd.simulate(scene, structures=3, integration=exact)["integration_step"][0])
+        0.005
     """
 
-    method: str = "rk4"
-    dtype: str = "float32"
+    method: str | None = None
+    dtype: str | None = None
     step: float | None = None
     longest_step: float | None = None
     resample: bool = False
     tolerance: float | None = None
     target_error: float | None = None
     on_unstable: str = "substep"
-    left_open: tuple[str, ...] = ()
-    divides_steps: bool = False
-    refinement: int = 1
-    reason: str = ""
 
     def __post_init__(self) -> None:
+        if self.target_error is not None:
+            check_target_error(self.target_error)
+            if any(each is not None for each in (self.step, self.longest_step, self.tolerance)):
+                raise ValueError(
+                    "target_error chooses the step: remove target_error, or remove step, longest_step and tolerance"
+                )
+        else:  # what is not chosen falls back to its default; default methods were measured at default steps
+            object.__setattr__(self, "dtype", self.dtype or "float32")
+            if any(each is not None for each in (self.step, self.longest_step, self.tolerance)):
+                object.__setattr__(self, "method", self.method or FALLBACK)
+        self._check()
+
+    def _check(self) -> None:
+        """Raise an error if a value is out of its range."""
         one_of("on_unstable", self.on_unstable, ON_UNSTABLE)
-        one_of("method", self.method, METHODS)
-        one_of("dtype", self.dtype, DTYPES)
-        if not isinstance(self.resample, bool):
-            raise TypeError(f"resample must be True or False, got {self.resample!r}")
+        if self.method is not None:
+            one_of("method", self.method, METHODS)
+        if self.dtype is not None:
+            one_of("dtype", self.dtype, DTYPES)
+        true_or_false("resample", self.resample)
         for name in ("step", "longest_step"):
             if getattr(self, name) is not None:
                 real_number(f"{name} [s]", getattr(self, name), above=0)
-        if self.tolerance is not None:
-            self._check_tolerance(self.tolerance)
-
-    def _check_tolerance(self, tolerance: float) -> None:
-        if not METHODS[self.method].is_adaptive:
+        if self.tolerance is None:
+            return
+        if not METHODS[self.nominal_method].is_adaptive:
             adaptive = [name for name, other in METHODS.items() if other.is_adaptive]
-            raise ValueError(f"method {self.method!r} takes no tolerance; these do: {', '.join(adaptive)}")
-        least = LEAST_TOLERANCE[self.dtype]
-        if not least <= real_number("tolerance", tolerance, above=0) <= 1:
-            raise ValueError(f"tolerance must be from {least:g} ({self.dtype}) to 1, got {tolerance:g}")
+            raise ValueError(f"method {self.nominal_method!r} takes no tolerance; these do: {', '.join(adaptive)}")
+        dtype = self.dtype or "float32"
+        if not LEAST_TOLERANCE[dtype] <= real_number("tolerance", self.tolerance, above=0) <= 1:
+            raise ValueError(
+                f"tolerance must be from {LEAST_TOLERANCE[dtype]:g} ({dtype}) to 1, got {self.tolerance:g}"
+            )
 
-    @classmethod
-    def from_arguments(
-        cls, *, method: str | None, dtype: str | None, target_error: float | None, **rest: object
-    ) -> Self:
-        """Return the settings of `simulate`'s arguments, with defaults in place of None."""
-        given = {"method": method, "dtype": dtype}
-        if target_error is not None:
-            check_target_error(target_error)
-            if any(rest.get(name) is not None for name in ("step", "longest_step", "tolerance")):
-                raise ValueError(
-                    "target_error chooses the step: give simulate() no step, longest_step or tolerance beside it"
-                )
-        is_stepped = any(rest.get(name) is not None for name in ("step", "longest_step", "tolerance"))
-        # Without a target error the dtype is the default, as if it were given, and so is the method beside a step:
-        # the table of default methods is of default steps.
-        chosen = ("method", "dtype") if target_error is not None else () if is_stepped else ("method",)
-        left_open = tuple(name for name in chosen if given[name] is None)
-        settled: dict[str, Any] = {name: value for name, value in given.items() if value is not None} | rest
-        found = cls(target_error=target_error, left_open=left_open, **settled)
-        return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)
-
-    def settled(self, law: str, structure: Structure, *, is_gpu: bool) -> Self:
-        """Return the settings with the default method of a structure, where neither method nor step is given.
-
-        Args:
-            law: Law of the structure that the method must fit.
-            structure: The nominal structure.
-            is_gpu: Whether it is run on a GPU.
-        """
-        if "method" not in self.left_open or self.target_error is not None:
-            return self
-        default = default_method(law, measured_dampings(structure), is_gpu=is_gpu)
-        chosen: dict[str, Any] = {"method": default.method, "refinement": default.steps, "reason": default.reason}
-        return replace(self, left_open=(), **chosen)
+    @property
+    def nominal_method(self) -> str:
+        """The method; "rk4" if it is not chosen yet."""
+        return self.method or FALLBACK
 
     @property
     def is_stepped(self) -> bool:
         """Whether the caller determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
+    def settled(self, law: str, structure: Structure, *, is_gpu: bool) -> Settled:
+        """Return the settings of a structure, with its default method if neither method nor step is given.
+
+        Args:
+            law: Law of the structure that the method must fit.
+            structure: The nominal structure.
+            is_gpu: Whether it is run on a GPU.
+        """
+        chosen: dict[str, Any] = {"method": self.nominal_method, "dtype": self.dtype or "float32"}
+        if self.method is None and self.target_error is None:
+            default = default_method(law, measured_dampings(structure), is_gpu=is_gpu)
+            chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
+        divides = self.on_unstable == "substep" and not self.is_stepped
+        return Settled(**vars(self) | chosen, divides_steps=divides)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settled(Integration):
+    """How the samples of a scene of one structure are integrated, with a method and a number type.
+
+    Args:
+        divides_steps: Whether steps are divided for a sample that needs shorter ones, since the caller gave no step.
+        refinement: Number of steps that are taken in each step of the default rule, which is RK4's.
+        reason: Why the method is the default of the law; empty if it, or a step, is given.
+    """
+
+    method: str = FALLBACK
+    dtype: str = "float32"
+    divides_steps: bool = False
+    refinement: int = 1
+    reason: str = ""
+
+    def __post_init__(self) -> None:
+        self._check()
+
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """Devices, threads and memory of a run; arguments as of `simulate`.
+    """Where a run is executed.
 
-    Attributes:
-        devices: Devices that the samples are divided among.
-        cores: CPU threads that are used.
+    Args:
+        device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all GPUs, which share the
+            samples. None: the first GPU, or the CPU if there is no GPU.
+        threads: CPU threads; None: every core that this process may use.
+        memory: Memory [bytes] that the blocks in progress may take on the host, and on each device; None: a share of
+            the free memory. `histories` must fit in it, too. A dataset that is returned in memory is not counted.
+        cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region. `device`,
+            `threads` and `memory` are then those of each worker: its first GPU and its own number of threads by
+            default. Results have the same bits as in this process. If a worker dies, its regions are run again. None:
+            this process runs the samples.
+
+    Raises:
+        ValueError: If a number is out of its range.
+
+    Example:
+        >>> two = wd.Execution(device="cpu", threads=2)
+        >>> wd.simulate(scene, structures=3, execution=two).attrs["device"].split()[0]
+        'cpu'
     """
 
     device: str | collections.abc.Sequence[str] | None = None
     threads: int | None = None
     memory: int | None = None
-    devices: tuple[str, ...] = field(init=False)
-    cores: int = field(init=False)
+    cluster: Client | None = None
 
     def __post_init__(self) -> None:
         if self.memory is not None:
             whole_number("memory [bytes]", self.memory, 1)
-        found = cores() if self.threads is None else whole_number("threads", self.threads, 1, MOST_THREADS)
-        object.__setattr__(self, "cores", found)
-        object.__setattr__(self, "devices", checked_devices(self.device))
+        if self.threads is not None:
+            whole_number("threads", self.threads, 1, MOST_THREADS)
+
+    @cached_property
+    def devices(self) -> tuple[str, ...]:
+        """Devices of this process that the samples are divided among."""
+        return checked_devices(self.device)
+
+    @property
+    def cores(self) -> int:
+        """CPU threads that are used."""
+        return cores() if self.threads is None else int(self.threads)
 
     @property
     def is_gpu(self) -> bool:
@@ -153,7 +217,7 @@ def measured_dampings(structure: Structure) -> tuple[str, ...]:
     other_modes = inherent.modes is not None and inherent.modes != (1, min(2, structure.storeys))
     if is_less or other_modes or inherent.storeys is not None:
         kind = "none"
-    return (kind, "storey") if "viscous_damper" in structure.devices and kind != "storey" else (kind,)
+    return (kind, "storey") if ViscousDamper.name in structure.devices and kind != "storey" else (kind,)
 
 
 def check_target_error(target_error: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from itertools import pairwise
 
 import numpy as np
 
@@ -14,14 +14,17 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.output_variables import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
-# Samples that fail because of their storey law are run again with twice the steps, at most so many times, and each time
-# as long as that takes no more than so many times the steps of the samples until then, or so many steps of storeys
-# (some tenths of a second of most laws, some seconds of the slowest): if most of a run fails, it needs another method.
-# A processor steps a row of so many samples at a time, and one of them takes as long as all.
+# A sample that failed because of its storey law is run again with twice as many steps, up to MOST_RERUNS times. Within
+# a range of structures, each rerun may take at most MOST_COST times the steps of the samples before it, or
+# ALWAYS_AFFORDED steps times storeys (some tenths of a second for most laws, some seconds for the slowest). If most of
+# a run fails, it needs another method. A CPU integrates rows of ROW samples: one sample takes as long as ROW.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
+# A range is as many whole structures as have this many samples in all, at least one structure. It depends on the scene
+# alone, so that no result depends on blocks, regions, devices or on failures outside of the range.
+SAMPLES_OF_A_RANGE = 2**12
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
 LARGEST_CHANGE = 0.01  # of a peak drift of a reliable sample in a second run: see accuracy/reliability.py
-# How findings of several blocks or regions become those of all; of FIRST the first that says something stands for all.
+# How findings of blocks are merged: SUMS are added, LEAST and MOST take the extreme, FIRST keeps the first value.
 SUMS = (
     "beyond",
     "unsure",
@@ -70,7 +73,7 @@ class StabilityFindings:
             first = int(unstable.argmax())
             self.first = (
                 f"sample {run.sample[first]}: first period {vibration.period[run.row[first]]:.4g} s, step "
-                f"{run.schedule.step[first]:.4g} s, of which at most {longest[first]:.4g} s holds"
+                f"{run.schedule.step[first]:.4g} s, which must be at most {longest[first]:.4g} s"
             )
         if self.never is None and (longest == 0).any():
             self.never = int(run.sample[longest.argmin()])
@@ -118,8 +121,8 @@ class StabilityFindings:
         if any_step and self.beyond:
             raise ValueError(
                 f"{self.event}the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the "
-                f"first of them {self.first}. A step of at most {self.least:.4g} s holds for all; "
-                "on_unstable='substep' divides the steps of these samples alone"
+                f"first of them {self.first}. A step of at most {self.least:.4g} s is stable for "
+                "all; on_unstable='substep' divides the steps of these samples alone"
             )
 
     def warn(self, on_unstable: str) -> None:
@@ -127,11 +130,15 @@ class StabilityFindings:
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
-            holds = f"A step of at most {self.least:.3g} s holds for all" if self.least > 0 else "No step holds for all"
+            holds = (
+                f"A step of at most {self.least:.3g} s is stable for all"
+                if self.least > 0
+                else "No step is stable for all"
+            )
             messages.append(f"{beyond}; their status is unstable_step and their demands are NaN. {holds}")
         elif self.beyond:
             messages.append(
-                f"{beyond}: each of them takes the fewest steps that hold instead, up to {self.most:.3g} times as many"
+                f"{beyond}: each of them takes the fewest stable steps instead, up to {self.most:.3g} times as many"
             )
         reasons = {
             DIVERGED: "diverged: their state is not finite, or a storey drifts by a thousand times its height",
@@ -139,11 +146,11 @@ class StabilityFindings:
         }
         leaping = (
             "are flagged unstable_step: a storey passed its drift capacity by a move of more than half of it in one "
-            "step, which does not tell a collapse from a numerical blow-up"
+            "step, which may be a numerical blow-up and not a collapse"
         )
         counts = [(self.failed[code], reason) for code, reason in reasons.items()] + [(self.leaping, leaping)]
         messages += [
-            f"{count} of {self.samples} samples {reason}; their demands are NaN. A shorter step may hold"
+            f"{count} of {self.samples} samples {reason}; their demands are NaN. Try a shorter step"
             for count, reason in counts
             if count
         ]
@@ -158,7 +165,7 @@ class StabilityFindings:
         if self.too_long:
             messages.append(
                 f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
-                f"period error adds up in them. Up to {self.longest_accurate:.3g} s it does not; without a given step "
+                f"period error accumulates. Use a step of at most {self.longest_accurate:.3g} s, or give no step: then "
                 "the steps of these samples alone are divided"
             )
         if self.off:
@@ -179,20 +186,20 @@ class StabilityFindings:
             earlier = " in this event or an earlier one" if self.event else ""
             messages.append(
                 f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
-                "the motion as it is or times 1.001, a peak drift changes by more than "
+                "the motion unchanged or times 1.001, a peak drift changes by more than "
                 f"{100 * LARGEST_CHANGE:g} %{earlier}. Use shares and medians of many samples, not single ones. "
                 f"A shorter longest_step= may help; {advice}"
             )
         if self.blank:
             messages.append(
                 f"energies of {self.blank} of {self.samples} samples are beyond the largest number of their type and "
-                "are NaN: dtype='float64' may hold them, if their parameters are meant as they are"
+                "are NaN: check their parameters, or use dtype='float64'"
             )
         if self.in_float64:
             messages.append(
-                f"{self.in_float64} of {self.samples} samples moved by so many yield drifts that the rounding of "
-                "float32 reverses the drift of storeys, which damages them (or may have, before the scene's "
-                "record_from): they were run again in float64. dtype='float64' runs all of them once"
+                f"{self.in_float64} of {self.samples} samples have displacements too large for float32 to resolve "
+                "whether a storey unloads (or may have had them before the scene's record_from): they were run again "
+                "in float64. Use dtype='float64' to run all samples once"
             )
         if self.unsure:
             messages.append(
@@ -225,7 +232,7 @@ class StabilityFindings:
 def guard(
     run: Ensemble, vibration: Vibration, on_unstable: str, findings: StabilityFindings | None = None
 ) -> np.ndarray:
-    """Reduce each sample's step to the stability limit of its own structure, or return which steps are beyond it.
+    """Reduce each sample's step to the stability limit of its structure, or return which steps are beyond it.
 
     Args:
         run: The samples; with "substep" their schedule is changed.
@@ -252,64 +259,51 @@ def guard(
     return np.zeros_like(unstable)
 
 
-def affordable(taken: np.ndarray, dofs: int) -> np.ndarray:
-    """Return the steps that a rerun may have taken, where the samples until then have taken so many."""
-    return np.maximum(MOST_COST * taken, ALWAYS_AFFORDED / dofs)
+def structures_of_a_range(samples_per_structure: int) -> int:
+    """Return the number of structures whose reruns share one limit."""
+    return max(1, SAMPLES_OF_A_RANGE // samples_per_structure)
 
 
 class Reruns:
-    """Runs failed samples again, within a limit on the steps that it takes over all blocks of a run.
+    """Runs failed samples again, within a limit on the steps for each range of structures.
 
-    The limit for a sample depends on the samples before it, and not on their division into blocks: if many samples of a
-    run fail, a sample may stay failed that would have been run again by itself.
-
-    Attributes:
-        seen: For each call of `settle`, the steps of its samples and, for each rerun, which of them had failed and
-            which of these were run again; None where nobody asks.
+    The limit for a sample depends only on the samples before it in its range: if many samples of a range fail, a sample
+    may stay failed that would have been run again in a smaller run.
     """
 
     def __init__(self) -> None:
-        self.seen: list[tuple[np.ndarray, list[tuple[np.ndarray, np.ndarray]]]] | None = None
-        # Before each rerun, samples that have failed; first, all samples. And the steps that rows of them take.
-        self._count, self._taken = [0] * (MOST_RERUNS + 1), [0.0] * (MOST_RERUNS + 1)
-
-    @property
-    def state(self) -> dict[str, Any]:
-        """What decides which of the next samples are run again."""
-        return {"count": self._count, "taken": self._taken}
-
-    @state.setter
-    def state(self, state: dict[str, Any]) -> None:
-        self._count, self._taken = list(state["count"]), list(state["taken"])
+        # Samples and steps charged so far, by range and rerun; rerun 0 is the first run, of all samples.
+        self._charges: dict[tuple[int, int], tuple[int, float]] = {}
 
     def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
         """Run the failed ones of some samples again, at shorter and shorter steps.
 
         A sample that fails at a step that is stable for the linear structure fails because of its law: a Bouc-Wen
-        memory that settles too fast, an iteration that does not converge, a yielding motion that grows. So does one
-        that passes its drift capacity in too long a move to tell a collapse from such growth.
+        memory that settles too fast, an iteration that does not converge, a yielding motion that grows. A sample that
+        passes its drift capacity by too long a move in one step is run again as well, because the move may be a
+        numerical blow-up and not a collapse.
 
         Args:
             run: The samples' structures.
-            samples: The samples.
+            samples: The samples, after all earlier samples of their ranges.
             outputs: Their outputs, sample last, which are overwritten.
         """
-        schedule, count, failed = run.schedule, samples.size, np.flatnonzero(outputs["status"] >= DIVERGED)
+        schedule, failed = run.schedule, np.flatnonzero(outputs["status"] >= DIVERGED)
+        structures = structures_of_a_range(run.scene.excitation.samples_per_structure)
+        ranges = run.assignment.structure[samples] // structures
 
         def steps(which: np.ndarray | slice) -> np.ndarray:
             return schedule.run_intervals[samples[which]] * schedule.substeps[samples[which]].astype(np.float64)
 
-        charged = self.charge(0, count, steps)
-        decided: list[tuple[np.ndarray, np.ndarray]] = []
-        if self.seen is not None:
-            self.seen.append((steps(slice(None)), decided))
-        if not failed.size:
-            return
-        of_failed, afforded = steps(failed), affordable(charged(failed), run.plan.dofs)
+        charged = self._charge(0, ranges, steps, failed)
+        afforded = np.maximum(MOST_COST * charged, ALWAYS_AFFORDED / run.plan.dofs)
+        of_failed = steps(failed)
         for rerun in range(1, MOST_RERUNS + 1):
+            if not failed.size:
+                return
             taken = 2**rerun * of_failed
-            granted = (self.charged(rerun, taken) <= afforded) & (taken <= MOST_STEPS)
-            decided.append((failed, granted))
+            charged = self._charge(rerun, ranges[failed], taken.__getitem__, np.arange(failed.size))
+            granted = (charged <= afforded) & (taken <= MOST_STEPS)
             failed, of_failed, afforded = failed[granted], of_failed[granted], afforded[granted]
             if not failed.size:
                 return
@@ -318,28 +312,32 @@ class Reruns:
             found = run.integrate(again)
             for name, values in found.items():
                 outputs[name][..., failed] = values
-            again_failed = found["status"] >= DIVERGED
-            failed, of_failed, afforded = failed[again_failed], of_failed[again_failed], afforded[again_failed]
+            still = found["status"] >= DIVERGED
+            failed, of_failed, afforded = failed[still], of_failed[still], afforded[still]
 
-    def charge(
-        self, rerun: int, count: int, steps: Callable[[slice], np.ndarray]
-    ) -> Callable[[np.ndarray], np.ndarray]:
-        """Add samples to a rerun, and return what rows of them have taken up to samples given by their numbers.
+    def _charge(
+        self, rerun: int, ranges: np.ndarray, steps: Callable[[slice], np.ndarray], which: np.ndarray
+    ) -> np.ndarray:
+        """Charge a rerun with samples, and return the steps charged in their ranges up to and including some of them.
+
+        A row of samples is charged with ROW times the steps of its first sample.
 
         Args:
             rerun: The rerun.
-            count: How many samples there are.
-            steps: The steps of some of them.
+            ranges: The range of each sample.
+            steps: The steps of some of the samples.
+            which: Numbers of the samples that the charges are returned of, increasing.
         """
-        first = -self._count[rerun] % ROW  # sample that begins a row
-        taken = self._taken[rerun] + np.cumsum(np.append(0.0, ROW * steps(slice(first, None, ROW))))
-        self._count[rerun] += count
-        self._taken[rerun] = float(taken[-1])
-        return lambda which: taken[(which + ROW - first) // ROW]
-
-    def charged(self, rerun: int, steps: np.ndarray) -> np.ndarray:
-        """Add samples of so many steps to a rerun, and return what rows of them have taken up to each."""
-        return self.charge(rerun, steps.size, steps.__getitem__)(np.arange(steps.size))
+        charged = np.empty(which.size)
+        for first, last in pairwise([*np.flatnonzero(np.diff(ranges, prepend=-1)).tolist(), ranges.size]):
+            key = int(ranges[first]), rerun
+            count, taken = self._charges.get(key, (0, 0.0))
+            begin = -count % ROW  # the first of these samples that begins a row
+            sums = taken + np.cumsum(np.append(0.0, ROW * steps(slice(first + begin, last, ROW))))
+            own = slice(*np.searchsorted(which, [first, last]))
+            charged[own] = sums[(which[own] - first + ROW - begin) // ROW]
+            self._charges[key] = count + last - first, float(sums[-1])
+        return charged
 
 
 def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None = None) -> dict[str, np.ndarray]:
@@ -348,7 +346,7 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
     Args:
         run: The samples' structures.
         samples: The samples.
-        reruns: Reruns of the samples before them; None if there are none.
+        reruns: Reruns of the samples before them; None if there are no such samples.
     """
     outputs = run.integrate(samples)
     (Reruns() if reruns is None else reruns).settle(run, samples, outputs)

@@ -14,7 +14,8 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
-# Default number of steps in the first period, and in a harmonic load's; and share of the stability limit.
+# Default steps per first period and per period of a harmonic load, and the fraction of the stability limit that a step
+# may use.
 STEPS_PER_PERIOD = 100
 SHARE_OF_STABLE_STEP = 0.4
 # Free vibration is integrated until it has decayed to this ratio, for at most this many periods; then the residual
@@ -111,7 +112,7 @@ def build_timeline(
     if resample and step is None:
         raise ValueError("resample needs a step to resample the motions at")
     if resample and not excitation.motions:
-        raise ValueError("resample needs sampled motions or forces, and this scene has none: leave it out")
+        raise ValueError("resample needs sampled motions or forces, which this scene does not have: remove resample")
     if excitation.forcing_frequency and longest_step is None:
         target = min(target, 2 * np.pi / abs(excitation.forcing_frequency) / STEPS_PER_PERIOD)
     if resample and step is not None:
@@ -119,7 +120,7 @@ def build_timeline(
         if skipped:
             warn_caller(
                 f"at {step:g} s, {skipped} of {len(excitation.motions)} motions are resampled at less than their own "
-                "rate: what they hold between is left out"
+                "rate, which removes their higher frequencies"
             )
     timeline = excitation.timeline(step, target, resample=resample)
     return timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)
@@ -131,8 +132,8 @@ def warn_of_short_tail(scene: Scene, longest_period: float) -> None:
     if scene.tail is None or not is_read or scene.tail >= longest_period:
         return
     warn_caller(
-        f"a tail of {scene.tail:g} s is shorter than the first period, {longest_period:.3g} s: what is recorded as "
-        "residual drift is none; leave `tail` out, or 'residual' out of `recorders`"
+        f"a tail of {scene.tail:g} s is shorter than the first period, {longest_period:.3g} s: the building "
+        "still vibrates when its residual drift is recorded. Remove `tail`, or remove 'residual' from `recorders`"
     )
 
 

@@ -63,7 +63,7 @@ class Group:
 
 
 def scenes_of(scene: Scene) -> dict[str, Scene]:
-    """Return the scene of each archetype by itself.
+    """Return the scene of each archetype.
 
     Args:
         scene: The scene of a portfolio.
@@ -87,7 +87,7 @@ def portfolio_of(scene: Scene) -> Portfolio:
 
 
 def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dynamics]]:
-    """Return the scene of each archetype by itself and its equation of motion, which a method fits.
+    """Return the scene of each archetype and its equation of motion, which a method fits.
 
     Raises:
         ValueError: If an archetype does not fit the scene or the method; the message names it.
@@ -110,14 +110,14 @@ def groups_of(
 
     Args:
         portfolio: The buildings.
-        archetypes: What `checked_archetypes` returned of their scene.
-        integration: How all are integrated.
+        archetypes: Scenes and equations of motion from `checked_archetypes`.
+        integration: How they are integrated.
         seed: Seed of every random draw.
 
     Raises:
         ValueError: If a drawn value is out of bounds.
     """
-    method, row = integration.method, METHODS[integration.method]
+    method, row = integration.nominal_method, METHODS[integration.nominal_method]
     members: dict[tuple, list[int]] = {}
     names, drawn = list(archetypes), []
     for place, (name, (own, dynamics)) in enumerate(archetypes.items()):
@@ -179,6 +179,6 @@ def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.nd
 
 
 def _rounded_step(scene: Scene, dynamics: Dynamics, method: Method) -> float:
-    """Return the default step of an archetype by itself, rounded down."""
+    """Return the default step of an archetype, rounded down."""
     step = default_step(central_vibration(scene, dynamics, method))
     return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

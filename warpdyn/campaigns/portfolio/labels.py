@@ -1,4 +1,4 @@
-"""One dataset from the runs of a portfolio's groups, in the order of the buildings."""
+"""One dataset of the samples of a portfolio's groups, in the order of the buildings."""
 
 from __future__ import annotations
 
@@ -17,51 +17,50 @@ SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
 
 
 class Joined:
-    """The samples of several runs in the order of their buildings.
+    """The samples of a portfolio's groups in the order of the buildings.
 
     Args:
         portfolio: The buildings.
-        buildings: The numbers of the buildings of each run, increasing.
-        runs: What `simulate` returned of them.
+        buildings: The numbers of the buildings of each group, increasing.
+        templates: The dataset of each group, without samples.
+        rows: Values of the samples of each group by name: arrays, or objects that return arrays for slices.
         samples_per_building: Samples of each building.
         attributes: Attributes of the dataset.
-        seconds: Time of drawing before the runs [s].
+        estimate: Error estimate of all groups, from `largest_estimate`.
     """
 
     def __init__(
         self,
         portfolio: Portfolio,
         buildings: list[np.ndarray],
-        runs: list[xr.Dataset],
+        templates: list[xr.Dataset],
+        rows: list[dict[str, Any]],
         samples_per_building: int,
         attributes: dict[str, object],
-        seconds: float,
+        estimate: xr.Dataset,
     ) -> None:
         self.portfolio, self.samples_per_building = portfolio, samples_per_building
-        self.parts = [
-            (of_run, {str(k): v for k, v in run.variables.items()}) for of_run, run in zip(buildings, runs, strict=True)
-        ]
+        self.parts = list(zip(buildings, rows, strict=True))
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
-        self.attributes = attributes | common_attributes(runs, seconds)
-        self.estimate = largest_estimate(runs)
-        # By name the variable of the first run that has it, and the type that holds the values of all.
+        self.attributes, self.estimate = attributes, estimate
+        # By name the variable of the first group that has it, and the type that holds the values of all groups.
         found: dict[str, xr.Variable] = {}
-        for _, variables in self.parts:
-            found = variables | found
+        for template in templates:
+            found = {str(name): variable for name, variable in template.variables.items()} | found
         self.rest = {name: v for name, v in found.items() if v.dims[:1] == ("motion",)}
         self.columns = {name: v for name, v in found.items() if v.dims[:1] == ("sample",)}
-        of_run = {name: [v[name].dtype for _, v in self.parts if name in v] for name in self.columns}
-        self.dtypes = {name: np.result_type(*types) for name, types in of_run.items()}
-        self.coordinates = {name for run in runs for name in run.coords}
+        types = {name: [each[name].dtype for each in templates if name in each.variables] for name in self.columns}
+        self.dtypes = {name: np.result_type(*of_groups) for name, of_groups in types.items()}
+        self.coordinates = {name for template in templates for name in template.coords}
 
     def in_memory(self) -> xr.Dataset:
-        """Return the dataset; the memory of the runs' variables is freed one after the other."""
-        rows = {}
-        for name in list(self.columns):
-            rows[name] = self._rows(name, 0, self.portfolio.buildings)
-            for _, variables in self.parts:
-                variables.pop(name, None)
-        dataset = self._labelled(self._named(rows, 0))
+        """Return the dataset; the memory of the groups is freed variable by variable."""
+        joined = {}
+        for name in self.columns:
+            joined[name] = self._rows(name, 0, self.portfolio.buildings)
+            for _, rows in self.parts:
+                rows.pop(name, None)
+        dataset = self._labelled(self._named(joined, 0))
         return dataset.merge(self.estimate).assign_attrs(dataset.attrs | self.attributes)
 
     def in_file(self, unfinished: Unfinished) -> xr.Dataset:
@@ -95,11 +94,11 @@ class Joined:
         widths = (int(self.portfolio.storeys.max()),) * (self.columns[name].ndim - 1)
         dtype = self.dtypes[name]
         rows = np.full((last - first, self.samples_per_building, *widths), np.nan if dtype.kind == "f" else 0, dtype)
-        for buildings, variables in self.parts:
-            begin, end = np.searchsorted(buildings, [first, last])
-            if begin == end or name not in variables:
+        for buildings, of_group in self.parts:
+            begin, end = np.searchsorted(buildings, [first, last]).tolist()
+            if begin == end or name not in of_group:
                 continue
-            values = variables[name][begin * self.samples_per_building : end * self.samples_per_building].values
+            values = of_group[name][begin * self.samples_per_building : end * self.samples_per_building]
             values = values.reshape(end - begin, self.samples_per_building, *values.shape[1:])
             place: tuple[Any, ...] = (slice(None), *(slice(width) for width in values.shape[2:]))
             rows[(buildings[begin:end] - first, *place)] = values

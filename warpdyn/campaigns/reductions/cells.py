@@ -23,8 +23,8 @@ class Cells:
     """The cells of a statistic.
 
     Args:
-        population: What the samples are of.
-        over: Names of what each cell is one of.
+        population: Structures, motions and levels of the samples.
+        over: Names of the dimensions of the cells.
         labels: Further names, with the label of each structure.
         events: Label of the event of each motion, where the worst of an event's motions counts.
 
@@ -92,7 +92,7 @@ class Cells:
         return part
 
     def of_run(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers that cells have among those of all structures."""
+        """Return the numbers of cells in the table of all structures."""
         own = self.population.structure_dim
         if self._run is self or own not in self.dims:
             return cells
@@ -112,7 +112,7 @@ class Cells:
 
     @property
     def suffix(self) -> str:
-        """What the names of variables over these cells end in."""
+        """Ending of the names of variables over these cells."""
         return f"_by_{'_'.join(self.dims)}" if self.dims else ""
 
     def rows(self, structures: np.ndarray, motion: np.ndarray | None, event: int) -> Rows:
@@ -229,10 +229,12 @@ class Cells:
         return len(values)
 
     def _checked_events(self, events: object) -> tuple[np.ndarray | None, np.ndarray]:
-        """Return the number of each motion's event and the events' names; None where motions count by themselves."""
+        """Return the number of each motion's event and the events' names; None if motions are counted separately."""
         if self.population.is_sequence:
             if events is not None:
-                raise ValueError("events= names the events of single motions; an EventSequence has events of its own")
+                raise ValueError(
+                    "events= names the events of single motions; an EventSequence has its own events: remove events"
+                )
             return None, np.array(self.population.scene.excitation.event_names)
         if events is None:
             return None, np.arange(0)

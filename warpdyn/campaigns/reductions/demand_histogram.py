@@ -37,7 +37,7 @@ class DemandHistogram(Statistic):
         edges: Edges of the bins [units of the demand], increasing, shape [edge].
         quantiles: Probabilities of the quantiles that are wanted [1], between 0 and 1. A quantile is interpolated in
             its bin, whose edges bound it; one in the last bin is not known, and its upper bound is infinite.
-        over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        over: Dimensions of the counts, such as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
@@ -79,8 +79,8 @@ class HistogramReducer(Mergeable):
     """Count the samples of a run by bins of a demand.
 
     Args:
-        statistic: What is asked for.
-        population: What the samples are of.
+        statistic: The statistic that is asked for.
+        population: Structures, motions and levels of the samples.
         threads: Threads that count.
     """
 

@@ -26,8 +26,8 @@ class DemandMoments(Statistic):
     Args:
         demand: Variable that the scene records, such as "peak_storey_drift_ratio". Where it is known at several storeys
             or floors, the largest absolute value of them is the sample's.
-        each_place: Whether the moments at each storey (or floor) by itself are given, besides those of the largest.
-        over: What the moments are taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        each_place: Whether the moments at each storey (or floor) are given, in addition to those of the largest.
+        over: Dimensions of the moments, such as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
@@ -57,8 +57,8 @@ class LargestDemand(Statistic):
     Args:
         demand: Variable that the scene records. Where it is known at several storeys or floors, the largest absolute
             value of them is the sample's.
-        each_place: Whether the largest at each storey (or floor) by itself is given, besides that of all.
-        over: What it is taken for each of, as "building" or ("archetype", "motion"); see `Statistic`.
+        each_place: Whether the largest at each storey (or floor) is given, in addition to the largest of all.
+        over: Dimensions of the largest demand, such as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
@@ -84,8 +84,8 @@ class SumsReducer(Mergeable):
     """Add up a demand of the samples of a run.
 
     Args:
-        statistic: What is asked for.
-        population: What the samples are of.
+        statistic: The statistic that is asked for.
+        population: Structures, motions and levels of the samples.
         threads: Threads that add.
     """
 

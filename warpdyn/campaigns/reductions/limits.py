@@ -34,7 +34,7 @@ def is_peak(demand: str) -> bool:
 def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
     """Return what limits are compared with: the values of a peak, the absolute values of a demand that has a sign.
 
-    A peak is positive as it is recorded; a negative one is of no run, and stays as it is to be refused.
+    Recorded peaks are positive. A negative peak is not from a run; it stays unchanged, to be refused later.
 
     Args:
         demand: Name of the variable.
@@ -67,7 +67,7 @@ class DamageLimits:
             demand: Variable that plain numbers are limits of.
 
         Raises:
-            ValueError, TypeError: If there is none, one is not above 0, or those of a demand do not increase from state
+            ValueError, TypeError: If a limit is missing or not above 0, or those of a demand do not increase from state
                 to state.
         """
         if not isinstance(limits, Mapping) or not len(limits):

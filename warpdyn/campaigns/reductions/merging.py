@@ -1,4 +1,4 @@
-"""What some structures add to a statistic, which is taken out in one process and put in in another."""
+"""Contributions of some structures to a statistic, which one process returns and another process adds."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from warpdyn.engine.kernels.reductions.exact_sums import ExactSums
 
 
 class Mergeable:
-    """What counts samples by cell, of all structures of a run or of some.
+    """A reducer of samples by cell, of all or some structures of a run.
 
     Counts are added as whole numbers, and sums exactly, so that neither the parts nor their order change a bit.
 

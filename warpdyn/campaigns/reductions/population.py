@@ -1,4 +1,4 @@
-"""What the samples of a run are of: structures, archetypes, motions, stripes and events, by which statistics group."""
+"""Structures, archetypes, motions, stripes and events of a run's samples, by which statistics group them."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ MOST_GROUPS = 64  # of structures; more would not make the variance among them b
 def group_numbers(structures: int, sampling: str) -> np.ndarray:
     """Return the group of each structure that a jackknife leaves out at once, from 0.
 
-    Independent structures are dealt out to the groups; those of a Sobol sequence stay in runs of 2^k, each of which is
-    spread evenly over the parameters, as they all are together.
+    Independent structures are assigned to the groups one after the other. Structures of a Sobol sequence stay in
+    blocks of 2^k consecutive points, because each such block covers the parameter space evenly.
 
     Args:
         structures: How many structures there are.
@@ -42,7 +42,7 @@ def group_numbers(structures: int, sampling: str) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """What the samples of a run are of.
+    """The structures, motions and levels of a run's samples.
 
     Args:
         scene: The scene.
@@ -54,7 +54,7 @@ class Population:
 
     @property
     def structure_dim(self) -> str:
-        """What a structure is called."""
+        """Dimension of the structures."""
         return "structure" if self.portfolio is None else "building"
 
     @property
@@ -64,7 +64,7 @@ class Population:
 
     @cached_property
     def archetype(self) -> np.ndarray:
-        """Number of the archetype of each structure; 0 where there are none."""
+        """Number of the archetype of each structure; 0 without archetypes."""
         if self.portfolio is None:
             return np.zeros(self.structures, dtype=np.int32)
         return np.repeat(np.arange(len(self.portfolio.counts), dtype=np.int32), self.portfolio.counts)
@@ -158,7 +158,7 @@ class Population:
 
     @cached_property
     def level_attributes(self) -> dict[str, object]:
-        """Attributes of the levels: of which measure, and in which units."""
+        """Attributes of the levels: intensity measure and units."""
         striped = [design for design in self.designs if isinstance(design, Stripes)]
         measures = {design.measure.name: design.measure.attributes() for design in striped}
         units = dict.fromkeys(design.intensity_units for design in striped)

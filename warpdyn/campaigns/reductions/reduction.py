@@ -12,6 +12,7 @@ import warp as wp
 import xarray as xr
 
 from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.model import levels_of
 from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.statistic import Coordinates, Statistic, Variables
@@ -38,7 +39,7 @@ class Reduction:
 
     Args:
         statistics: The statistics.
-        population: What the samples are of.
+        population: Structures, motions and levels of the samples.
         threads: Threads that share the samples of a block.
 
     Attributes:
@@ -150,7 +151,7 @@ class Reduction:
         return found
 
     def include(self, part: Arrays) -> None:
-        """Add what `partial` returned of structures of which no sample has been added, in any order."""
+        """Add a result of `partial` for structures that are not added yet, in any order."""
         self._failed += part["failed"]
         self._samples += int(part["samples"])
         for place, reducer in enumerate(self._reducers):
@@ -168,13 +169,11 @@ class Reduction:
                 if name in variables and not _are_same(variables[name], (dims, values, attributes)):
                     raise ValueError(
                         f"two statistics fill {name!r} with different values: take them over different names, or in "
-                        "runs of their own"
+                        "separate runs"
                     )
             for name, (_, values, _) in axes.items():
                 if name in coordinates and not np.array_equal(coordinates[name][1], values):
-                    raise ValueError(
-                        f"two statistics have different values along {name!r}: take them in runs of their own"
-                    )
+                    raise ValueError(f"two statistics have different values along {name!r}: take them in separate runs")
             variables, coordinates = variables | own, coordinates | axes
         return variables, coordinates
 
@@ -190,12 +189,11 @@ class Reduction:
             of_each = ", ".join(f"{n:,} {name}" for n, name in zip(self._failed, FAILURES, strict=True) if n)
             warn_caller(
                 f"{total:,} of {self._samples:,} samples ({100 * total / self._samples:.2g} %) failed ({of_each}) and "
-                "are in no statistic; fragility() and damage_shares() refuse so many"
+                "are in no statistic; fragility() and damage_shares() refuse this share. Try a shorter step"
             )
         scene = self.population.scene
-        events = range(len(scene.excitation.event_names))
-        measures = [scene.excitation.assign(np.arange(0), 0, event).measure for event in events]
-        measure = measures[0] if len(measures) == 1 else {}
+        levels = levels_of(scene)
+        measure = levels[0].measure if len(levels) == 1 else {}
         attributes: dict[str, Any] = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
         variables, coordinates = self.variables()
         dataset = xr.Dataset(variables, coordinates, attributes)

@@ -13,7 +13,7 @@ class Places:
     """The samples of a row, which are the same ones in all rows.
 
     Args:
-        cell: What each adds to the number of its row's cell, shape [place].
+        cell: Offset of each from the number of its row's cell, shape [place].
         unit: Which of them are counted as one, the worst of them, shape [place].
     """
 
@@ -28,7 +28,7 @@ class Places:
 
     @cached_property
     def of_units(self) -> Places:
-        """The units of a row as places of their own."""
+        """The units of a row as places."""
         cell = self.units[-1]
         return Places(cell, np.arange(cell.size))
 
@@ -48,7 +48,7 @@ def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 @cache
 def one_unit(count: int) -> Places:
-    """Return a row of so many samples that are counted as one: a single one, or the components of a draw."""
+    """Return a row of `count` samples that are counted as one: a single sample, or the components of a draw."""
     none = np.zeros(count, dtype=np.int64)
     return Places(none, none)
 

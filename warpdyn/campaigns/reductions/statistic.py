@@ -1,4 +1,4 @@
-"""What all statistics have in common: what they are taken over, and what counts them."""
+"""Base class of statistics, with their dimensions, and the protocol of their reducers."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ Variables = dict[str, tuple]
 
 
 class Reducer(Protocol):
-    """What adds the blocks of a run to a statistic, in whatever order.
+    """Adds the blocks of a run to a statistic, in any order.
 
     Args:
         cells: The cells of the statistic.
-        needs: Names of the variables of the samples that are read, beside the status.
+        needs: Names of the variables of the samples that are read, in addition to the status.
     """
 
     cells: Cells
@@ -52,10 +52,10 @@ class Statistic:
     """A statistic of a run's samples that `simulate` makes instead of their table.
 
     Args:
-        over: What it is taken for each of: "structure" (in a portfolio "building" says the same), "archetype",
+        over: Its dimensions: "structure" (in a portfolio "building" says the same), "archetype",
             "motion", "stripe", "event" (of an EventSequence, or of `events`), "earthquake" (of MotionsAtSites),
-            "structure_group" (of which fragility's intervals leave out one after the other), or a name in `labels`; or
-            several of them. None of them for one value of the whole run.
+            "structure_group" (groups for the intervals of fragility curves), or a name in `labels`; or several
+            of them. Empty: one value for the whole run.
         labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, or a
             column of an inventory in the order of its portfolio, `stock.buildings(inventory)["occupancy"]`: names or
             whole numbers, shape [structure].

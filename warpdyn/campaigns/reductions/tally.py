@@ -23,7 +23,7 @@ from warpdyn.foundations.core.output_variables import DIVERGED, STATUS_MEANINGS
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
 ENOUGH_CELLS = 2**16  # of sums, with their copies, for the threads of a GPU
-MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for counts of their own
+MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for separate counts
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ class Block:
 
 
 def has_own_cells(cells: Cells) -> bool:
-    """Return whether each structure has cells of its own."""
+    """Return whether each structure has its own cells."""
     return cells.population.structure_dim in cells.dims
 
 
@@ -89,8 +89,8 @@ class Tally:
 
     Args:
         cells: The cells.
-        columns: Places that are counted by themselves, and the worst of all.
-        states: Number of states, the first of which is that of samples below every bound.
+        columns: Places that are counted separately, and the worst of all.
+        states: Number of states; samples below every bound are in the first one.
         threads: Threads that count.
 
     Raises:
@@ -137,7 +137,7 @@ class Tally:
         return self._tables[workers]
 
     def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
-        """Add counts of samples of some cells, each of which is named once, to those of samples that were added."""
+        """Add counts of samples of some distinct cells to those of samples that were added."""
         if self._included is None:
             self._included = np.zeros(self._shape, dtype=np.int64)
         self._included[:, cells] += counts
@@ -153,7 +153,7 @@ class Tally:
 class Sums:
     """Sums of a demand and of its squares, and its largest value, by cell.
 
-    The samples of a row are added in their order, with what rounding leaves out of each addition in a sum of its own;
+    The samples of a row are added in their order, with the rounding errors of the additions in a separate sum;
     rows are added exactly, so that their order, blocks, threads and regions change nothing.
 
     Args:
@@ -181,7 +181,7 @@ class Sums:
         Args:
             block: The block.
             demand: The demand.
-            is_signed: Whether values are taken as they are; else the largest absolute one of all places.
+            is_signed: Whether values keep their sign; else the largest absolute value of all places is taken.
             place: The place; -1 for the worst.
             workers: The threads.
             rows: How the samples go to cells; None for as the block's do.
@@ -224,7 +224,7 @@ class Sums:
         workers.refuse(demand, bad)
 
     def include(self, cells: np.ndarray, other: ExactSums) -> None:
-        """Add sums of some cells, each of which is named once, to those of samples that were added."""
+        """Add sums of some distinct cells to those of samples that were added."""
         if self._included is None:
             self._included = ExactSums.of_nothing(self.cells.count)
         self._included.include(cells, other)
@@ -281,7 +281,7 @@ def find_states(
     Args:
         block: The samples.
         demand: The demand.
-        bounds: What `searched` returned of its bounds, shape [kind, bound].
+        bounds: Its bounds, padded by `searched`, shape [kind, bound].
         kind: Which of them are those of each structure of the block.
         states: The states, shape [place, sample], the worst place last.
         workers: The threads.
@@ -296,7 +296,7 @@ def find_states(
     structures = len(block.structures)
     samples, places = block.samples // structures, int(values.shape[1])
     half = (bounds.shape[1] + 1) // 2
-    rows = samples // workers.units_of_part(samples)  # of a structure, each of which a thread takes
+    rows = samples // workers.units_of_part(samples)  # of a structure; a thread takes one of them
     counted = counted or (0, places)
     how = samples // rows, rows, places, *counted, int(is_absolute or not is_peak(demand)), int(each_place)
     structure, kind = block.array_of_structures(workers, block.structures), workers.array(kind.astype(np.int32))

@@ -1,4 +1,4 @@
-"""What reduces the samples of a block: a processor's threads, or the GPU that they were integrated on."""
+"""Workers that reduce the samples of a block: threads of the CPU, or the GPU that integrated the samples."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ class Workers(Protocol):
         """Return memory that the threads write to until the block is reduced."""
 
     def no_states(self, shape: tuple[int, ...]) -> Any:
-        """Return likewise memory for states, full of zeros."""
+        """Return memory for states, filled with zeros, that the threads write to until the block is reduced."""
 
     def kept(self, values: np.ndarray) -> Any:
-        """Return these values in memory of their own, which lasts."""
+        """Return a copy of these values that is kept."""
 
     def read(self, array: Any) -> np.ndarray:
         """Return values that were kept."""
@@ -64,14 +64,14 @@ class Workers(Protocol):
         Args:
             kernel: The kernel.
             first, last: The range.
-            arguments: What it takes after the range, by the number of the thread.
+            arguments: Its arguments after the range, by the number of the thread.
             least: Least length of a thread's part.
             most: Most parts; 0 for as many as there are threads.
             together: How many in a row one thread of a processor takes all of.
         """
 
     def units_of_part(self, units: int) -> int:
-        """Return how many of a row's units a thread takes at a time, where each can be taken by itself."""
+        """Return how many of a row's units a thread takes at a time, if units are independent."""
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
         """Return how the sums of rows are added to those of cells, so that no two threads add to one.
@@ -187,10 +187,10 @@ class Threads:
 
 
 class Gpu:
-    """A GPU, on a stream of its own: what is reduced there waits for what was before, and nobody waits for it.
+    """A GPU, on a separate stream: reductions run one after the other, and the host does not wait for them.
 
-    Its calls come from a thread beside the one that launches histories. A device's current stream is the same for all
-    threads of a process, and so nothing here may depend on it: what does is followed by a wait for the whole device.
+    Its calls come from another thread than the one that launches histories. All threads of a process share the current
+    stream of a device, so that calls must not depend on it; calls that do are followed by a wait for the whole device.
 
     Args:
         device: The GPU.
@@ -200,13 +200,13 @@ class Gpu:
 
     def __init__(self, device: str) -> None:
         self.device = device
-        # Before the histories of other blocks, of which each takes its place on the GPU for milliseconds.
+        # Give this stream priority; otherwise it would wait behind the history kernels of other blocks.
         self.stream = wp.Stream(device, priority=-1)
         # Memory of one block after the other, in the order in which it is asked for: blocks ask alike.
         self._held: list[wp.array] = []
         self._views: list[tuple[tuple[int, ...], wp.array]] = []  # of that memory, as it was taken last
         self._taken = 0
-        # What the last blocks were uploaded from: some GPUs read the host's memory after a copy was asked for.
+        # Host memory of the last blocks' uploads: some GPUs read it after the copy was queued.
         self._kept_alive: deque[list[wp.array]] = deque([[]], maxlen=BLOCKS_ON_A_GPU + 1)
         self._constants: dict[int, tuple[np.ndarray, wp.array]] = {}
         self._bad: dict[str, wp.array] = {}
@@ -249,14 +249,14 @@ class Gpu:
         return view
 
     def no_states(self, shape: tuple[int, ...]) -> wp.array:
-        """Return likewise memory for states, full of zeros."""
+        """Return memory for states, filled with zeros, that the threads write to until the block is reduced."""
         found = self.empty(shape, np.uint16)
         flat = found.reshape((found.size,))
         self.run(reductions().zeros, 0, found.size, lambda thread: (flat,))
         return found
 
     def kept(self, values: np.ndarray) -> wp.array:
-        """Return a copy of the values in memory of its own."""
+        """Return a copy of the values that is kept."""
         copy: wp.array = wp.array(values, dtype=wp.dtype_from_numpy(values.dtype), device=self.device)
         wp.synchronize_device(self.device)
         return copy
@@ -276,7 +276,7 @@ class Gpu:
         most: int = 0,
         together: int = 1,
     ) -> None:
-        """Queue a kernel over a range, each of which has a thread."""
+        """Queue a kernel over a range, with one thread per element."""
         loaded(kernel, self.device)
         inputs = [first, last, last - first, *arguments(0)]
         wp.launch(kernel, dim=last - first, inputs=inputs, stream=self.stream, block_dim=THREADS_OF_A_BLOCK)
@@ -309,7 +309,7 @@ class Gpu:
             _refuse(demand, bad.numpy())
 
     def close(self) -> None:
-        """Let go of the memory."""
+        """Free the memory."""
         for held in (self._held, self._views, self._constants):
             held.clear()
 

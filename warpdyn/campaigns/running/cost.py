@@ -1,4 +1,4 @@
-"""What a run costs, as it is known before the first kernel is launched."""
+"""Estimate of the time of a run, before the first kernel is launched."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from warpdyn.foundations.core.messages import tell, warn_caller
 # times that by laws that deteriorate, in float64 and by implicit methods: an order of magnitude. GPUs are as fast as
 # some hundred cores.
 SECONDS_OF_A_STEP, CORES_OF_A_GPU = 5e-9, 200
-TOLD = 300.0  # seconds of a run that are told before it
+TOLD = 300.0  # seconds; longer runs are reported before they start
 MOST_STEPS_OF_A_SAMPLE = 10**7  # a day of a record at 10 ms; nothing stops a launch within a sample
 
 
 def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
-    """Say what a run will take, if that is more than some minutes; warn of samples of a great many steps.
+    """Report the expected time of a run if it is more than some minutes; warn of samples with very many steps.
 
     Args:
         run: The run.

@@ -11,7 +11,6 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard
 from warpdyn.campaigns.running.labels import history_variables
 from warpdyn.engine.kernels.queues import Queue
@@ -21,16 +20,16 @@ from warpdyn.foundations.core.output_variables import DIVERGED
 
 # Histories of all samples of a larger run would not fit in memory: one of 1,000 steps takes 24 kB a storey.
 MOST_HISTORIES = 2**20
-BYTES_OF_A_VALUE = 24  # float64 as the kernel writes it, as it is read back, and in the dataset
+BYTES_OF_A_VALUE = 24  # float64, three times: written by the kernel, read back, and in the dataset
 
 
 @with_suggestions
 @dataclass(frozen=True)
 class Histories:
-    """Samples whose whole histories are kept, at the times of the one with the longest step.
+    """Samples whose whole response histories are kept, at the times of the sample with the longest step.
 
-    Samples whose own steps do not divide that step, as those of records that were sampled otherwise, are interpolated
-    linearly between their states at it, so that a peak between may be cut; peaks are recorded with the demands.
+    If the step of a sample does not divide the longest step, its history is interpolated linearly, so that peaks may be
+    cut; the recorders of the scene return the peaks.
 
     Args:
         samples: Indices along the dimension `sample`, at least one.
@@ -65,7 +64,7 @@ class Histories:
         object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
 
     def check(self, samples: int) -> None:
-        """Raise a ValueError if a sample is not in a run of so many samples."""
+        """Raise a ValueError if a sample is not in a run with this number of samples."""
         for sample in self.samples:
             if sample >= samples:
                 raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {samples - 1}")
@@ -78,24 +77,25 @@ class KeptHistories:
         histories: The samples.
         run: The run.
         queue: Device queue that they are integrated on.
-        integration: How the run is integrated.
 
     Raises:
         ValueError: If a sample is not in the run.
     """
 
-    def __init__(self, histories: Histories, run: Run, queue: Queue, integration: Integration) -> None:
+    def __init__(self, histories: Histories, run: Run, queue: Queue) -> None:
         if len(run.samples_by_event) > 1:
             raise ValueError(
-                "histories of an EventSequence are not kept: leave them out, or run its first event by itself"
+                "histories of an EventSequence are not kept: remove histories, or run a scene of its first event"
             )
         histories.check(run.samples)
         self.histories = histories
         asked = np.array(histories.samples)
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
-        findings = StabilityFindings(whole.sample.size, run.integration.method)  # the run's own are told
-        shorten_steps(whole, vibration, findings, divides=integration.divides_steps)
-        guard(whole, vibration, integration.on_unstable)
+        findings = StabilityFindings(
+            whole.sample.size, run.integration.method
+        )  # not reported: the run reports its findings
+        shorten_steps(whole, vibration, findings, divides=run.integration.divides_steps)
+        guard(whole, vibration, run.integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.longest_step = float(self.part.schedule.step.max())  # reruns only divide it
         self._check_memory(run)
@@ -113,10 +113,6 @@ class KeptHistories:
             "keep fewer samples, or a larger `every`",
             limit=run.execution.memory,
         )
-
-    def add(self, run: Ensemble, status: np.ndarray) -> None:
-        """Take the final steps and the status of the samples that are in a block."""
-        self.take(*outcomes_of(self.histories, run, status))
 
     def take(self, own: np.ndarray, substeps: np.ndarray, status: np.ndarray) -> None:
         """Take the final steps and the status of some samples, given by their places in `Histories.samples`."""

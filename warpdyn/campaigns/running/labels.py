@@ -1,4 +1,4 @@
-"""From a run's arrays to a labelled dataset: names, units, coordinates and root attributes."""
+"""Labels of a run's dataset: names, units, coordinates and root attributes."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
-from warpdyn.campaigns.integration.model import Model
+from warpdyn.campaigns.integration.model import Model, levels_of
+from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.running.selections import OF_EVENTS
 from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.kernels.queues import device_names
 from warpdyn.foundations.core.output_variables import (
     DRIFT_RATIO,
     MEASURE,
@@ -30,7 +32,7 @@ from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, motion_numbers
 from warpdyn.model.scene.scene import Scene
 
-BECAUSE = "method_chosen_because"  # the attribute of a run that says why its method is the default
+BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its method is the default
 
 
 @dataclass(frozen=True)
@@ -38,7 +40,7 @@ class Column:
     """A variable of a run's dataset that has one value (or one row of values) for each sample.
 
     Args:
-        dims: Its dimensions beside `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
+        dims: Its dimensions in addition to `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
             EventSequence.
         dtype: Number type.
         attributes: Its attributes in the dataset.
@@ -105,17 +107,31 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     return _by_event(scene, columns) if len(levels) > 1 else columns
 
 
+def attributes_of_run(run: Run) -> dict[str, object]:
+    """Return the attributes of a dataset that describe its integration."""
+    integration, steps = run.integration, np.unique(run.model.timeline.steps)
+    attributes = {
+        "seed": run.model.seed,
+        "method": integration.method,
+        BECAUSE: integration.reason or None,
+        "step": steps if steps.size > 1 else float(steps[0]),
+        "on_unstable": integration.on_unstable,
+        "dtype": integration.dtype,
+        "device": device_names(run.execution.devices),
+        "kernel": run.model.kernel_name,
+        "longest_step": integration.longest_step,
+        "target_error": integration.target_error,
+        "resampled": "yes" if integration.resample else None,
+        "tolerance": run.model.tolerance if run.model.method.is_adaptive else None,
+    }
+    return {name: value for name, value in attributes.items() if value is not None}
+
+
 def _start_time(scene: Scene, name: str) -> dict[str, str]:
     """Return the comment of a variable of peaks that are recorded from a later time on."""
     if scene.record_from == 0 or "peak" not in name:
         return {}
     return {"comment": f"of the states from record_from = {scene.record_from:g} s on"}
-
-
-def levels_of(scene: Scene) -> list[Assignment]:
-    """Return the assignment of each event without samples, which describes its intensity measure."""
-    none = np.arange(0)
-    return [scene.excitation.assign(none, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
 def _level_attributes(level: Assignment) -> dict[str, Any]:
@@ -211,6 +227,21 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Datas
     measure = levels[0].measure if len(levels) == 1 else {}
     attributes = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
     return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
+
+
+def filled(template: xr.Dataset, rows: Arrays) -> xr.Dataset:
+    """Return the dataset of samples.
+
+    Args:
+        template: The dataset without samples.
+        rows: Values of the samples by name, sample first.
+    """
+    variables = {
+        name: xr.Variable(variable.dims, rows[str(name)], variable.attrs) if name in rows else variable
+        for name, variable in template.variables.items()
+    }
+    coordinates = {name: variables.pop(name) for name in template.coords}
+    return xr.Dataset(variables, coordinates, template.attrs)
 
 
 def _numbered(scene: Scene) -> dict[str, tuple]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -32,23 +32,18 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
 from warpdyn.campaigns.running.blocks import blocks_ahead
 from warpdyn.campaigns.running.cost import tell_cost
-from warpdyn.campaigns.running.journal import Journal
+from warpdyn.campaigns.running.histories import Histories, outcomes_of
 from warpdyn.campaigns.running.labels import fill_inputs, fill_outcomes
-from warpdyn.campaigns.running.sinks import Table, blank_rows
+from warpdyn.campaigns.running.tables import Table, blank_rows
 from warpdyn.engine.kernels.queues import CudaQueue, Queue
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.output_variables import DIVERGED, OK, UNSTABLE_STEP
 from warpdyn.foundations.core.thread_pool import Ahead
 
 MOST_COPYING_THREADS = 8  # more threads do not copy faster
-SECONDS_OF_A_TURN = 2e-4  # at Python, beside a GPU: a seventh less time for a city than by the usual 5e-3
-
-
-class TakesOutcomes(Protocol):
-    """What takes the final steps and the status of the samples whose histories are kept."""
-
-    def add(self, run: Ensemble, status: np.ndarray) -> None:
-        """Take those of the samples that are in a block."""
+SECONDS_OF_A_TURN = (
+    2e-4  # a thread's turn at Python during a GPU run: a city takes 14 % less time than with the default 5e-3
+)
 
 
 @dataclass
@@ -56,12 +51,10 @@ class Block:
     """Some structures of a run with the state of their integration.
 
     Args:
-        structures: The structures.
         parts: All samples of each event.
         unstable: Which of them have a step beyond the stability limit, for each event.
-        findings: What was found on the stability of each event before it is run.
+        findings: Findings on the stability of each event before it is run.
         longest_period: Longest of the first periods [s].
-        is_known: Whether an earlier run has finished the block.
         rows: Rows of the dataset for the block's samples.
         event: Index of the present event.
         own: Rows of the samples of the present event.
@@ -71,14 +64,13 @@ class Block:
         outputs: Outputs of all samples of the last finished event, sample last.
         flags: Flags `unreliable` of these samples.
         staying: Outputs that their GPU has kept to be reduced there, sample first.
+        sensitive: Result of `sensitive_samples` for them; None if it was not called, or may have changed.
     """
 
-    structures: range
     parts: list[Ensemble]
     unstable: list[np.ndarray]
     findings: list[StabilityFindings]
     longest_period: float
-    is_known: bool = False
     rows: Arrays = field(default_factory=dict)
     event: int = 0
     own: Arrays = field(default_factory=dict)
@@ -88,6 +80,7 @@ class Block:
     outputs: Arrays = field(default_factory=dict)
     flags: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int8))
     staying: dict[str, Any] = field(default_factory=dict)
+    sensitive: np.ndarray | None = None
 
     @property
     def whole(self) -> Ensemble:
@@ -103,61 +96,59 @@ class Block:
 class Pipeline:
     """Launch blocks while the next ones are prepared, and complete them when their device has finished.
 
-    A CPU's threads all run kernels, so that one block follows the other. While GPUs run, some threads prepare the next
-    blocks and others fill in known values, but only the calling thread launches histories; another one launches their
-    reductions, on a stream of its own. Samples that fail or collapse in an event are not run in later ones.
+    All threads of a CPU run kernels, so blocks follow one another. While GPUs run, some threads prepare the next blocks
+    and others fill in known values. Only the calling thread launches histories; another thread launches their
+    reductions, on a separate stream. Samples that fail or collapse in an event are not run in later events.
 
     Args:
         run: The run.
-        on_unstable: What is done about steps beyond the stability limit.
         findings: Collects messages on the stability of each event.
         table: Table that takes the samples.
-        kept: Samples whose histories are kept.
-        estimates: Error estimates of each event; none if they are not asked for.
-        journal: Where finished blocks are kept, if they are.
-        divides_steps: Whether steps that are too long for a sample's own period are divided; otherwise they are told.
+        histories: Samples whose histories are kept, if there are any.
+        estimates: Error estimates of each event; empty if they are not asked for.
         sample_error: Relative error that is asked for of every sample, if it is.
-        tells_cost: Whether the cost of the run is told before its first block.
+        tells_cost: Whether the cost of the run is reported before the first block.
+
+    Attributes:
+        outcomes: Result of `outcomes_of` for each block.
     """
 
     def __init__(
         self,
         run: Run,
-        on_unstable: str,
         findings: list[StabilityFindings],
         table: Table,
-        kept: TakesOutcomes | None,
+        histories: Histories | None,
         estimates: list[ErrorEstimate],
-        journal: Journal | None = None,
         *,
-        divides_steps: bool = False,
         sample_error: float | None = None,
         tells_cost: bool = True,
     ) -> None:
-        self.divides_steps, self.sample_error = divides_steps, sample_error
-        self.journal, self._is_told = journal, not tells_cost
-        self.run, self.on_unstable, self.findings, self.table = run, on_unstable, findings, table
-        self.kept, self.estimates = kept, estimates
+        self.sample_error, self._is_told = sample_error, not tells_cost
+        self.run, self.findings, self.table = run, findings, table
+        self.histories, self.estimates = histories, estimates
+        self.outcomes: list[tuple[np.ndarray, ...]] = []
         self.advance: Callable[[int], object] = lambda done: None
         self.reruns = [Reruns() for _ in findings]
+        self._error_reruns = [(Reruns(), Reruns()) for _ in findings]
         self.longest_period = 0.0
         self.seconds_sampling = self.seconds_integrating = 0.0
         self._checks = sample_error is None and is_checked(run.model)
-        # What a GPU reduces need not come back, but for what samples are judged by.
+        # If the GPU computes the statistics, copy back only the outputs that decide a sample's status.
         self._arriving: set[str] | None = None
         if table.reduces:
             judges = may_need_float64(run.model) or self._checks
             judging = {"peak_storey_drift"} if judges else set()
             self._arriving = {"status", "energy_balance_error", *judging}
-        # Columns of the dataset along `event`, as they are for one event.
+        # Columns of the dataset along `event`, without this dimension.
         self.several = len(findings) > 1
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
         self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
     def begin(self, blocks: list[range], queues: list[Queue]) -> None:
-        """Begin to prepare blocks, given by their structures, which are integrated on the queues in turn.
+        """Begin to prepare blocks, given by their structures; block i is integrated on queue i modulo their number.
 
-        A GPU's are prepared from now on, by other threads; a processor's when `process` comes to them.
+        Other threads prepare blocks for a GPU from now on. Blocks for a CPU are prepared by `process`.
         """
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
         self._upcoming = Ahead(self._prepare, items, blocks_ahead(self.run))
@@ -201,18 +192,16 @@ class Pipeline:
     def _prepare(self, item: tuple[range, Queue]) -> Block:
         """Draw a block, apply the stability guard to all events, and pack the first event.
 
-        Several threads do so at a time, and so nothing of the pipeline is changed here.
+        Several threads call it at the same time, so it changes no attribute of the pipeline.
         """
         structures, queue = item
         parts = self.run.events(np.asarray(structures), queue)
         unstable, findings = [], [each.of_no_samples() for each in self.findings]
         for part, found in zip(parts, findings, strict=True):
-            shorten_steps(*part, found, divides=self.divides_steps)
-            unstable.append(guard(*part, self.on_unstable, found))
+            shorten_steps(*part, found, divides=self.run.integration.divides_steps)
+            unstable.append(guard(*part, self.run.integration.on_unstable, found))
         parts[0][0].pack()
-        is_known = self.journal is not None and self.journal.has(structures, len(parts))
-        ensembles, longest_period = [ensemble for ensemble, _ in parts], float(parts[0][1].period.max())
-        return Block(structures, ensembles, unstable, findings, longest_period, is_known)
+        return Block([ensemble for ensemble, _ in parts], unstable, findings, float(parts[0][1].period.max()))
 
     def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
         """Start the first event of the next block."""
@@ -247,9 +236,7 @@ class Pipeline:
                 block.started = whole.select(block.standing) if block.standing.size else None
                 block.found = whole.model.blank_outputs(block.standing.size)
                 self._mark_fallen(block, status)
-        if block.is_known:
-            self.advance(block.standing.size)
-        elif block.started is not None:
+        if block.started is not None:
             block.started.start(block.found, self.advance, self._arriving)
         fill_inputs(whole, block.own, map_function)
         self.seconds_integrating += time.perf_counter() - began
@@ -260,7 +247,7 @@ class Pipeline:
         return blank_rows(whole.model, self._of_event, whole.sample.size) | rows
 
     def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
-        """Give samples that are not run their earlier status, and NaN for all else."""
+        """Give samples that are not run their earlier status, and NaN for all other outputs."""
         fallen = status != OK
         for name in block.whole.model.shapes:
             values = block.own[name]
@@ -274,36 +261,30 @@ class Pipeline:
         outputs = {name: block.own[name].T for name in whole.model.shapes}
         stands = np.zeros(whole.sample.size, dtype=bool)
         stands[block.standing] = True
-        in_float64, is_mended = 0, False
+        is_mended = False
         if block.started is not None:
             began = time.perf_counter()
             found = {name: block.found[name].T for name in whole.model.shapes}
-            if block.is_known and self.journal is not None:
-                in_float64 = self.journal.restore(block.structures, event, whole, block.found, self.reruns[event])
-            else:
-                block.started.finish(block.found, map_function)
-                is_mended = self._bring_back(block, found)
-                if self.on_unstable == "substep":
-                    self.reruns[event].settle(whole, block.standing, found)
-                in_float64 = rerun_in_float64(whole, block.standing, found)
-            self.findings[event].in_float64 += in_float64
+            block.started.finish(block.found, map_function)
+            is_mended = self._bring_back(block, found)
+            if self.run.integration.on_unstable == "substep":
+                self.reruns[event].settle(whole, block.standing, found)
+            self.findings[event].in_float64 += rerun_in_float64(whole, block.standing, found)
             self._flag(block, found, unstable)
             self.seconds_integrating += time.perf_counter() - began
             self.findings[event].add_outcomes(found, ~unstable[block.standing])
             if block.found is not block.own:
                 for name, values in found.items():
                     outputs[name][..., block.standing] = values
-        if self.journal is not None and not block.is_known:
-            self.journal.keep(block.structures, event, whole, block.found, self.reruns[event], in_float64)
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
         if is_mended and isinstance(whole.queue, CudaQueue):
             whole.queue.put_back(block.staying, block.own)
         fill_outcomes(whole, block.own)
-        if self.kept is not None:
-            self.kept.add(whole, outputs["status"])
+        if self.histories is not None:
+            self.outcomes.append(outcomes_of(self.histories, whole, outputs["status"]))
         if self.sample_error is not None:
-            counts = fill_sample_errors(whole, outputs, block.own, self.sample_error)
+            counts = fill_sample_errors(whole, outputs, block.own, self.sample_error, self._error_reruns[event])
             self.findings[event].add_sample_errors(self.sample_error, *counts)
             is_off = (block.own[ERROR] > self.sample_error) | (block.own[SENSITIVE] == 1)
             block.own[UNRELIABLE][is_off] = 1
@@ -323,7 +304,8 @@ class Pipeline:
         stable = block.standing[is_stable]
         if self._checks:
             outputs = {name: values[..., is_stable] for name, values in found.items()}
-            flags[stable] = reliability(block.whole, stable, outputs, checked_share(self.run, block.event))
+            share = checked_share(self.run, block.event)
+            flags[stable] = reliability(block.whole, stable, outputs, share, block.sensitive)
             if block.whole.before is not None:
                 flags = with_earlier(flags, block.flags[block.whole.row])
             self.findings[block.event].add_flags(flags[stable], outputs["status"])
@@ -339,9 +321,13 @@ class Pipeline:
         if self._arriving is None or not isinstance(queue, CudaQueue):
             return False
         block.staying = dict(queue.staying)
+        block.sensitive = None
         may_change = block.unstable[0].any() or block.own["status"].max() >= DIVERGED
         may_change |= beyond_float32(block.whole, block.standing, found).any()
-        if not may_change and not (self._checks and sensitive_samples(block.whole, block.standing, found).any()):
+        if not may_change and self._checks:
+            block.sensitive = sensitive_samples(block.whole, block.standing, found)
+            may_change = block.sensitive.any()
+        if not may_change:
             return False
         for name, array in block.staying.items():
             np.copyto(block.own[name], array.numpy())
@@ -356,7 +342,7 @@ class Pipeline:
 
 @contextmanager
 def _quick_turns() -> Iterator[None]:
-    """Let threads take turns at Python more often: a thread that launches waits less for those that prepare."""
+    """Let threads take turns more often, so that the thread which launches kernels waits less for the others."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(SECONDS_OF_A_TURN)
     try:

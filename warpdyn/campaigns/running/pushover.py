@@ -99,7 +99,7 @@ def pushover(
     Args:
         building: The building.
         roof_displacement: Roof displacements [m], starting from 0, which may reverse, shape [step]; for Bouc-Wen
-            storeys in steps that are short beside the yield displacement.
+            storeys in steps that are short compared with the yield displacement.
         pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
             "uniform" (floor mass), or floor loads of any scale [1], shape [floor].
 
@@ -108,7 +108,7 @@ def pushover(
         `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
         `floor_load`, its sum 1. The attribute `building` is the building as JSON. If no equilibrium is found in a step,
         the curve ends at the last one, whose roof displacement lies within that step; a warning and the attribute
-        `stopped_because` say where and why.
+        `stopped_because` report the place and the reason.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
@@ -217,13 +217,13 @@ class _PushedChain:
     def _step(self, displacement: float, stops_at_peak: bool) -> bool:
         """Move the roof to a displacement in one step; return whether it is there.
 
-        It is not if there is no equilibrium, or the step would pass a storey's peak and is to stop there: storeys that
-        unload while another softens must have come to that point first.
+        It is not reached if there is no equilibrium, or if the step would pass a storey's peak: the step must stop
+        there, because the other storeys unload from that point while this storey softens.
         """
         move = displacement - self.drift.sum()
         scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
         for one_softens in (False, True):
-            # A storey that softens goes on: another that takes its place would load and unload.
+            # Once a storey softens, keep it as the softening one; switching to another would load and unload storeys.
             goes_on = self.softens and not one_softens and move * self.last_moves.sum() > 0
             shares = self.last_moves / self.last_moves.sum() if goes_on else self.elastic_drift
             self.trial[:] = self.drift + move * shares
@@ -248,7 +248,7 @@ class _PushedChain:
         return False
 
     def _balance(self, scale: float) -> float | None:
-        """Move the trial drifts to an equilibrium; return its base shear, or None if there is none."""
+        """Move the trial drifts to an equilibrium; return its base shear, or None if there is no equilibrium."""
         for _ in range(ITERATIONS):
             # Each storey's estimate of the base shear; in equilibrium they agree.
             shear = self._resistance() / self.shears
@@ -265,7 +265,7 @@ class _PushedChain:
     def _let_one_soften(self) -> None:
         """Give the moves of all storeys that soften to the weakest of them.
 
-        A balance in which two storeys soften is none that lasts: the least difference makes one unload.
+        An equilibrium in which two storeys soften is unstable: the smallest difference makes one of them unload.
         """
         softening = self._softening()
         if not softening.any():

@@ -22,7 +22,7 @@ from warpdyn.foundations.core.units import unit_attributes
 
 OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
 OF_COLLAPSE = "storey_of_collapse"
-# Attributes of `im_level` that a run of an EventSequence has for each event, with what stands for one that is missing.
+# Attributes of `im_level` that an EventSequence has for each event, with the value that replaces a missing one.
 OF_EVENTS: dict[str, str | float] = {
     "long_name": "",
     "units": "1",
@@ -37,10 +37,10 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     """Return one event of a run of an EventSequence as an ordinary run, with each history of the event once.
 
     A history of an event belongs to all samples of later events that follow from it; here the first of these samples
-    represents it. In `run.sel(event=name)` it is in all of them, sample by sample beside the later events.
+    represents it. In `run.sel(event=name)` it is in all of them, sample by sample, like the later events.
 
     Args:
-        run: What `simulate` returned, or some of its samples.
+        run: A run, or some of its samples.
         name: The event.
 
     Raises:
@@ -79,7 +79,7 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
     """Return the samples of one archetype, with its number of storeys, as an ordinary run.
 
     Args:
-        run: What `simulate` returned of a portfolio, or some of its samples.
+        run: The run of a portfolio, or some of its samples.
         name: The archetype.
 
     Raises:
@@ -112,7 +112,7 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     that is left out.
 
     Args:
-        run: What `simulate` or `select_archetype` returned; a portfolio only if all its buildings are on isolators.
+        run: A run, or a result of `select_archetype`; a portfolio only if all its buildings are on isolators.
         first, last: Lowest and highest storey, counted from 1.
 
     Raises:
@@ -147,7 +147,7 @@ def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
     Storeys keep their numbers. A run that has such storeys alone, because they were selected, keeps them.
 
     Args:
-        run: What `simulate` returned of one structure, or of one archetype.
+        run: The run of one structure, or of one archetype.
     """
     if STOREY_KIND not in run.coords or run[STOREY_KIND].dims != ("storey",):
         return run

@@ -1,35 +1,32 @@
-"""The public function that runs a scene: it checks the arguments and passes them on in three parts."""
+"""The public function that runs a scene: it checks the settings and starts the run."""
 
 from __future__ import annotations
 
 import collections.abc
+import inspect
 import os
-from contextlib import nullcontext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import numpy as np
 import xarray as xr
 
 from warpdyn.campaigns.integration.settings import Execution, Integration
-from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.reduction import Reduction, checked_statistics
 from warpdyn.campaigns.reductions.statistic import Statistic
 from warpdyn.campaigns.running.histories import Histories
-from warpdyn.campaigns.running.regions.datasets import simulate_in_regions
-from warpdyn.campaigns.running.regions.job import Where
-from warpdyn.campaigns.running.run_portfolio import run_portfolio
-from warpdyn.campaigns.running.run_scene import Kept, SceneRun
-from warpdyn.foundations.core.checks import whole_number
+from warpdyn.campaigns.running.outputs import Outputs
+from warpdyn.campaigns.running.run import Run
+from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.interruption import interruptible
-from warpdyn.foundations.files.unfinished import STORE_SUFFIX, Unfinished
+from warpdyn.foundations.files.unfinished import STORE_SUFFIX
+from warpdyn.foundations.files.zarr_stores import check_zarr
 from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.number_of_structures import number_of_structures
 from warpdyn.model.scene.plausibility import warn_of_implausible
-from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scene import Scene
 
 if TYPE_CHECKING:
     from distributed import Client
+
+Settings = TypeVar("Settings", Integration, Execution, Outputs)
 
 
 @takes_scene
@@ -38,6 +35,9 @@ def simulate(
     *,
     structures: int | None = None,
     seed: int = 0,
+    integration: Integration | None = None,
+    execution: Execution | None = None,
+    outputs: Outputs | None = None,
     method: str | None = None,
     step: float | None = None,
     longest_step: float | None = None,
@@ -58,92 +58,56 @@ def simulate(
     memory: int | None = None,
     cluster: Client | None = None,
 ) -> xr.Dataset:
-    """Integrate every sample of a scene and return what it records.
+    """Integrate every sample of a scene (nonlinear response-history analysis) and return its recorded variables.
 
-    Structures are drawn, and each of them under each motion (and level) of the scene's design is a sample. A sample's
-    values depend on the seed and its own index alone: no division among blocks, threads and devices changes a bit.
+    Structures are drawn; each structure under each motion, at each level of the scene's design, is a sample. The values
+    of a sample depend on the seed and its own index alone: no division among blocks, threads and devices changes a bit.
 
-    Before anything is drawn or compiled, one warning names all that is implausible in the scene, such as a storey
-    height in mm, with the likely mistake; `meant_as_given` switches it off by the quantities' names.
+    Before anything is drawn or compiled, one warning names all implausible values of the scene, such as a storey height
+    in mm, with the likely mistake; `meant_as_given` switches it off by the names of the quantities.
+
+    Settings are given as objects, or by single arguments, which make these objects:
+    `simulate(scene, method="rk4", device="cpu")` is the short form of
+    `simulate(scene, integration=wd.Integration(method="rk4"), execution=wd.Execution(device="cpu"))`.
 
     Args:
         scene: The scene.
 
         structures: Number of structures to draw; each runs under every motion, at every level, of the scene's design.
-            None for as many as the scene lists (in a scatter of GivenValues, or in a design that gives each motion
-            structures of its own), and for one if it lists none, with a warning if parameters are scattered. Leave it
-            out for a portfolio: each archetype has its `count`.
+            None: as many as the scene lists (in a scatter of GivenValues, or in a design that gives each motion its own
+            structures); if it lists no structures: 1, with a warning if parameters are scattered. Not for a portfolio:
+            each archetype has its `count`.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
 
-        method: Integration method, a row of METHODS; None for the choice made for `target_error`, and otherwise, where
-            no step is given, for the cheapest on the device that is measured to err hardly more than "rk4" at its
-            default step in storeys of the scene's laws, such as "velocity_verlet" in two steps for one; else for "rk4".
-            The attributes `method` and `method_chosen_because` say which and why.
-        step: Integration step [s], which must divide the step of every motion; None to choose one for each motion.
-        longest_step: Upper bound of the chosen steps [s], in place of the default rule.
-        resample: Whether a motion whose step is no multiple of `step` is resampled at `step`, which cuts its corners.
-        dtype: "float32" or "float64"; None for "float32", or the choice made for `target_error`.
-        tolerance: Relative error [1] that an adaptive method allows itself in a step (1e-6 by default); its steps are
-            no longer than those of other methods.
-        target_error: Relative error [1] that the peak drifts of 95 % of the samples stay below; `plan` chooses the step
-            for it, and method and dtype if they are not given. None for no such choice.
-        on_unstable: What is done where the step is beyond a structure's stability limit: "substep" (these samples take
-            the fewest stable steps in each interval of the record), "raise" (an error before any sample runs), or
-            "flag" (status unstable_step). Where a step proves too long only during the run, "substep" runs the sample
-            again at shorter ones, as far as that costs no more than twice the run; the others never do.
+        integration: How samples are integrated; None: by the arguments of the next line.
+        method, step, longest_step, resample, dtype, tolerance, target_error, on_unstable: Short form of `integration`,
+            such as step=0.005 [s]; `Integration` describes each of them.
 
-        statistics: Statistics that the samples are reduced to as they finish, one or a list: DamageCounts,
-            DemandMoments, DemandHistogram, LargestDemand or DamageLoss. The dataset then holds these alone, and no
-            `sample`: inputs and demands of single samples are not kept, and neither `histories` nor `sample_error` goes
-            with it. With `path` a run that was stopped or killed goes on from the regions that it had counted, each
-            half a minute's work at most. None to keep the samples.
-        histories: Samples whose whole histories are kept; None for none. An EventSequence and a portfolio have
-            none.
-        keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
-        checked_share: Share of the samples [1] (at least 30 of them) that are run again at half the step and in
-            float64, to estimate the relative error of every demand; None for none.
-        sample_error: Relative error [1] asked for of every sample, such as 0.05; None for no estimate. Every sample is
-            run twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and under its motion
-            scaled by 1.001, for the flag `sensitive`: whether its peaks then change by more than this error and .001,
-            as it does near a bifurcation, where no step settles them. A warning counts both. It costs some three to six
-            times the run; an EventSequence has none.
-        path: NetCDF file (run.nc) or Zarr store (run.zarr) to write the samples to, block by block. It appears when the
-            run has finished; a file of the same run that was there before remains until then. A run that was stopped or
-            killed, or whose disk was full, resumes from its finished blocks when the same call is made again, and the
-            results have the same bits. These blocks are in a hidden folder beside the file, and take as much room as
-            the demands; their checksums are verified. During the run of a portfolio, files of its groups are there,
-            too. The returned dataset reads values from the file when they are asked for: close it when done. None to
-            return the dataset in memory.
-        overwrite: Whether a run of another scene, seed or arguments that stands at `path` is replaced.
+        outputs: Results, and the file that they are written to; None: by the arguments of the next line.
+        statistics, histories, keep_inputs, checked_share, sample_error, path, overwrite: Short form of `outputs`, such
+            as checked_share=0.1 [1] or path="run.nc"; `Outputs` describes each of them.
 
-        device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all there are, which share the
-            samples; None for the first GPU, or the CPU where there is none.
-        threads: CPU threads; None for every core this process may use.
-        memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
-            memory. `histories` must fit in it, too. A dataset that is returned in memory is not counted.
-        cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region; None to run
-            them here. `path` is a Zarr store then, on a disk that all workers share, or None; with `statistics` it may
-            be any file of this process. `device`, `threads` and
-            `memory` are of each worker: its first GPU and its own number of threads by default. Results have the same
-            bits as here. A worker that dies costs the regions that it was running, and the same call goes on from the
-            regions that are in the store. It needs
-            pip install "distributed>=2024.11" "zarr>=3.1.3".
+        execution: Where samples are integrated; None: by the arguments of the next line.
+        device, threads, memory, cluster: Short form of `execution`, such as device="cpu" or memory=2**30 [bytes];
+            `Execution` describes each of them.
 
     Returns:
-        Dataset over `sample`, with the demands recorded, the inputs drawn and `status` (ok, collapsed, diverged,
-        unstable_step, not_converged). Demands of the last three are NaN. All variables of an EventSequence but its
-        drawn inputs also lie along `event` (see `select_event`); a sample that is not ok in an event has no demands in
-        later ones. Samples of a Portfolio are in the order of its buildings, NaN in storeys and floors that a building
-        does not have; `building` and `archetype_index` say which building a sample is of; the inputs are all
-        parameters of the buildings, and `estimated_relative_error` is the largest of the groups that are run together.
+        Dataset over `sample`, with the recorded demands, the drawn inputs and `status` (ok, collapsed, diverged,
+        unstable_step, not_converged). Demands of the last three are NaN. All variables of an EventSequence except its
+        drawn inputs also have the dimension `event` (see `select_event`); a sample that is not ok in an event has no
+        demands in later events. Samples of a Portfolio are in the order of its buildings, NaN in storeys and floors
+        that a building does not have; `building` and `archetype_index` name the building of a sample; the inputs are
+        all parameters of the buildings, and `estimated_relative_error` is the largest of the groups that are run
+        together. With `statistics` the dataset contains only these.
 
     Raises:
-        ValueError: If an argument is out of its range or a name is unknown, before anything has run; or if a drawn
-            value is out of its parameter's bounds, which may come after some blocks have run.
-        OSError: If the file cannot be written, or another run stands there.
+        ValueError: If an argument is out of its range, a name is unknown, or a setting is given both as an object and
+            as a single argument, before anything has run; or if a drawn value is out of its parameter's bounds, which
+            may be found after some blocks have run.
+        OSError: If the file cannot be written, or the path contains another run.
         RuntimeError: If workers of the cluster have other versions of warpdyn, Warp, NumPy or SciPy, or devices of
-            different kinds; or if a region was given up because several workers died that ran it.
-        TypeError: If the scene is none, or `statistics`, `histories` or `cluster` is of another kind.
+            different kinds; or if a region was given up because several workers died while they ran it.
+        TypeError: If `scene` is not a Scene, or another argument is of another type.
 
     Example:
         >>> run = wd.simulate(scene, structures=3, seed=1)
@@ -155,59 +119,75 @@ def simulate(
         >>> largest.groupby("im_level").median().astype(float).round(3).values  # at each level
         array([0.001, 0.002, 0.004, 0.007, 0.011, 0.021])
     """
-    integration = Integration.from_arguments(
+    how = _of_short_form(
+        "integration",
+        Integration,
+        integration,
         method=method,
-        dtype=dtype,
         step=step,
         longest_step=longest_step,
         resample=resample,
+        dtype=dtype,
         tolerance=tolerance,
         target_error=target_error,
         on_unstable=on_unstable,
     )
-    is_store = isinstance(path, str | os.PathLike) and os.fspath(path).endswith(STORE_SUFFIX)
-    if cluster is not None and path is not None and not is_store and statistics is None:
-        raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
-    # Devices with a cluster are its workers'.
-    execution = Execution(device=device if cluster is None else "cpu", threads=threads, memory=memory)
-    asked = () if statistics is None else tuple(checked_statistics(statistics))
-    for name, value in (("histories", histories), ("sample_error", sample_error)):
-        if asked and value is not None:
-            raise ValueError(f"{name} is of single samples, of which `statistics` keeps none: leave out one of them")
-    kept = Kept(
-        statistics=asked,
-        checked_share=checked_share,
-        sample_error=sample_error,
+    where = _of_short_form(
+        "execution", Execution, execution, device=device, threads=threads, memory=memory, cluster=cluster
+    )
+    what = _of_short_form(
+        "outputs",
+        Outputs,
+        outputs,
+        statistics=statistics,
         histories=histories,
         keep_inputs=keep_inputs,
+        checked_share=checked_share,
+        sample_error=sample_error,
+        path=path,
         overwrite=overwrite,
     )
-    if not scene.recorders and histories is None:
-        raise ValueError("the scene has no recorders, so that nothing would be kept: name some, or ask for histories")
-    if checked_share is not None and resample:
-        raise ValueError("checked_share sees nothing of what resample cuts off a motion: leave out one of them")
-    if sample_error is not None and resample:
-        raise ValueError("sample_error sees nothing of what resample cuts off a motion: leave out one of them")
-    if sample_error is not None and len(scene.excitation.event_names) > 1:
-        raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
+    _check_together(scene, how, where, what)
     structures = number_of_structures("simulate", scene, structures)
-    warn_of_implausible(scene, step=step, longest_step=longest_step)
+    warn_of_implausible(scene, step=how.step, longest_step=how.longest_step)
     with interruptible():
-        if cluster is not None or is_store or (asked and path is not None):
-            where = Where(device=device, threads=threads, memory=memory)
-            return simulate_in_regions(scene, structures, integration, kept, seed, where, execution, cluster, path)
-        arguments = scene, structures, integration, execution, kept, seed
+        return Run(scene, structures, how, where, what, seed).result()
 
-        def run(unfinished: Unfinished | None, reduced: tuple[Reduction, np.ndarray] | None = None) -> xr.Dataset:
-            if scene.structure.is_many:
-                return run_portfolio(*arguments, unfinished, reduced)
-            return SceneRun(*arguments, unfinished, reduced).finish()
 
-        if not asked:
-            with nullcontext() if path is None else Unfinished(path) as unfinished:
-                return run(unfinished)
-        portfolio = scene.structure
-        many = portfolio.buildings if isinstance(portfolio, Portfolio) else None
-        count = whole_number("structures", structures, 1) if many is None else many
-        with Reduction(asked, Population(scene, count), execution.cores) as reduction:
-            return reduction.dataset(run(None, (reduction, np.arange(count))))
+def _of_short_form(name: str, kind: type[Settings], given: Settings | None, **single: Any) -> Settings:
+    """Return settings that are given as an object, or by single arguments.
+
+    Args:
+        name: Argument of the object.
+        kind: Class of the object.
+        given: The object; None: the single arguments count.
+        single: The single arguments.
+    """
+    if given is None:
+        return kind(**single)
+    check_kind("simulate", f"wd.{kind.__name__}", given, kind, argument=name)
+    defaults = inspect.signature(kind).parameters
+    for argument, value in single.items():
+        if value is not defaults[argument].default:
+            better = f"{name}=wd.{kind.__name__}({argument}={value!r}, ...)"
+            raise ValueError(f"{argument}= cannot be combined with {name}=: write {better}")
+    return given
+
+
+def _check_together(scene: Scene, integration: Integration, execution: Execution, outputs: Outputs) -> None:
+    """Raise a ValueError if settings contradict each other or the scene."""
+    path, error = outputs.path, outputs.sample_error
+    if execution.cluster is not None and path is not None and not outputs.is_store and not outputs.reduced:
+        raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
+    if not scene.recorders and outputs.histories is None:
+        raise ValueError("the scene has no recorders, so that nothing would be kept: name some, or ask for histories")
+    for name, value in (("checked_share", outputs.checked_share), ("sample_error", error)):
+        if value is not None and integration.resample:
+            raise ValueError(
+                f"{name} cannot detect the error that resample adds, because both runs use the resampled motion: "
+                f"remove {name} or resample"
+            )
+    if error is not None and len(scene.excitation.event_names) > 1:
+        raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
+    if outputs.is_store:
+        check_zarr()

@@ -1,230 +1,308 @@
-"""Tables that take the samples of a run block by block: in memory, in a file, or into statistics alone."""
+"""Where the regions of a run are delivered to: memory, a netCDF file, a Zarr store, or statistics."""
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from functools import partial
-from types import TracebackType
-from typing import Any, Protocol, Self
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-import warp as wp
 import xarray as xr
 
-from warpdyn.campaigns.integration.ensemble import Ensemble
-from warpdyn.campaigns.integration.model import Model
-from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.campaigns.reductions.reduction import Reduction
-from warpdyn.campaigns.running.labels import Arrays, Column, labelled, lengths
-from warpdyn.engine.kernels.queues import CudaQueue
-from warpdyn.foundations.core.thread_pool import result_of
-from warpdyn.foundations.files.netcdf import GrowingFile
-
-MOST_UNDER_WAY = 2  # blocks that are left to be added to statistics
-
-
-class Table(Protocol):
-    """A table that takes the rows of a run's samples, used in a `with` statement.
-
-    Args:
-        columns: Variables of the dataset with one value for each sample.
-        reduces: Whether it takes samples of a single event where a GPU integrated them.
-    """
-
-    columns: dict[str, Column]
-    reduces: bool
-
-    def __enter__(self) -> Self: ...
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None: ...
-
-    def rows_for(self, samples: int) -> Arrays:
-        """Return memory for the next samples."""
-
-    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Add samples whose rows are complete, after all earlier samples.
-
-        Args:
-            rows: Their rows.
-            run: The samples.
-            staying: Variables that their GPU has kept, sample first; none if all are in the rows.
-        """
-
-    def finish(self, rest: xr.Dataset) -> xr.Dataset:
-        """Return the dataset, with the variables and attributes that are known only at the end."""
+from warpdyn.campaigns.running.blocks import check_room
+from warpdyn.campaigns.running.labels import filled
+from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
+from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, Order
+from warpdyn.campaigns.running.regions.report import Report, RowsOfRegions, rows_in
+from warpdyn.foundations.files.netcdf import GrowingFile, write_at_once
+from warpdyn.foundations.files.removal import remove_tree
+from warpdyn.foundations.files.unfinished import STORE_SUFFIX
+from warpdyn.foundations.files.zarr_stores import complete, damaged_regions, is_laid_out, lay_out
+from warpdyn.model.scene.portfolio import Portfolio
 
 
-class InMemory:
-    """The whole dataset, each variable allocated once.
+@dataclass(eq=False, kw_only=True)
+class Part:
+    """The run of a group: structures that share a kernel, divided into regions.
 
     Args:
-        model: How the samples are integrated.
-        columns: Variables of the dataset with one value for each sample.
-        samples: Number of samples in the run.
+        number: Number of the group.
+        job: Everything that a process needs to run its regions.
+        layout: Its properties that are known before the first region.
+        regions: Structures of each region.
+        named: Context in which messages name the group.
+        buildings: Numbers of its structures in a portfolio; None: the structures are those of the run.
+        reports: Reports of the finished regions, by their place among the regions.
     """
 
-    reduces = False
+    number: int
+    job: Job
+    layout: Layout
+    regions: list[range]
+    named: Callable[[], AbstractContextManager[object]]
+    buildings: np.ndarray | None = None
+    reports: dict[int, Report] = field(default_factory=dict)
 
-    def __init__(self, model: Model, columns: dict[str, Column], samples: int) -> None:
-        self.model, self.columns = model, columns
-        self.rows, self._given = blank_rows(model, columns, samples), 0
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.layout.samples_by_event[-1]
 
-    def __enter__(self) -> InMemory:
-        return self
+    @property
+    def histories(self) -> int:
+        """Number of histories, over all events."""
+        return sum(self.layout.samples_by_event)
 
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        pass
+    @property
+    def along(self) -> dict[str, xr.Variable]:
+        """Variables of the dataset that have one value for each sample, without values."""
+        return {str(k): v for k, v in self.layout.template.variables.items() if v.dims[:1] == ("sample",)}
 
-    def rows_for(self, samples: int) -> Arrays:
-        """Return memory for the next samples."""
-        self._given += samples
-        return {name: values[self._given - samples : self._given] for name, values in self.rows.items()}
+    def first_sample(self, structure: int) -> int:
+        """Return the first sample of a structure."""
+        return structure * (self.samples // self.job.structures)
 
-    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Add samples whose rows are complete; nothing is copied, as they are in place."""
+    def numbers(self, place: int) -> np.ndarray:
+        """Return the number in the run of each structure of a region."""
+        region = np.asarray(self.regions[place])
+        return region if self.buildings is None else self.buildings[region]
 
-    def finish(self, rest: xr.Dataset) -> xr.Dataset:
-        """Return the dataset, with the variables and attributes that are known at the end."""
-        dataset = labelled(self.model, self.columns, self.rows)
-        attributes = dataset.attrs | rest.attrs
-        return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(attributes)
+    def orders(self) -> Iterator[Order]:
+        """Yield the regions that are not finished."""
+        for place, structures in enumerate(self.regions):
+            if place not in self.reports:
+                yield Order(self.number, place, self.job, structures, self.named)
 
 
-class InFile:
-    """A netCDF file that grows; a block's rows are freed when they have been written.
+@dataclass(kw_only=True)
+class Whole:
+    """Properties of a run that are known when all regions are done.
 
     Args:
-        model: How the samples are integrated.
-        columns: Variables of the dataset with one value for each sample.
-        file: The file.
+        portfolio: The portfolio; None for a scene of one structure.
+        parts: The groups.
+        rests: Variables and attributes of each group besides its samples.
+        attributes: Attributes of the run that do not belong to a group.
+        seconds: Time before the first region [s].
     """
 
-    reduces = False
+    portfolio: Portfolio | None
+    parts: list[Part]
+    rests: list[xr.Dataset]
+    attributes: dict[str, object]
+    seconds: float
 
-    def __init__(self, model: Model, columns: dict[str, Column], file: GrowingFile) -> None:
-        self.model, self.columns, self.file = model, columns, file
+    def joined(self, rows: list[dict[str, Any]]) -> Joined:
+        """Return the samples of a portfolio's groups in the order of the buildings."""
+        assert self.portfolio is not None
+        buildings = [part.buildings for part in self.parts if part.buildings is not None]
+        templates = [part.layout.template for part in self.parts]
+        each = self.parts[0].samples // self.parts[0].job.structures
+        attributes = self.attributes | common_attributes(self.rests, self.seconds)
+        return Joined(self.portfolio, buildings, templates, rows, each, attributes, largest_estimate(self.rests))
 
-    def __enter__(self) -> InFile:
-        self.file.__enter__()
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.file.__exit__(kind, error, trace)
-
-    def rows_for(self, samples: int) -> Arrays:
-        """Return memory for the next samples."""
-        return blank_rows(self.model, self.columns, samples)
-
-    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Take samples whose rows are complete, after all those before them."""
-        self.file.append(rows, lambda first: labelled(self.model, self.columns, first))
-
-    def finish(self, rest: xr.Dataset) -> xr.Dataset:
-        """Return the dataset as the file has it, with the variables and attributes that are known at the end."""
-        self.file.finish(rest)
-        return xr.open_dataset(self.file.unfinished.path, engine="netcdf4")
+    @property
+    def rest(self) -> xr.Dataset:
+        """Variables and attributes of the run besides its samples."""
+        if self.portfolio is None:
+            return self.rests[0]
+        attributes = self.attributes | common_attributes(self.rests, self.seconds)
+        return largest_estimate(self.rests).assign_attrs(attributes)
 
 
-class Reduced:
-    """The statistics of a run, to which the rows of blocks are added; the memory of rows serves blocks in turn.
-
-    A thread of its own adds them, one block after the other, while the next blocks are launched and read.
-
-    Samples of a single event stay on a GPU, and are reduced there.
+class Memory:
+    """Samples that are returned in memory.
 
     Args:
-        run: The run.
-        columns: Variables with one value for each sample, of which those that the statistics read are held.
-        reduction: The statistics.
-        structures: Numbers of the run's structures among those of the statistics.
-        is_estimated: Whether errors are estimated, from samples on the host.
+        is_here: Whether this process runs the regions, which then write to the memory of the run.
     """
 
-    def __init__(
-        self,
-        run: Run,
-        columns: dict[str, Column],
-        reduction: Reduction,
-        structures: np.ndarray,
-        *,
-        is_estimated: bool = False,
-    ) -> None:
-        self.model = run.model
-        self.reduces = run.execution.is_gpu and len(run.samples_by_event) == 1 and not is_estimated
-        on_host = reduction.needs & {"status", "motion_index"} if self.reduces else reduction.needs
-        self.columns = {name: columns[name] for name in on_host}
-        self._reduction, self._structures, self._done = reduction, structures, 0
-        self._samples_per_structure = run.model.scene.excitation.samples_per_structure
-        self._free: list[Arrays] = []
-        self._adding, self._is_whole = ThreadPoolExecutor(1), True
-        self._under_way = deque[Future[Any]]()
+    def __init__(self, *, is_here: bool) -> None:
+        self._is_here, self._rows = is_here, dict[int, Arrays]()
 
-    def __enter__(self) -> Reduced:
-        return self
+    def begin(self, parts: list[Part]) -> None:
+        """Check that the samples fit in memory."""
+        path = "run.nc" if self._is_here else "run.zarr"
+        check_room(sum(part.samples for part in parts), sum(p.samples * p.layout.bytes_per_sample for p in parts), path)
 
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self._adding.shutdown(cancel_futures=True)
+    def ordered(self, part: Part, order: Order) -> Order:
+        """Return an order with memory for its samples."""
+        if not self._is_here:
+            return order
+        span = slice(part.first_sample(order.structures.start), part.first_sample(order.structures.stop))
+        return replace(order, rows={name: values[span] for name, values in self._rows_of(part).items()})
 
-    def rows_for(self, samples: int) -> Arrays:
-        """Return memory for the next samples."""
-        for place, rows in enumerate(self._free):
-            if len(rows["status"]) == samples:
-                return self._free.pop(place)
-        return blank_rows(self.model, self.columns, samples)
+    def take(self, part: Part, place: int, report: Report) -> None:
+        """Take the samples of a region."""
+        first = part.first_sample(part.regions[place].start)
+        for name, values in report.rows.items():
+            self._rows_of(part)[name][first : first + len(values)] = values
+        report.rows = {}
+        part.reports[place] = report
 
-    def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Reduce samples whose rows are complete, after all those before them."""
-        first, count = self._done, len(rows["status"]) // self._samples_per_structure
-        self._done += count
-        structures = self._structures[first : self._done]
-        if staying:
-            heights = run.heights if "height" in run.drawn else run.heights[:1]
-            what = structures, rows, dict(staying), heights, run.queue.device
-            released = self._adding.submit(self._reduce_on_gpu, *what)
-            assert isinstance(run.queue, CudaQueue)  # nothing stays anywhere else
-            run.queue.hold_until(partial(result_of, released))
-            self._under_way.append(released)
-        else:
-            self._under_way.append(self._adding.submit(self._reduce, structures, rows))
-        self._wait_for(MOST_UNDER_WAY)
+    def finish(self, whole: Whole) -> xr.Dataset:
+        """Return the dataset."""
+        if whole.portfolio is not None:
+            return whole.joined([self._rows.pop(part.number) for part in whole.parts]).in_memory()
+        dataset, rest = filled(whole.parts[0].layout.template, self._rows[0]), whole.rest
+        return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(rest.attrs)
 
-    def finish(self, rest: xr.Dataset) -> xr.Dataset:
-        """Return the variables and attributes that are known at the end, without the statistics.
-
-        A GPU may still reduce: memory that is let go of meanwhile is freed on the default stream, which waits for it.
-        """
-        self._wait_for(0)
-        return rest
-
-    def _reduce(self, structures: np.ndarray, rows: Arrays) -> None:
-        """Add a block, unless one before it could not be added: then the run ends."""
-        if self._is_whole:
-            self._is_whole = False
-            self._reduction.add(structures, rows)
-            self._is_whole = True
-            self._free.append(rows)
-
-    def _reduce_on_gpu(
-        self, structures: np.ndarray, rows: Arrays, staying: dict[str, Any], heights: np.ndarray, device: str
-    ) -> wp.Event:
-        """Queue a block's reductions, likewise; return the event after which its GPU may change what stays on it."""
-        gpu = self._reduction.gpu(device)
-        if self._is_whole:
-            self._is_whole = False
-            motion = {name: rows[name] for name in rows if name == "motion_index"}
-            self._reduction.add_on_gpu(structures, staying | motion, rows["status"], heights, gpu)
-            self._is_whole = True
-            self._free.append(rows)
-        return gpu.stream.record_event()
-
-    def _wait_for(self, most: int) -> None:
-        """Wait until at most so many blocks are left to be added."""
-        while len(self._under_way) > most:
-            result_of(self._under_way.popleft())
+    def _rows_of(self, part: Part) -> Arrays:
+        """Return memory for all samples of a group, which is taken when its first region begins."""
+        if part.number not in self._rows:
+            along = part.along.items()
+            self._rows[part.number] = {name: np.empty((part.samples, *v.shape[1:]), v.dtype) for name, v in along}
+        return self._rows[part.number]
 
 
-def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:
-    """Return memory for the columns of some samples."""
-    return {name: np.empty((samples, *lengths(model, column)), column.dtype) for name, column in columns.items()}
+class Files:
+    """Samples that are written to a netCDF file or, for a portfolio, to a Zarr store, from the files of the regions.
+
+    Args:
+        checkpoint: The folder of these files.
+    """
+
+    def __init__(self, checkpoint: Checkpoint) -> None:
+        self.checkpoint, self.unfinished = checkpoint, checkpoint.unfinished
+
+    def begin(self, parts: list[Part]) -> None:
+        """Take the regions that an earlier call has finished."""
+        for part in parts:
+            for place, report in enumerate(self._reports_of(part)):
+                if report is not None:
+                    self._add(part, place, report)
+
+    def _reports_of(self, part: Part) -> list[Report | None]:
+        """Return the reports in the files of a group's regions."""
+        return [Report.load(region_file(self.checkpoint.folder, part.number, region)) for region in part.regions]
+
+    def ordered(self, part: Part, order: Order) -> Order:
+        """Return the order unchanged: the process that runs the region writes its file."""
+        return order
+
+    def take(self, part: Part, place: int, report: Report) -> None:
+        """Take the report of a region whose file is written."""
+        self._add(part, place, report)
+
+    def _add(self, part: Part, place: int, report: Report) -> None:
+        part.reports[place] = report
+
+    def finish(self, whole: Whole) -> xr.Dataset:
+        """Return the dataset of the file or the store."""
+        if whole.portfolio is not None:
+            joined = whole.joined([self._columns(part) for part in whole.parts])
+            is_store = self.unfinished.path.suffix == STORE_SUFFIX
+            return joined.in_store(self.unfinished) if is_store else joined.in_file(self.unfinished)
+        part = whole.parts[0]
+        with GrowingFile(self.unfinished, part.samples) as file:
+            for path in self._paths(part):
+                rows = rows_in(path, part.along, self.unfinished.path)
+                file.append(rows, lambda first: filled(part.layout.template, first))
+            file.finish(whole.rest)
+        return xr.open_dataset(self.unfinished.path, engine="netcdf4")
+
+    def _paths(self, part: Part) -> list[Path]:
+        return [region_file(self.checkpoint.folder, part.number, region) for region in part.regions]
+
+    def _columns(self, part: Part) -> dict[str, RowsOfRegions]:
+        first = [part.first_sample(region.start) for region in part.regions]
+        paths = self._paths(part)
+        return {name: RowsOfRegions(name, paths, first, self.unfinished.path) for name in part.along}
+
+
+class Store(Files):
+    """Samples of one structure's scene that the processes write to a Zarr store, each region to its own chunks."""
+
+    def begin(self, parts: list[Part]) -> None:
+        """Lay out the store, or take the regions that an earlier call has written."""
+        [part], settled = parts, self.checkpoint.settled
+        assert part.job.store is not None
+        if not is_laid_out(part.job.store, settled.get("store")):
+            for path in self._paths(part):  # of a store that was damaged
+                path.unlink(missing_ok=True)
+            chunk = part.first_sample(len(part.regions[0]))
+            with self.unfinished.named_errors():
+                files = lay_out(part.job.store, part.layout.template, part.samples, chunk)
+            self.checkpoint.settle({"store": files})
+        super().begin(parts)
+
+    def _reports_of(self, part: Part) -> list[Report | None]:
+        assert part.job.store is not None
+        reports = super()._reports_of(part)
+        digests = [{} if report is None else report.chunks for report in reports]
+        for place in damaged_regions(part.job.store, digests):
+            reports[place] = None
+        return reports
+
+    def finish(self, whole: Whole) -> xr.Dataset:
+        """Return the dataset of the store."""
+        store = whole.parts[0].job.store
+        assert store is not None
+        with self.unfinished.named_errors():
+            complete(store, whole.rest)
+            self.unfinished.move_in_store(store)
+        return xr.open_zarr(self.unfinished.path)
+
+
+class Statistics(Files):
+    """Statistics that the samples are reduced to; the samples themselves are not kept.
+
+    Args:
+        reduction: The statistics, of all groups.
+        asked: The same, as they travel to other processes.
+        checkpoint: The folder of the files of regions; None: they are not written.
+        is_partial: Whether regions return what they add to the statistics. Otherwise, in this process, they add it.
+    """
+
+    def __init__(self, reduction: Reduction, asked: Asked, checkpoint: Checkpoint | None, *, is_partial: bool) -> None:
+        self.reduction, self.asked, self._is_partial = reduction, asked, is_partial
+        self._checkpoint = checkpoint
+        if checkpoint is not None:
+            super().__init__(checkpoint)
+
+    def begin(self, parts: list[Part]) -> None:
+        """Take the regions that an earlier call has finished."""
+        if self._checkpoint is not None:
+            super().begin(parts)
+
+    def ordered(self, part: Part, order: Order) -> Order:
+        """Return an order with the statistics."""
+        numbers = part.numbers(order.place)
+        return replace(order, asked=self.asked, numbers=numbers, is_partial=self._is_partial)
+
+    def take(self, part: Part, place: int, report: Report) -> None:
+        """Add a region to the statistics, after its file is written if the run has a path."""
+        if self._checkpoint is not None:
+            with self.unfinished.named_errors():
+                report.save(region_file(self.checkpoint.folder, part.number, part.regions[place]))
+        self._add(part, place, report)
+
+    def _add(self, part: Part, place: int, report: Report) -> None:
+        if self._is_partial:
+            self.reduction.include(report.statistics)
+        report.statistics = {}
+        part.reports[place] = report
+
+    def finish(self, whole: Whole) -> xr.Dataset:
+        """Return the statistics, and write them if the run has a path."""
+        result = self.reduction.dataset(whole.rest)
+        if self._checkpoint is None:
+            return result
+        if self.unfinished.path.suffix != STORE_SUFFIX:
+            write_at_once(result, self.unfinished)
+            return result
+        store = self.unfinished.kept / f"statistics{STORE_SUFFIX}"
+        with self.unfinished.named_errors():
+            if store.is_dir():  # of a process that was killed before it was complete
+                remove_tree(store)
+            complete(store, result)
+            self.unfinished.move_in_store(store)
+        return result
+
+
+Sink = Memory | Files  # and its subclasses Store and Statistics

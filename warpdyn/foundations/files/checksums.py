@@ -1,14 +1,8 @@
-"""Checksums of the files from which a killed run resumes, so that it computes damaged files again.
-
-Arrays are in NumPy files (.npz), which contain a checksum for each array. Other files and Zarr stores have a seal: a
-JSON file with their digests.
-"""
+"""Files of a checkpoint: NumPy files (.npz), which have a checksum for each array, and digests of other files."""
 
 from __future__ import annotations
 
 import hashlib
-import json
-import os
 import zipfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -45,12 +39,17 @@ def are_whole(path: Path) -> bool:
         return False
 
 
-def load_arrays(path: Path) -> dict[str, np.ndarray] | None:
-    """Return the arrays of a NumPy file (.npz) by name; None if it is missing, empty or damaged."""
+def load_arrays(path: Path, without: str = NAMES) -> dict[str, np.ndarray] | None:
+    """Return the arrays of a NumPy file (.npz) by name; None if it is missing, empty or damaged.
+
+    Args:
+        path: The file.
+        without: Beginning of the names of arrays that are left out.
+    """
     if not are_whole(path):
         return None
     with np.load(path) as kept:
-        return {name: kept[name] for name in kept.files if name != NAMES}
+        return {name: kept[name] for name in kept.files if not name.startswith((NAMES, without))}
 
 
 def digest_of(path: Path) -> str:
@@ -60,30 +59,3 @@ def digest_of(path: Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except (FileNotFoundError, IsADirectoryError, NotADirectoryError):
         return MISSING
-
-
-def digests_in(path: Path) -> dict[str, str]:
-    """Return the digests of a file, or of all files in a folder, by their names in it."""
-    if not path.is_dir():
-        return {"": digest_of(path)}
-    files = (Path(folder, name) for folder, _, names in os.walk(path) for name in names)
-    return {file.relative_to(path).as_posix(): digest_of(file) for file in sorted(files)}
-
-
-def seal(path: Path, content: Path) -> None:
-    """Write the seal of a file or a Zarr store, before it is moved from `content` to `path`."""
-    with whole_file(_seal_of(path)) as part:
-        part.write_text(json.dumps(digests_in(content)))
-
-
-def is_sealed(path: Path) -> bool:
-    """Return whether a file or a Zarr store agrees with its seal."""
-    try:
-        sealed = json.loads(_seal_of(path).read_text())
-    except (OSError, ValueError):
-        return False
-    return path.exists() and sealed == digests_in(path)
-
-
-def _seal_of(path: Path) -> Path:
-    return path.with_name(f"{path.name}.json")

@@ -10,10 +10,10 @@ from pathlib import Path
 from warpdyn.foundations.files.targets import kind_of
 
 LOCK, REPLACED = "lock", "replaced"
-# Files and folders in a hidden folder: the lock, unfinished files ("part.nc" until version 0.1), the record of a run
-# with its blocks, reports and finished groups, and a store that is being replaced.
-FILES = re.compile(r"lock|part\.nc|.+\.part|run\.json|([0-9a-f]+-)?\d+-\d+(\.\d+)?\.npz|\d+\.nc|\d+\.(nc|zarr)\.json")
-FOLDERS = re.compile(r"kept|replaced|\w+\.zarr|\.\d+\.(nc|zarr)\.unfinished")
+# Files and folders in a hidden folder: the lock, unfinished files, the header of a checkpoint with the files of its
+# regions, an unfinished store, and a store that is being replaced. Versions before 0.1 also wrote "part.nc".
+FILES = re.compile(r"lock|part\.nc|.+\.part|run\.json|\d+-\d+-\d+\.npz")
+FOLDERS = re.compile(r"kept|replaced|\w+\.zarr")
 # Files of a Zarr store of format 2: metadata, chunks, and chunks that a killed process left unfinished. macOS adds a
 # file to each folder that a user views, and NFS one for each file that was removed while it was open.
 OF_STORES = re.compile(r"\.z(attrs|array|group|metadata)|\d+(\.\d+)*|.*\.[0-9a-f]{32}\.partial|\.DS_Store|\.nfs\w+")

@@ -13,7 +13,6 @@ from types import TracebackType
 
 import netCDF4
 
-from warpdyn.foundations.files.checksums import seal
 from warpdyn.foundations.files.disk_errors import disk_error, named_error
 from warpdyn.foundations.files.part_files import NO_LOCKS, PartFile, fcntl, sync_folder
 from warpdyn.foundations.files.removal import LOCK, REPLACED, foreign_in, remove_tree
@@ -105,18 +104,17 @@ class Unfinished:
     Args:
         path: The file, or the Zarr store.
         suffix: Required ending of its name.
-        is_group: Whether it belongs to a larger run, which checks it before use: a seal is written next to it.
 
     Raises:
         OSError: If another process is writing the file, or the folder cannot be made.
     """
 
-    def __init__(self, path: str | os.PathLike, suffix: str = SUFFIX, *, is_group: bool = False) -> None:
+    def __init__(self, path: str | os.PathLike, suffix: str = SUFFIX) -> None:
         self.path = check_writable(path, suffix)
         self.folder = self.path.with_name(f".{self.path.name}.unfinished")
         self.kept = self.folder / "kept"
         self.is_journaled = False  # whether `kept` contains results of this run, and of no other
-        self._is_store, self._is_group = suffix == STORE_SUFFIX, is_group
+        self._is_store = suffix == STORE_SUFFIX
         self._older = Permissions.of(self.path)
         self._part: PartFile | None = None
         self._lock: int | None = None
@@ -164,20 +162,16 @@ class Unfinished:
             self._leave()
 
     def _holds_results(self) -> bool:
-        """Return whether `kept` contains finished blocks, regions, or files and stores of a portfolio's groups."""
-        return any(self.kept.rglob("*.n[pc]*")) or any(self.kept.glob(f"*{STORE_SUFFIX}/.zmetadata"))
+        """Return whether `kept` contains files of finished regions."""
+        return any(self.kept.glob("*.npz"))
 
     def move_in(self) -> None:
         """Move the finished file to its place."""
         assert self._part is not None
-        if self._is_group:
-            seal(self.path, self._part.path)
         self._part.move_in()
 
     def move_in_store(self, store: Path) -> None:
         """Move a finished store to its place, and before an older store away: a folder cannot replace a folder."""
-        if self._is_group:
-            seal(self.path, store)
         take_over_store(self.path, store)
         if self.path.exists():
             check_replaceable(self.path, is_store=True)

@@ -1,4 +1,4 @@
-"""How many buildings are in each damage state, where each structure that is run stands for some number of them."""
+"""Number of buildings in each damage state, if each structure that is run represents several buildings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from warpdyn.foundations.core.output_variables import OK
 
 
 def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
-    """Return the number of buildings of each structure, or raise a ValueError that says what is wrong with it."""
+    """Return the number of buildings of each structure, or raise a ValueError if it is invalid."""
     number = finite_numbers("DamageCounts: number", given)
     if number.shape != (population.structures,) or np.any(number <= 0):
         raise ValueError(
@@ -44,7 +44,7 @@ def losses_of_units(
         ratios: Mean and variance of the loss ratio, shape [kind, state, 2]; the same array for all blocks.
         kind: Kind of each row's structure, shape [row].
         value: Value of each row's structure, shape [row].
-        workers: What finds them.
+        workers: The threads or the GPU that find them.
     """
     order, start, cell_of_unit = rows.places.units
     units, count = cell_of_unit.size, rows.structure.size
@@ -60,20 +60,21 @@ def losses_of_units(
 
 
 class NumberSums:
-    """Add up the buildings that samples stand for, by cell and damage state.
+    """Add up the buildings that samples represent, by cell and damage state.
 
-    They are added exactly, in whatever order.
+    Sums are exact, so that their order changes nothing.
+
+    The loss kernel counts: the loss of a unit is its number of buildings if it is in the damage state, else 0.
 
     Args:
         cells: The cells.
-        number: Buildings that each structure stands for, shape [structure].
+        number: Buildings that each structure represents, shape [structure].
         states: Number of damage states, no damage included.
     """
 
     def __init__(self, cells: Cells, number: np.ndarray, states: int) -> None:
         self.cells, self.number = cells, number
         self._of_states, self._of_all = [Sums(cells) for _ in range(states)], Sums(cells)
-        # Of each state, a unit that is in it "loses" its number, and others nothing.
         self._ratios = [np.stack([row, np.zeros(states)], axis=1)[None] for row in np.eye(states)]
 
     @property
@@ -87,14 +88,14 @@ class NumberSums:
         Args:
             block: The block.
             states: State of each sample that is ok, shape [place, sample], the worst place last.
-            workers: What adds them.
+            workers: The threads or the GPU that add them.
         """
         rows = block.rows(self.cells)
         kind, number = np.zeros(rows.structure.size, dtype=np.int32), self.number[rows.structure]
         for ratios, sums in zip(self._ratios, self._of_states, strict=True):
             found, of_units = losses_of_units(block, rows, states, ratios, kind, number, workers)
             sums.add(found, "loss", True, 0, workers, of_units)
-        # Whatever became of them, all units are in the first state here.
+        # For the total, every unit counts as undamaged, also if it failed.
         all_ok = Block(block.structures, block.event, {"status": workers.array(np.full(block.samples, OK, np.int8))})
         undamaged = workers.no_states((1, block.samples))
         found, of_units = losses_of_units(all_ok, rows, undamaged, self._ratios[0], kind, number, workers)
@@ -108,10 +109,10 @@ class NumberSums:
         """
         cells = self.cells
         of_states = np.stack([_sums_of(sums) for sums in self._of_states], axis=-1)
-        # The rest are those that failed; where none did, sums of other numbers than whole ones differ by rounding.
+        # The difference is the number that failed; 0 without failures, when sums of fractions may differ by rounding.
         rest = np.where(failed > 0, _sums_of(self._of_all) - of_states.sum(axis=-1), 0.0)
-        said = {"units": "1", "long_name": "buildings that the samples in the damage state stand for"}
-        of_failed = {"units": "1", "long_name": "buildings that the samples which failed stand for"}
+        said = {"units": "1", "long_name": "buildings represented by the samples in the damage state"}
+        of_failed = {"units": "1", "long_name": "buildings represented by the samples that failed"}
         table = of_states.reshape(*cells.shape, -1)
         return {
             f"{BUILDING_NUMBER}{cells.suffix}": ((*cells.dims, "damage_state"), table, said),

@@ -53,13 +53,13 @@ class DamageCounts(Statistic):
             is compared.
         events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
             `damage_shares`; of MotionsAtSites the worst of each draw, such as both components of a record with
-            `events=[motion.record for motion in design.motions]`. None where every motion counts by itself.
-        each_place: Whether the states at each storey (or floor) by itself are counted, besides the worst.
-        number: Buildings that each structure stands for [1], shape [structure]: an inventory's column `number`, in the
-            order of the portfolio (`stock.buildings(inventory)["number"]`). Counts stay those of samples; beside them
-            `number_of_buildings_by_...` adds up the numbers, and `damage_shares` takes these. None where every
+            `events=[motion.record for motion in design.motions]`. None: every motion is counted separately.
+        each_place: Whether the states at each storey (or floor) are counted, in addition to the worst.
+        number: Buildings that each structure represents [1], shape [structure]: an inventory's column `number`, in the
+            order of the portfolio (`stock.buildings(inventory)["number"]`). Counts are numbers of samples;
+            `number_of_buildings_by_...` adds up the numbers of buildings, which `damage_shares` reads. None: every
             structure is one building.
-        over: What samples are counted for each of, as "building" or ("archetype", "motion"); see `Statistic`. For
+        over: Dimensions of the counts, such as "building" or ("archetype", "motion"); see `Statistic`. For
             fragility curves ("motion", "stripe", "structure_group").
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
@@ -100,7 +100,7 @@ class Bounds:
         states: Names of the damage states, no damage first.
         demands: The demands that limits are of.
         given: Limits by demand, shape [kind, state], NaN where a state has none; a kind is an archetype.
-        by_archetype: Whether each archetype has limits of its own.
+        by_archetype: Whether each archetype has its own limits.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count.
     """
 
@@ -179,8 +179,8 @@ class DamageReducer(Mergeable):
     """Count the samples of a run by damage state.
 
     Args:
-        statistic: What is counted.
-        population: What the samples are of.
+        statistic: The counts that are asked for.
+        population: Structures, motions and levels of the samples.
         threads: Threads that count.
     """
 
@@ -244,7 +244,7 @@ class DamageReducer(Mergeable):
         variables, coordinates = self.bounds.variable(population)
         table = self.tally.counts.reshape(-1, *cells.shape, states + len(FAILURES))
         said: dict[str, object] = {"long_name": "samples in the damage state, by the worst place", "units": "1"}
-        # What fragility curves say of a run.
+        # Attributes that fragility curves read.
         said |= {"demand": ", ".join(self.bounds.demands)}
         said |= {"demand_units": ", ".join(population.demand(name).units for name in self.bounds.demands)}
         said |= {"structures_of_motions": "the same" if population.is_crossed else "their own"}
@@ -265,11 +265,11 @@ class DamageReducer(Mergeable):
 
 
 class NumberReducer(Mergeable):
-    """Count the samples of a run by damage state, and add up the buildings that they stand for.
+    """Count the samples of a run by damage state, and add up the buildings that they represent.
 
     Args:
-        counted: What counts the samples.
-        number: Buildings that each structure stands for [1], shape [structure].
+        counted: The reducer that counts the samples.
+        number: Buildings that each structure represents [1], shape [structure].
     """
 
     def __init__(self, counted: DamageReducer, number: np.ndarray) -> None:

@@ -96,7 +96,7 @@ def check_archetypes(function: str, names: Sequence[str], given: Mapping[str, ob
 
 
 def _check_named(function: str, what: str, kind: str, names: Sequence[str], given: Mapping[str, object]) -> None:
-    """Raise a ValueError that says what is missing and what is unknown, unless a mapping has just these names."""
+    """Raise a ValueError that names missing and unknown keys, unless a mapping has exactly these names."""
     missing = [name for name in names if name not in given]
     unknown = [str(name) for name in given if name not in names]
     if missing or unknown:

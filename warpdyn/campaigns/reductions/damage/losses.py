@@ -32,23 +32,23 @@ class DamageLoss(Statistic):
     scatter of the ratios adds to the variance of a sum, independent from sample to sample, is given besides.
 
     Args:
-        limits: Limits of the damage states [units of the demand], as of `DamageCounts`.
+        limits: Limits of the damage states [units of the demand]; see `DamageCounts`.
         loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation; of a portfolio
             the same for all archetypes, or of each archetype such a mapping.
         replacement_values: Replacement value [currency] of each structure (or of a portfolio's building), shape
             [structure], or of all alike; 1 for loss ratios. A value weighs its building's loss in sums over events,
             cells or the city. Of an inventory they are `stock.replacement_costs(inventory)`, not its column, whose rows
-            are in another order than the portfolio's buildings. A row's cost is the value of all buildings that the row
-            stands for, so that its `number` is applied with it; they are taken to be in one damage state.
+            are in another order than the portfolio's buildings. A row's cost is the value of all buildings that it
+            represents, so its `number` must not be applied again; all of them are in one damage state.
         demand: Variable that plain limits are of.
-        events: The event of each motion, shape [motion], of which a structure's worst sample counts; see
+        events: The event of each motion, shape [motion], whose worst sample of a structure counts; see
             `DamageCounts`.
-        over: What losses are added up for each of, as "building" or ("archetype", "event"); see `Statistic`.
+        over: Dimensions of the sums, such as "building" or ("archetype", "event"); see `Statistic`.
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
-        ValueError: If a label's name is not among `over`; when a run begins, as of `DamageCounts`, or if a state has no
+        ValueError: If a label's name is not among `over`; when a run begins, see `DamageCounts`, or if a state has no
             loss ratio or a structure no replacement value.
         TypeError: If `over` is no name and no row of names, or `labels` no mapping.
 
@@ -79,8 +79,8 @@ class LossReducer(Mergeable):
     """Add up the losses of the samples of a run.
 
     Args:
-        statistic: What is asked for.
-        population: What the samples are of.
+        statistic: The losses that are asked for.
+        population: Structures, motions and levels of the samples.
         threads: Threads that add.
     """
 

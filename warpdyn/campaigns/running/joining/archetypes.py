@@ -1,4 +1,4 @@
-"""Runs of different buildings as the run of a portfolio, of which each building is an archetype."""
+"""Runs of different buildings, joined as the run of a portfolio in which each building is an archetype."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def _storeys(run: xr.Dataset) -> int:
 
 
 def _own_storeys(each: Identities, sample: int) -> tuple[int, np.ndarray]:
-    """Return how many storeys the building of a sample has, and of which kinds they are."""
+    """Return the number of storeys of a sample's building, and the kind of each storey."""
     run = each.run
     if not each.is_portfolio:
         kinds = run[STOREY_KIND].values if STOREY_KIND in run.coords else np.zeros(_storeys(run), dtype=np.int8)

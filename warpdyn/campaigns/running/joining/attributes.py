@@ -17,7 +17,7 @@ WHOLE = "of the whole history"  # peaks without a comment
 
 
 def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, object]:
-    """Return the attributes of several runs together: equal ones as they are, of others all values.
+    """Return the attributes of several runs together: a value that all runs share, or else all values.
 
     Args:
         function: The public function, for the history.
@@ -47,8 +47,8 @@ def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, ob
 def check_start_times(runs: Sequence[xr.Dataset]) -> None:
     """Raise a ValueError unless all runs record their peaks from the same time on.
 
-    The comments of variables of peaks say so, also in joined runs, which may have no attribute `scene`. Capacities have
-    no such variables, but the attribute.
+    It is in the comments of variables of peaks, also in joined runs, which may have no attribute `scene`. Capacities
+    have no such variables, but have the attribute.
     """
     for place, run in enumerate(runs[1:], start=1):
         for name in (str(each) for each in run.data_vars if "peak" in str(each) and each in runs[0]):

@@ -15,10 +15,10 @@ from warpdyn.model.ground_motions.motions import motion_numbers
 
 
 def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the capacities of all; errors as of `join`.
+    """Return the capacities of all datasets; errors: see `join`.
 
     Args:
-        datasets: What `capacities` returned, of one building and the same limits.
+        datasets: Results of `capacities` for one building and the same limits.
     """
     first = datasets[0]
     for place, found in enumerate(datasets):

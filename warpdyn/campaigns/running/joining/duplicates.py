@@ -38,7 +38,7 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
         if name in dataset and "sample" in dataset[name].dims:
             raise ValueError(
                 f"{function}: {name!r} lies along sample, as xr.concat makes it of several runs, so that motion_index "
-                f"is of different motions in different samples: {REMEDY}. If it is one run of which samples were "
+                f"is of different motions in different samples: {REMEDY}. If it is one run whose samples were "
                 "selected by where(), select them by run.isel(sample=condition.values)"
             )
     label = next((name for name in ("structure", "building") if name in dataset.coords), None)

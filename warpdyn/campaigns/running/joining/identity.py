@@ -1,4 +1,4 @@
-"""What the samples of a run are of: buildings, structures and motions, by what they are and not by their numbers.
+"""Identity of the buildings, structures and motions of a run's samples, independent of their numbers.
 
 A number says nothing beyond its run: structure 0 of another seed is another structure, and motion 0 of another scene
 may be another record. Identities are digests, which are the same in every run that has the same thing.
@@ -34,7 +34,7 @@ class Identities:
     """The identities of one run.
 
     Args:
-        place: Place of the run among those that are joined, for messages.
+        place: Number of the run in the arguments of `join`, for messages.
         run: The run.
     """
 
@@ -43,13 +43,13 @@ class Identities:
 
     @cached_property
     def scene(self) -> Mapping[str, Any]:
-        """What the run says of its scene."""
+        """The scene, from the attributes of the run."""
         try:
             found = json.loads(str(self.run.attrs["scene"]))
         except (KeyError, json.JSONDecodeError):
             raise ValueError(
-                f"join: run {self.place} has no attribute 'scene' that says what its samples are of. Give what "
-                "simulate() returned, with its attributes (xarray keeps them by xr.set_options(keep_attrs=True))"
+                f"join: run {self.place} has no attribute 'scene', which identifies its samples. Give the dataset that "
+                "simulate() returned, with its attributes (xarray keeps them with xr.set_options(keep_attrs=True))"
             ) from None
         return dict(found)
 
@@ -153,7 +153,7 @@ class Identities:
 
     @cached_property
     def samples(self) -> pd.MultiIndex:
-        """What each sample is of: structure, motion and level."""
+        """Structure, motion and level of each sample."""
         run, motion = self.run, np.zeros(self.run.sizes["sample"], dtype=np.int64)
         if "motion_index" in run.coords and run["motion_index"].dims == ("sample",):
             motion = self.motions[run["motion_index"].values]
@@ -174,7 +174,7 @@ def _rows_as_numbers(rows: np.ndarray) -> np.ndarray:
 
 
 def _motions_of(excitation: Any) -> list[dict[str, Any]]:
-    """Return what the JSON of an excitation says of its motions, in the order of their numbers."""
+    """Return the motions in the JSON of an excitation, in the order of their numbers."""
     if not isinstance(excitation, Mapping):
         return []
     return [dict(each) for each in excitation.get("motions", []) if isinstance(each, Mapping) and "name" in each]

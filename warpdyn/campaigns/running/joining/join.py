@@ -35,12 +35,12 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
     along `structure`, with the same structures along `motion`.
 
     Args:
-        runs: What `simulate` or `capacities` returned, in memory or from files, which are read when they are needed;
-            also what `join` returned. A mapping names the buildings, where they differ.
+        runs: Results of `simulate`, `capacities` or `join`, in memory or from files, which are read when they are
+            needed. A mapping names the buildings, if they differ.
 
     Returns:
         The joined run, samples of one run after those of the other. `structure_identity(sample)` and
-        `motion_identity(motion)` say what samples are of, for further calls of `join`. Attributes that differ have all
+        `motion_identity(motion)` identify the samples for further calls of `join`. Attributes that differ have all
         values; `scene` is there if it is the same in all runs.
 
     Raises:
@@ -103,7 +103,7 @@ def _check_run(place: int, run: xr.Dataset) -> None:
         what = "statistics, which keep no samples" if "failed_samples" in run else "not a run"
         raise ValueError(
             f"join: run {place} is {what}, with the dimensions {', '.join(map(str, run.dims)) or 'none'}. {ADVICE}; "
-            "statistics of several runs cannot be joined, since their counts do not say of which structures they are"
+            "statistics of several runs cannot be joined, because their counts do not identify the structures"
         )
     if "archetype_index" in run.coords and "archetype" not in run.dims:
         raise ValueError(

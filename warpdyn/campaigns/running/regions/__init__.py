@@ -1,1 +1,1 @@
-"""Runs that are divided into regions, each drawn, integrated and written by itself: on a cluster's workers or here."""
+"""Regions of a run, each drawn and integrated separately: in this process or on the workers of a cluster."""

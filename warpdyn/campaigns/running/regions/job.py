@@ -1,102 +1,152 @@
-"""What travels to the processes that run regions, and what each of them builds of it, once."""
+"""Jobs, which are sent to the processes that run regions, and their preparation in each process."""
 
 from __future__ import annotations
 
 import threading
 import warnings
 from collections import OrderedDict
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import warp as wp
 import xarray as xr
 
 from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
+from warpdyn.campaigns.accuracy.reliability import is_checked
+from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
+from warpdyn.campaigns.integration.stability_guard import structures_of_a_range
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.reduction import Reduction
+from warpdyn.campaigns.reductions.statistic import Statistic
 from warpdyn.campaigns.running.blocks import (
     CPU_BLOCK,
+    MEMORY_OF_CHUNKS,
     SHARE_OF_FREE_MEMORY,
     WORK_OF_A_BLOCK,
     bytes_per_row,
-    bytes_per_structure,
     divide,
 )
-from warpdyn.campaigns.running.labels import labelled
-from warpdyn.campaigns.running.run_scene import Kept, attributes_of_run, columns_kept
-from warpdyn.campaigns.running.sinks import blank_rows
-from warpdyn.engine.kernels.queues import free_memory, open_queues
+from warpdyn.campaigns.running.histories import KeptHistories
+from warpdyn.campaigns.running.labels import attributes_of_run, labelled
+from warpdyn.campaigns.running.outputs import Outputs
+from warpdyn.campaigns.running.regions.checkpoint import DECIDING, versions
+from warpdyn.campaigns.running.tables import blank_rows, columns_kept
+from warpdyn.engine.device.processor import has_wide_registers
+from warpdyn.engine.kernels.build import history_plan
+from warpdyn.engine.kernels.plan import Plan
+from warpdyn.engine.kernels.queues import Queue, free_memory, open_queues
 from warpdyn.foundations.core.messages import collected_warnings
-from warpdyn.foundations.files.versions import version_of
 from warpdyn.model.scene.scene import Scene
 
-DECIDING = ("warpdyn", "warp-lang", "numpy", "scipy")  # packages whose versions decide the bits of a run
-MOST_PREPARED = 4  # jobs that a process remembers, each with the memory of its queues on a GPU: groups come in turn
-# Regions for each worker, so that the last ones end at about the same time; samples of the smallest region on a CPU and
-# on a GPU; samples of the largest on a GPU, in two blocks or more that are under way side by side.
+MOST_PREPARED = 4  # jobs that a process remembers
+# Regions for each worker, so that all workers end at about the same time; samples of the smallest region on a CPU and
+# on a GPU; samples of the largest region on a GPU, in at least two blocks that are under way side by side.
 REGIONS_PER_WORKER, LEAST_CPU_REGION, LEAST_GPU_REGION, GPU_REGION = 4, 2**10, 2**15, 2**19
-# Samples of a region on a GPU where they are reduced to statistics: some seconds' work, beside which it costs little
-# that no kernel runs while the first block of a region is prepared and the last one is collected.
+# Samples of a region on a GPU if they are reduced to statistics: some seconds of work. At the start and the end of a
+# region the GPU waits for the host, which then takes a small share of the time.
 REDUCED_REGION = 2**24
 
 
-@dataclass(frozen=True, kw_only=True)
-class Where:
-    """Devices, threads and memory of each process that runs regions; arguments as of `simulate`.
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """Statistics that are asked for, of all groups of a run.
 
-    Unlike an Execution, it does not look for the devices where it is made.
+    Args:
+        statistics: The statistics.
+        scene: The scene.
+        structures: Number of its structures, or of a portfolio's buildings.
+        key: Name of these statistics; no others have it.
     """
 
-    device: str | Sequence[str] | None = None
-    threads: int | None = None
-    memory: int | None = None
+    statistics: tuple[Statistic, ...]
+    scene: Scene
+    structures: int
+    key: str
 
 
 @dataclass(frozen=True, kw_only=True)
 class Job:
-    """All that decides what a region holds, and where and how it is run.
+    """Everything that a process needs to run the regions of a group.
 
     Args:
-        scene, structures, integration, kept, seed: As of `SceneRun`.
-        where: Devices, threads and memory.
-        key: Name that no other job has.
-        versions: Versions of DECIDING where the run was asked for.
-        store: The Zarr store; None if the samples are handed back, or reduced to statistics.
-        is_reduced: Whether they are reduced to statistics.
+        scene: The scene of the group.
+        structures: Number of structures of the group.
+        integration: How they are integrated.
+        chosen: Settings that warpdyn chose for the group: its longest step, or what a pilot returned.
+        execution: Devices, threads and memory of each process.
+        outputs: Results of the run, without statistics and path.
+        seed: Seed of every random draw.
+        key: Name of the job; no other job has it.
+        group: Number of the group.
+        versions: Versions of DECIDING in the process that started the run.
+        is_divided: Whether the run is divided into regions; otherwise one region has all structures.
+        is_reduced: Whether samples are reduced to statistics.
+        folder: Where the process that runs a region writes its file; None if it does not.
+        store: Zarr store that the samples are written to; None: they are in the file of the region, or returned.
+        path: The file or store of the run, for messages.
     """
 
     scene: Scene
     structures: int
     integration: Integration
-    kept: Kept
+    chosen: dict[str, Any]
+    execution: Execution
+    outputs: Outputs
     seed: int
-    where: Where
-    key: str = ""
+    key: str
+    group: int = 0
     versions: tuple[str | None, ...] = ()
-    store: Path | None = None
+    is_divided: bool = True
     is_reduced: bool = False
+    folder: Path | None = None
+    store: Path | None = None
+    path: Path | None = None
 
-    def report_of(self, structures: range) -> Path:
-        """Return the file that says that a region is done; with a store alone."""
-        assert self.store is not None
-        return self.store.with_name(f"{self.store.stem}-{structures.start}-{structures.stop}.npz")
+
+@dataclass(frozen=True, eq=False)
+class Order:
+    """A region that is to be run.
+
+    Args:
+        group: Number of its group.
+        place: Number of the region in the group.
+        job: The job of the group.
+        structures: Its structures.
+        named: Context in which messages name the group.
+        asked, numbers, rows, is_partial: See `Region`; `rows` only if this process runs the region.
+    """
+
+    group: int
+    place: int
+    job: Job
+    structures: range
+    named: Callable[[], AbstractContextManager[object]]
+    asked: Asked | None = None
+    numbers: np.ndarray | None = None
+    rows: Arrays | None = None
+    is_partial: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """What is known of a run before its first region.
+    """Properties of a group that are known before its first region.
 
     Args:
         template: Its dataset without samples.
-        attributes: Attributes that say how it is integrated.
+        attributes: Attributes that describe its integration.
         samples_by_event: Number of histories of each event.
         events: Names of the events.
         demands: Names of the demands.
         bytes_per_sample: Bytes of a sample in the dataset.
         structures_per_region: Structures of every region but the last.
-        messages: Warnings of what is asked for.
+        messages: Warnings about the settings.
     """
 
     template: xr.Dataset
@@ -113,123 +163,201 @@ class Prepared:
     """A job as a process runs it."""
 
     def __init__(self, job: Job) -> None:
-        where = job.where
-        threads = _threads_of_worker() if where.threads is None else where.threads
-        execution = Execution(device=where.device, threads=threads, memory=where.memory)
-        self.run = build_run(job.scene, job.structures, job.integration, execution, job.seed)
-        self.columns = columns_kept(self.run, job.kept)
-        self.queues = open_queues(execution.devices, self.run.model.threads)
-        self.messages: list[str] = []  # what was warned of when it was built
-        self._chosen: list[np.ndarray] | None = None
+        execution = job.execution
+        if execution.threads is None:
+            execution = replace(execution, threads=_threads_of_worker())
+        self.job = job
+        self.run = build_run(job.scene, job.structures, job.integration, execution, job.seed, **job.chosen)
+        self.columns = columns_kept(self.run, job.outputs)
+        self.messages: list[str] = []  # warnings that were given when it was built
+        self._chosen: list[np.ndarray | None] = [None] * len(self.run.samples_by_event)
 
-    def estimates(self, share: float | None, structures: int) -> list[ErrorEstimate]:
-        """Return an error estimate for each event of a region of so many structures; none if no share is checked."""
+    @cached_property
+    def plans(self) -> list[Plan]:
+        """The kernels that are launched."""
+        outputs, found = self.job.outputs, list[Plan]()
+        for model in self.run.model.by_event:
+            found.append(model.undivided)
+            if is_checked(model):
+                found.append(model.plan)  # with its steps divided
+            if outputs.checked_share is not None or outputs.sample_error is not None:
+                found.append(model.in_float64(model.tolerance, self.run.execution.devices[0]).plan)
+        return found if outputs.histories is None else [*found, history_plan(self.run.model.plan)]
+
+    def estimates(self, block: int) -> list[ErrorEstimate]:
+        """Return an error estimate for each event, whose samples are run again some structures at a time."""
+        run, share = self.run, self.job.outputs.checked_share
         if share is None:
             return []
-        run = self.run
-        found = []
-        for event, count in enumerate(run.samples_by_event):
-            together = structures * count // run.structures
-            known = None if self._chosen is None else self._chosen[event]
-            found.append(ErrorEstimate(count, share, run.model.seed, together, known))
+        found = [
+            ErrorEstimate(count, share, run.model.seed, block * count // run.structures, chosen)
+            for count, chosen in zip(run.samples_by_event, self._chosen, strict=True)
+        ]
         self._chosen = [estimate.chosen for estimate in found]
         return found
 
 
-one_at_a_time = threading.RLock()  # a region takes all threads of its process, or its GPU
-_prepared: OrderedDict[str, Prepared] = OrderedDict()
+class Host:
+    """The jobs, the device queues and the statistics that a process keeps from one region to the next.
 
-
-def prepared_for(job: Job) -> Prepared:
-    """Return a job as this process runs it, which is built once.
-
-    Raises:
-        RuntimeError: If this process has other versions of what decides a run's bits, as a worker may that came late.
+    Args:
+        is_worker: Whether it is a worker of a cluster, whose messages go to the process that started the run.
     """
-    found = _prepared.get(job.key)
-    if found is None:
-        if job.versions and job.versions != versions():
-            raise RuntimeError(f"a worker that joined the run has {named(versions())}, and not {named(job.versions)}")
-        with messages_caught() as messages:
-            found = _prepared[job.key] = Prepared(job)
-        found.messages = messages
-        while len(_prepared) > MOST_PREPARED:
-            _prepared.popitem(last=False)
-    _prepared.move_to_end(job.key)
-    return found
+
+    def __init__(self, *, is_worker: bool = False) -> None:
+        self.is_worker = is_worker
+        self.reductions: dict[str, Reduction] = {}
+        self._jobs = OrderedDict[str, Prepared]()
+        self._queues: dict[tuple[object, ...], list[Queue]] = {}
+
+    def prepared(self, job: Job) -> Prepared:
+        """Return a job as this process runs it, which is built once.
+
+        Raises:
+            RuntimeError: If this process has other versions of DECIDING, as a worker may have that joined late.
+        """
+        found = self._jobs.get(job.key)
+        if found is None:
+            if job.versions and job.versions != versions():
+                raise RuntimeError(
+                    f"a worker that joined the run has {named(versions())}, and not {named(job.versions)}: install the "
+                    "same versions on all workers, because results depend on them"
+                )
+            with self.collected() as messages:
+                found = self._jobs[job.key] = Prepared(job)
+            found.messages = messages
+            while len(self._jobs) > MOST_PREPARED:
+                self._jobs.popitem(last=False)
+        self._jobs.move_to_end(job.key)
+        return found
+
+    def queues(self, prepared: Prepared) -> list[Queue]:
+        """Return the places where blocks of a job can be under way.
+
+        All jobs share them and their memory on a GPU, unless `memory` limits it: then each job gets new ones.
+        """
+        execution = prepared.run.execution
+        key = tuple(execution.devices), execution.cores, prepared.job.key if execution.memory is not None else ""
+        if key not in self._queues:
+            self._queues.clear()  # frees the memory of the others
+            self._queues[key] = open_queues(execution.devices, execution.cores)
+        return self._queues[key]
+
+    def reduction(self, asked: Asked, threads: int) -> Reduction:
+        """Return what reduces regions of a run, which is made once; it has no cells until a region is added."""
+        if asked.key not in self.reductions:
+            for earlier in self.reductions.values():
+                earlier.__exit__()
+            population = Population(asked.scene, asked.structures)
+            self.reductions = {asked.key: Reduction(asked.statistics, population, threads)}
+        return self.reductions[asked.key]
+
+    def reset(self) -> None:
+        """Forget what an earlier run, which may have been stopped, left on the devices."""
+        for queue in (queue for queues in self._queues.values() for queue in queues):
+            queue.begin()
+
+    @contextmanager
+    def collected(self) -> Iterator[list[str]]:
+        """Collect the warnings of a block, each once, for the process that started the run."""
+        messages: list[str] = []
+        with warnings.catch_warnings(record=True) if self.is_worker else _nothing() as caught:
+            if self.is_worker:
+                warnings.simplefilter("always")
+            with collected_warnings() as own:
+                yield messages
+        messages += dict.fromkeys([*(text for text, _ in own), *(str(each.message) for each in caught or ())])
 
 
-def versions() -> tuple[str | None, ...]:
-    """Return the versions of DECIDING in this process; None of what is not installed."""
-    return tuple(version_of(name) for name in DECIDING)
+@contextmanager
+def _nothing() -> Iterator[None]:
+    yield
+
+
+worker_host = Host(is_worker=True)  # of a process that is a worker of a cluster
+one_at_a_time = threading.RLock()  # a region takes all threads of its process, or its GPU
+
+
+def on_worker(function: Any, job: Job, *arguments: object) -> Any:
+    """Call a function of this module or of `region` on a worker of a cluster."""
+    with one_at_a_time:
+        worker_host.reset()
+        return function(worker_host, job, *arguments)
 
 
 def named(found: tuple[str | None, ...]) -> str:
-    """Return versions as text."""
+    """Return versions of DECIDING as text."""
     return ", ".join(f"{name} {of_it or 'missing'}" for name, of_it in zip(DECIDING, found, strict=True))
 
 
-def lay_out_run(job: Job, workers: int, neighbours: int, most_memory: int | None) -> Layout:
-    """Check what a job asks for, and return what is known of its run before its first region.
+def machines_of(execution: Execution) -> list[str]:
+    """Return the makers' names of devices, each once, and how wide the vector registers of a CPU are.
+
+    Kernels of tall buildings have other rows of samples if registers are wider, and may round differently.
+    """
+    width = " with registers of 512 bits" if has_wide_registers() else ""
+    return sorted({wp.get_device(name).name + (width if name == "cpu" else "") for name in execution.devices})
+
+
+def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory: int | None) -> Layout:
+    """Check a job, and return what is known of its group before the first region.
 
     Args:
+        host: The process.
         job: The job.
         workers: Number of processes that will run it.
-        neighbours: How many of them share a machine's memory.
-        most_memory: Bytes that each of them may take; None for no limit but the machine's.
+        neighbours: How many of them share the memory of a machine.
+        most_memory: Bytes that each of them may take; None: the memory of the machine.
     """
-    with one_at_a_time:
-        prepared = prepared_for(job)
-        run, columns = prepared.run, prepared.columns
-        if job.kept.histories is not None:
-            job.kept.histories.check(run.samples)
-        divide(run, columns, job.where.memory)
-        return Layout(
-            template=labelled(run.model, columns, blank_rows(run.model, columns, 0)),
-            attributes=attributes_of_run(run, job.integration),
-            samples_by_event=run.samples_by_event,
-            events=tuple(run.model.scene.excitation.event_names),
-            demands=tuple(run.model.demands),
-            bytes_per_sample=bytes_per_row(run, columns),
-            structures_per_region=_structures_per_region(prepared, job, workers, neighbours, most_memory),
-            messages=prepared.messages,
-        )
+    prepared = host.prepared(job)
+    run, columns = prepared.run, prepared.columns
+    if job.outputs.histories is not None:
+        KeptHistories(job.outputs.histories, run, host.queues(prepared)[0])  # which checks them
+    divide(run, columns, job.execution.memory)
+    size = run.structures
+    if job.is_divided:
+        size = _structures_per_region(prepared, workers, neighbours, most_memory)
+    return Layout(
+        template=labelled(run.model, columns, blank_rows(run.model, columns, 0)),
+        attributes=attributes_of_run(run),
+        samples_by_event=run.samples_by_event,
+        events=tuple(run.model.scene.excitation.event_names),
+        demands=tuple(run.model.demands),
+        bytes_per_sample=bytes_per_row(run, columns),
+        structures_per_region=size,
+        messages=prepared.messages,
+    )
 
 
-def _structures_per_region(prepared: Prepared, job: Job, workers: int, neighbours: int, most_memory: int | None) -> int:
-    """Return how many structures a region has: half a minute of work on a CPU, some launches on a GPU."""
-    run, samples_each = prepared.run, prepared.run.samples // prepared.run.structures
+def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, most_memory: int | None) -> int:
+    """Return the structures of a region: half a minute of work on a CPU, some launches on a GPU.
+
+    A region has whole ranges of structures, whose failed samples share a limit on reruns.
+    """
+    run, job = prepared.run, prepared.job
+    samples_each = run.samples // run.structures
     steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
     if run.execution.is_gpu:
-        most = REDUCED_REGION if job.is_reduced else GPU_REGION
-        most, least = most * len(run.execution.devices), LEAST_GPU_REGION
+        most = (REDUCED_REGION if job.is_reduced else GPU_REGION) * len(run.execution.devices)
+        least = LEAST_GPU_REGION
     else:
         work = WORK_OF_A_BLOCK * run.model.threads / (steps * run.model.plan.dofs)
         most, least = min(CPU_BLOCK, max(1, int(work))), LEAST_CPU_REGION
-    samples = min(most, max(least, -(-run.samples // (REGIONS_PER_WORKER * workers))))
-    if job.is_reduced:  # which holds blocks alone
-        return int(max(1, min(samples // samples_each, run.structures)))
-    free = SHARE_OF_FREE_MEMORY * min(free_memory("cpu") / neighbours, most_memory or np.inf)
-    room = (job.where.memory or free) / bytes_per_structure(run, prepared.columns)[0]
-    return int(max(1, min(samples // samples_each, room, run.structures)))
+    size = min(most, max(least, -(-run.samples // (REGIONS_PER_WORKER * workers)))) // samples_each
+    if not job.is_reduced:  # a region that is reduced is never in memory as a whole
+        room = SHARE_OF_FREE_MEMORY * min(free_memory("cpu") / neighbours, most_memory or np.inf)
+        if job.execution.memory is not None:
+            room = (job.execution.memory - MEMORY_OF_CHUNKS) / 2  # the other half is for its blocks
+        size = min(size, int(room / (samples_each * bytes_per_row(run, prepared.columns))))
+    together = structures_of_a_range(samples_each)
+    return min(max(together, size // together * together), run.structures)
 
 
 def _threads_of_worker() -> int | None:
-    """Return the threads that a worker of Dask was given, in one of its tasks; None elsewhere."""
+    """Return the threads of the Dask worker that runs this task; None outside of a task."""
     try:
         from distributed import get_worker
 
         return int(get_worker().state.nthreads)
     except (ImportError, ValueError):
         return None
-
-
-@contextmanager
-def messages_caught() -> Iterator[list[str]]:
-    """Collect warnings, each once, for the process that asked for the run."""
-    said: list[str] = []
-    # Where that process is this one, it may collect those of this package itself.
-    with warnings.catch_warnings(record=True) as caught, collected_warnings() as own:
-        warnings.simplefilter("always")
-        yield said
-    said += dict.fromkeys([*(message for message, _ in own), *(str(each.message) for each in caught)])

@@ -1,4 +1,4 @@
-"""What a region tells of its run besides its samples, in a file that says that the region is done."""
+"""The report of a region, and its file in the checkpoint of a run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,6 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
-from warpdyn.campaigns.running.regions.rerun_budget import Decisions
 from warpdyn.foundations.files.checksums import load_arrays, save_arrays
 
 OF_THE_RUN = ("samples", "method", "event")
@@ -21,27 +20,23 @@ OF_THE_RUN = ("samples", "method", "event")
 
 @dataclass(kw_only=True)
 class Report:
-    """What a region tells.
+    """Results of a region.
 
     Args:
         structures: Its first structure, and the one after its last.
-        histories: Number of histories, over all events.
-        findings: What `state_of` returns of the findings of each event.
-        decisions: Which failed samples were run again, for each event, and then for the error estimates of each.
-        errors: What the error estimates of each event found, part by part, by demand.
-        outcomes: What `outcomes_of` returns of the samples whose histories are kept.
+        findings: Findings of each event, from `state_of`.
+        errors: Results of the error estimates of each event, part by part, by demand.
+        outcomes: Outcomes of the samples whose histories are kept, from `outcomes_of`.
         longest_period: The longest first period [s].
-        seconds: Time of sampling, integrating and in kernels [s].
+        seconds: Time of sampling, of integrating and in kernels [s].
         messages: Warnings.
-        chunks: What `write_region` returned, where samples are written to a Zarr store: digests of their files.
-        statistics: What `Reduction.partial` returns of the region, where samples are reduced to statistics.
-        rows: Values of the samples by name, where they are neither in a store nor reduced.
+        chunks: Digests of the files of its samples in a Zarr store, from `write_region`.
+        statistics: Its contribution to the statistics, from `Reduction.partial`.
+        rows: Values of the samples by name, unless they are in a store, reduced, or already in the run's memory.
     """
 
     structures: tuple[int, int]
-    histories: int
     findings: list[dict[str, Any]]
-    decisions: list[list[Decisions]]
     errors: list[list[Arrays]]
     outcomes: tuple[np.ndarray, ...]
     longest_period: float
@@ -52,31 +47,29 @@ class Report:
     rows: Arrays = field(default_factory=dict)
 
     def save(self, path: Path) -> None:
-        """Write all but the rows to a file, which appears whole."""
-        plain = {name: getattr(self, name) for name in PLAIN}
-        counts = {"decisions": [len(each) for each in self.decisions], "errors": [len(each) for each in self.errors]}
+        """Write the report to a file, which appears whole.
+
+        Two workers may write it at the same time, if the scheduler takes one of them for dead: each writes to a
+        temporary file.
+        """
+        plain = {name: getattr(self, name) for name in PLAIN} | {"errors": [len(each) for each in self.errors]}
         arrays: Arrays = {f"outcomes/{place}": values for place, values in enumerate(self.outcomes)}
         arrays |= {f"statistics/{name}": values for name, values in self.statistics.items()}
-        for slot, made in enumerate(self.decisions):
-            for place, one in enumerate(made):
-                arrays |= {f"decisions/{slot}/{place}/{name}": values for name, values in one.arrays.items()}
-        for slot, found in enumerate(self.errors):
+        arrays |= {f"rows/{name}": values for name, values in self.rows.items()}
+        for event, found in enumerate(self.errors):
             for place, errors in enumerate(found):
-                arrays |= {f"errors/{slot}/{place}/{name}": values for name, values in errors.items()}
-        # Two workers may write it at a time, one of which the scheduler takes for dead: each writes a file of its own.
-        save_arrays(path, {"header": json.dumps(plain | counts)} | arrays)
+                arrays |= {f"errors/{event}/{place}/{name}": values for name, values in errors.items()}
+        save_arrays(path, {"header": json.dumps(plain)} | arrays)
 
     @classmethod
     def load(cls, path: Path) -> Report | None:
-        """Return the report of a file; None if it is missing or damaged, so that the region is run again."""
-        kept = load_arrays(path)
+        """Return the report of a file, without its rows; None if it is missing or damaged: the region is run again."""
+        kept = load_arrays(path, without="rows/")
         if kept is None:
             return None
         with suppress(KeyError, ValueError, IndexError):
             header = json.loads(str(kept["header"]))
-            parts: dict[str, list[list[Arrays]]] = {
-                kind: [[{} for _ in range(count)] for count in header[kind]] for kind in ("decisions", "errors")
-            }
+            errors: list[list[Arrays]] = [[{} for _ in range(count)] for count in header["errors"]]
             outcomes, statistics = {}, {}
             for name, values in kept.items():
                 kind, *rest = name.split("/")
@@ -84,28 +77,71 @@ class Report:
                     outcomes[int(rest[0])] = values
                 elif kind == "statistics":
                     statistics["/".join(rest)] = values
-                elif kind in parts:
-                    parts[kind][int(rest[0])][int(rest[1])][rest[2]] = values
+                elif kind == "errors":
+                    errors[int(rest[0])][int(rest[1])][rest[2]] = values
             plain = {name: header[name] for name in PLAIN}
             plain["structures"] = tuple(plain["structures"])
-            decisions = [[Decisions.of_arrays(one) for one in made] for made in parts["decisions"]]
             taken = tuple(outcomes[place] for place in range(len(outcomes)))
-            errors = parts["errors"]
-            return cls(decisions=decisions, errors=errors, outcomes=taken, statistics=statistics, **plain)
+            return cls(errors=errors, outcomes=taken, statistics=statistics, **plain)
         return None
 
 
-PLAIN = ("structures", "histories", "findings", "longest_period", "seconds", "messages", "chunks")
+PLAIN = ("structures", "findings", "longest_period", "seconds", "messages", "chunks")
+
+
+class RowsOfRegions:
+    """A variable of the samples of a run, in the files of its regions.
+
+    Args:
+        name: The variable.
+        files: The files.
+        first: First sample of each file.
+        path: The file of the run, for messages.
+    """
+
+    def __init__(self, name: str, files: list[Path], first: list[int], path: Path) -> None:
+        self.name, self.files, self.first, self.path = name, files, first, path
+
+    def __getitem__(self, part: slice) -> np.ndarray:
+        """Return the values of a range of samples, sample first."""
+        begin, end = np.searchsorted(self.first, [part.start, part.stop - 1], side="right")
+        found = []
+        for place in range(begin - 1, end):
+            first = self.first[place]
+            found.append(rows_in(self.files[place], [self.name], self.path)[self.name][max(0, part.start - first) :])
+        whole = found[0] if len(found) == 1 else np.concatenate(found)
+        return whole[: part.stop - part.start]
+
+
+def rows_in(file: Path, names: Iterable[str], path: Path) -> Arrays:
+    """Return variables of the samples of a region.
+
+    Args:
+        file: The file of the region.
+        names: The variables.
+        path: The file of the run, for messages.
+
+    Raises:
+        OSError: If the file was damaged after the run found it to be whole.
+    """
+    try:
+        with np.load(file) as kept:
+            return {name: kept[f"rows/{name}"] for name in names}
+    except Exception as error:  # a damaged file may announce anything
+        raise OSError(
+            f"{file} was damaged while the run of {path} read it: make the same call again, which runs the structures "
+            "of this file again"
+        ) from error
 
 
 def state_of(findings: StabilityFindings) -> dict[str, Any]:
-    """Return what findings hold of some samples, as JSON can."""
+    """Return the findings of some samples, as JSON can hold them."""
     held = {name: value for name, value in vars(findings).items() if name not in OF_THE_RUN}
     return held | {"failed": {str(code): count for code, count in findings.failed.items()}}
 
 
 def include(findings: StabilityFindings, states: Iterable[dict[str, Any]]) -> None:
-    """Add what regions found, in the order of their samples, to the findings of the run."""
+    """Add the findings of regions, in the order of their samples, to the findings of the run."""
     for state in states:
         region = findings.of_no_samples()
         vars(region).update(state | {"failed": {int(code): count for code, count in state["failed"].items()}})

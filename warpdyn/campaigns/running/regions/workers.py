@@ -1,310 +1,114 @@
-"""Processes that run regions: this one, or the workers of a Dask cluster."""
+"""This process, as it runs regions."""
 
 from __future__ import annotations
 
-import sys
-import warnings
-from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future as LocalFuture
+from contextlib import ExitStack
+from itertools import chain
+from typing import Any
 
 from warpdyn.campaigns.integration.settings import Execution
-from warpdyn.campaigns.running.regions.job import DECIDING, Job, named, versions
-from warpdyn.campaigns.running.regions.statistics import Asked
-from warpdyn.campaigns.running.run_scene import machines_of
+from warpdyn.campaigns.running.regions.job import Host, Job, Order, machines_of
+from warpdyn.campaigns.running.regions.region import Region
+from warpdyn.campaigns.running.regions.report import Report
+from warpdyn.engine.kernels.compilation import compile_side_by_side, compiling
+from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.interruption import stop_if_asked
-from warpdyn.foundations.core.messages import say, warn_caller
+from warpdyn.foundations.core.messages import collected_warnings, warn_caller
+from warpdyn.foundations.core.thread_pool import Ahead
 
-if TYPE_CHECKING:
-    from distributed import Client, Future, Worker
-
-# A task that is ready behind each one that runs, so that no worker waits for the next.
-TASKS_PER_WORKER = 2
-PATIENCE = 0.3  # seconds of waiting before a signal is looked for
 Division = tuple[int, int, int | None]
-Call = tuple[Any, ...]  # a key, a function of a job and of other arguments, the job, these arguments
-
-
-class Workers(Protocol):
-    """Processes that run calls.
-
-    Attributes:
-        machines: Makers' names of their devices, as `machines_of` returns them.
-        layout: How many workers there are, how many of them share a machine, and the most memory [bytes] of one.
-    """
-
-    machines: list[str]
-    layout: Division
-
-    def ask(self, function: Callable, job: Job, *arguments: object) -> Any:
-        """Return what one call returns."""
-
-    def each(self, calls: Iterable[Call]) -> Iterator[tuple[Any, Any]]:
-        """Yield keys and results of calls as they finish."""
-
-    def check_store(self, job: Job) -> None:
-        """Raise an OSError if not all of them can write to a job's store."""
+Call = tuple[Any, ...]  # a key, a function of a host, a job and other arguments, the job, these arguments
 
 
 class Here:
-    """This process.
+    """This process; `OnCluster` has the same methods.
 
     Args:
         execution: Devices, threads and memory.
+
+    Attributes:
+        machines: Makers' names of the devices, as `machines_of` returns them.
+        layout: How many workers there are, how many of them share a machine, and the most memory [bytes] of one.
+        is_here: Whether this process runs the regions.
     """
 
+    is_here = True
+
     def __init__(self, execution: Execution) -> None:
+        self.execution, self.host = execution, Host()
         self.machines = machines_of(execution)
         self.layout: Division = (1, 1, None)
 
     def ask(self, function: Callable, job: Job, *arguments: object) -> Any:
-        """Return what one call returns."""
-        return function(job, *arguments)
+        """Return the result of one call."""
+        return function(self.host, job, *arguments)
 
     def each(self, calls: Iterable[Call]) -> Iterator[tuple[Any, Any]]:
-        """Yield keys and results of calls as they finish, which is in order."""
+        """Yield keys and results of calls, in order."""
         for key, function, *arguments in calls:
             stop_if_asked()
-            yield key, function(*arguments)
+            yield key, function(self.host, *arguments)
 
-    def check_store(self, job: Job) -> None:
-        """Raise nothing: what this process cannot write, it has found out."""
+    def regions(
+        self, jobs: Sequence[Job], orders: Iterable[Order], advance: Callable[[int], object]
+    ) -> Iterator[tuple[Order, Report]]:
+        """Yield the reports of regions, in order.
 
+        Args:
+            jobs: The jobs of all groups.
+            orders: The regions.
+            advance: Called with the number of histories done since its last call.
 
-@dataclass(frozen=True)
-class About:
-    """What a worker tells of itself.
-
-    Args:
-        host: Its machine.
-        machines: Makers' names of its devices.
-        gpu: What tells its GPU from all others of the host; empty for a CPU.
-        most_memory: Bytes that it may take; None for no limit but the machine's.
-        problem: What keeps it from running anything.
-    """
-
-    host: str = ""
-    machines: list[str] = field(default_factory=list)
-    gpu: str = ""
-    most_memory: int | None = None
-    problem: str = ""
-
-
-class OnCluster:
-    """The workers of a Dask cluster.
-
-    Args:
-        client: Its client.
-        device: Device of each of them; None for a worker's first GPU, or its CPU.
-        threads: CPU threads of each of them; None for as many as the worker has.
-
-    Raises:
-        RuntimeError: If workers have other versions of warpdyn, Warp, NumPy or SciPy than this process, or devices of
-            different kinds.
-        ValueError: If a worker has no such device.
-    """
-
-    def __init__(self, client: Client, device: str | None, threads: int | None) -> None:
-        self.client = client
-        self._held: dict[str, Future] = {}
-        self._wait_for_one()
-        self._check_versions()
-        found: dict[str, About] = client.run(_about, device, threads)
-        problems = {worker: about.problem for worker, about in found.items() if about.problem}
-        if problems:
-            raise ValueError(f"cluster: {_listed(problems)}")
-        kinds = {worker: ", ".join(about.machines) for worker, about in found.items()}
-        if len(set(kinds.values())) > 1:
-            raise RuntimeError(
-                "cluster: workers run on devices of different kinds, whose results differ in their last digits: "
-                f"{_listed(kinds)}; start workers of one kind, or give device='cpu'"
-            )
-        self.machines = next(iter(found.values())).machines
-        shared = Counter((about.host, about.gpu) for about in found.values() if about.gpu)
-        for (host, gpu), count in shared.items():
-            if count > 1:
-                warn_caller(f"{count} workers share {gpu} of {host}: start one for each GPU, as dask-cuda does")
-        hosts = Counter(about.host for about in found.values())
-        limits = [about.most_memory for about in found.values() if about.most_memory]
-        self.layout: Division = len(found), max(hosts.values()), min(limits, default=None)
-
-    def ask(self, function: Callable, job: Job, *arguments: object) -> Any:
-        """Return what one call returns, on any of the workers."""
-        return next(iter(self.each([("", function, job, *arguments)])))[1]
-
-    def each(self, calls: Iterable[Call]) -> Iterator[tuple[Any, Any]]:
-        """Yield keys and results of calls as they finish; when that ends early, calls that have not begun never do."""
-        waiting: dict[Future, tuple[Any, str]] = {}
-        calls = iter(calls)
-        try:
-            while True:
-                most = TASKS_PER_WORKER * max(1, len(self.client.nthreads()))
-                while len(waiting) < most and (call := next(calls, None)) is not None:
-                    key, function, job, *arguments = call
-                    sent = [self._sent(each) if isinstance(each, Asked) else each for each in arguments]
-                    future = self.client.submit(function, self._sent(job), *sent, pure=False)
-                    waiting[future] = key, f"{function.__name__} of {_text(arguments)}"
-                if not waiting:
-                    return
-                for future in self._finished(list(waiting)):
-                    key, what = waiting.pop(future)
-                    result = _result(future, what)
-                    future.release()
-                    yield key, result
-        finally:
-            if waiting:
-                self.client.cancel(list(waiting), force=True)
-
-    def check_store(self, job: Job) -> None:
-        """Raise an OSError if a worker does not see a job's store, as where it shares no disk with this process."""
-        blind = [worker for worker, sees in self.client.run(_sees, str(job.store)).items() if not sees]
-        if blind:
-            raise OSError(
-                f"cluster: {_some(blind)} cannot write to {job.store}: give a path on a disk that all workers share"
-            )
-
-    def _sent(self, job: Job | Asked) -> Future:
-        """Return a job, or statistics that are asked for, on the cluster.
-
-        It is the result of a task and not scattered data: workers hand it to each other as well, and when all that held
-        it have died, the scheduler makes it again.
+        A region begins while the one before it runs, so that a GPU does not wait for its first block; if `memory` is
+        limited, it begins in its turn.
         """
-        if job.key not in self._held:
-            with warnings.catch_warnings():
-                warnings.filterwarnings("ignore", "Sending large graph")  # it travels once
-                self._held[job.key] = self.client.submit(_same, job, pure=False)
-        return self._held[job.key]
+        execution, begun = self.execution, list[Region]()
+        plans = {job.key: self.host.prepared(job).plans for job in jobs}
 
-    def _finished(self, futures: list[Future]) -> list[Future]:
-        """Return those of some tasks that have finished, at least one; Ctrl-C acts meanwhile."""
-        from distributed import wait
-
-        while True:
-            stop_if_asked()
-            try:
-                return list(wait(futures, timeout=PATIENCE, return_when="FIRST_COMPLETED").done)
-            except TimeoutError:
-                continue
-
-    def _wait_for_one(self) -> None:
-        """Wait until the cluster has a worker, as a queue of jobs gives it one in its time."""
-        from distributed import TimeoutError as TimedOut
-
-        if not self.client.nthreads():
-            say("the cluster has no workers yet: waiting for the first one")
-        while not self.client.nthreads():
-            stop_if_asked()
-            try:
-                self.client.wait_for_workers(1, timeout=PATIENCE)
-            except (TimeoutError, TimedOut):
-                continue
-
-    def _check_versions(self) -> None:
-        """Raise a RuntimeError if workers have other versions than this process."""
-        own = versions()
-
-        # A function in a function travels as it is: a worker that lacks warpdyn can answer.
-        def ask(names: tuple[str, ...]) -> tuple[str | None, ...]:
-            from importlib.metadata import PackageNotFoundError, version
-
-            found: list[str | None] = []
-            for name in names:
+        def begin(order: Order) -> tuple[Order, LocalFuture[Region], list[tuple[str, type[Warning]]]]:
+            """Begin a region; its warnings are also returned if it raises an error."""
+            future: LocalFuture[Region] = LocalFuture()
+            with collected_warnings() as found:  # the line of the user's code is not known in this thread
                 try:
-                    if name == "warpdyn":
-                        from warpdyn import __version__
+                    what = order.job, order.structures, order.asked, order.numbers, order.rows
+                    region = Region(self.host, *what, is_partial=order.is_partial)
+                    begun.append(region)
+                    future.set_result(region)
+                except BaseException as error:
+                    future.set_exception(error)
+            return order, future, found
 
-                        found.append(__version__)
-                    else:
-                        found.append(version(name))
-                except (ImportError, PackageNotFoundError):
-                    found.append(None)
-            return tuple(found)
+        with ExitStack() as stack:
+            wait_for: Callable[[list[Plan]], object]
+            if len(jobs) > 1:
+                every = chain(*plans.values())
+                wait_for = stack.enter_context(compiling(every, execution.devices[0], execution.cores))
+            else:
 
-        told = self.client.run(ask, DECIDING)
-        others = {worker: named(found) for worker, found in told.items() if found != own}
-        if others:
-            raise RuntimeError(
-                f"cluster: workers have other versions than this process, which has {named(own)}: {_listed(others)}; "
-                "install the same ones, since results depend on them"
-            )
+                def wait_for(some: list[Plan]) -> None:
+                    compile_side_by_side(some, execution.devices[0], execution.cores)
 
+            upcoming = Ahead(begin, orders, int(execution.memory is None))
+            stack.callback(_close, begun)
+            stack.callback(upcoming.close)
+            for order, future, found in upcoming:
+                stop_if_asked()
+                with order.named():
+                    for message, category in found:
+                        warn_caller(message, category)
+                    region = future.result()
+                    wait_for(plans.pop(order.job.key, []))
+                    report = region.finish(advance)
+                begun.remove(region)
+                yield order, report
 
-def workers_of(cluster: object, device: object, threads: int | None) -> OnCluster:
-    """Return the workers of a client, after checking that it is one.
-
-    Raises:
-        TypeError: If `cluster` is no client, or one for asynchronous use.
-        ValueError: If it is closed, or several devices are given.
-    """
-    library = sys.modules.get("distributed")
-    if library is None or not isinstance(cluster, library.Client):
-        raise TypeError(f"cluster must be a dask.distributed Client, as Client(LocalCluster()), got {cluster!r}")
-    if cluster.asynchronous:
-        raise TypeError("cluster must be a Client that waits for results: leave out asynchronous=True")
-    if cluster.status != "running":
-        raise ValueError(f"cluster must be a Client that is connected to its scheduler; it is {cluster.status}")
-    if device is not None and (not isinstance(device, str) or device == "cuda"):
-        raise ValueError(
-            f"device must be one device with cluster=, as 'cpu' or 'cuda:0', got {device!r}: a worker has one device, "
-            "and dask-cuda starts a worker for each GPU"
-        )
-    return OnCluster(cluster, device, threads)
+    def check_store(self, job: Job) -> None:
+        """Return at once: this process has written to the folder."""
 
 
-def _about(device: str | None, threads: int | None, dask_worker: Worker) -> About:
-    """Return what a worker tells of itself; Dask hands it the worker."""
-    import socket
-
-    import warp as wp
-
-    try:
-        execution = Execution(device=device, threads=threads)
-    except ValueError as error:
-        return About(problem=str(error))
-    first = execution.devices[0]
-    gpu = f"{first} ({wp.get_device(first).pci_bus_id})" if execution.is_gpu else ""
-    return About(socket.gethostname(), machines_of(execution), gpu, dask_worker.memory_manager.memory_limit)
-
-
-def _sees(path: str) -> bool:
-    import os
-
-    return os.access(path, os.W_OK)
-
-
-def _same(sent: Job | Asked) -> Job | Asked:
-    return sent
-
-
-def _result(future: Future, what: str) -> Any:
-    """Return what a task returned, or raise its error."""
-    from distributed import KilledWorker
-
-    try:
-        return future.result()
-    except KilledWorker as error:
-        raise RuntimeError(
-            f"cluster: {what} was given up, after each of {error.allowed_failures + 1} workers that ran it had died: "
-            "did they run out of memory (give memory=), or did their queue end them?"
-        ) from error
-
-
-def _text(arguments: Iterable[object]) -> str:
-    """Return which structures a call is about."""
-    found = next((each for each in arguments if isinstance(each, range)), None)
-    return "the run" if found is None else f"structures {found.start} to {found.stop - 1}"
-
-
-def _listed(by_worker: dict[str, str]) -> str:
-    """Return what is said of workers, with the workers of which the same is said together."""
-    said: dict[str, list[str]] = {}
-    for worker, text in by_worker.items():
-        said.setdefault(text, []).append(worker)
-    return "; ".join(f"{_some(found)}: {text}" for text, found in said.items())
-
-
-def _some(found: list[str]) -> str:
-    """Return the first of some workers by name, and how many they are."""
-    shown = ", ".join(sorted(found)[:3])
-    return f"{len(found)} workers ({shown}{', ...' if len(found) > 3 else ''})" if len(found) > 1 else found[0]
+def _close(regions: list[Region]) -> None:
+    """Prepare no more blocks of regions that have begun."""
+    for region in regions:
+        region.close()

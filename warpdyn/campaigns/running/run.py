@@ -1,0 +1,304 @@
+"""The run of a scene: groups of structures, divided into regions, which are delivered to a sink.
+
+A scene of one structure is one group; a portfolio has a group for each kernel and default step.
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
+from warpdyn.campaigns.integration.run import MOST_SAMPLES, build_run
+from warpdyn.campaigns.integration.settings import Execution, Integration
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings
+from warpdyn.campaigns.integration.time_grid import warn_of_short_tail
+from warpdyn.campaigns.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
+from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.reduction import Reduction
+from warpdyn.campaigns.running.outputs import Outputs
+from warpdyn.campaigns.running.regions.checkpoint import FINGERPRINT, Checkpoint, fingerprint_of, versions
+from warpdyn.campaigns.running.regions.cluster import OnCluster, workers_of
+from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, lay_out_run
+from warpdyn.campaigns.running.regions.region import choose, find_limits, integrate_histories
+from warpdyn.campaigns.running.regions.report import Report, include
+from warpdyn.campaigns.running.regions.workers import Here
+from warpdyn.campaigns.running.sinks import Files, Memory, Part, Sink, Statistics, Store, Whole
+from warpdyn.foundations.core.checks import whole_number
+from warpdyn.foundations.core.messages import no_warnings, tell, warn_caller
+from warpdyn.foundations.core.progress import counted_histories
+from warpdyn.foundations.files.unfinished import STORE_SUFFIX, SUFFIX, Unfinished
+from warpdyn.model.scene.portfolio import Portfolio
+from warpdyn.model.scene.scene import Scene
+
+
+class Run:
+    """The run of a scene, which is checked.
+
+    Args:
+        scene: The scene.
+        structures: Number of structures to draw; 1 for a portfolio.
+        integration: How they are integrated.
+        execution: Devices, threads, memory and cluster.
+        outputs: Results, and the file that they are written to.
+        seed: Seed of every random draw.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        structures: int,
+        integration: Integration,
+        execution: Execution,
+        outputs: Outputs,
+        seed: int,
+    ) -> None:
+        self._started = time.perf_counter()
+        self.scene, self.integration, self.outputs = scene, integration, outputs
+        self.seed, count = whole_number("seed", seed, 0), whole_number("structures", structures, 1)
+        self.portfolio = scene.structure if isinstance(scene.structure, Portfolio) else None
+        self.execution = replace(execution, cluster=None)
+        # With a cluster, devices belong to its workers, so this process plans for its CPU.
+        self.here = self.execution if execution.cluster is None else replace(self.execution, device="cpu")
+        self.workers: Here | OnCluster = (
+            Here(self.here)
+            if execution.cluster is None
+            else workers_of(execution.cluster, execution.device, execution.threads)
+        )
+        self.digest = fingerprint_of_run(scene, count, integration, self.workers.machines, outputs, self.seed)
+        self.groups: list[Group | None] = [None]
+        if self.portfolio is not None:
+            self.groups = list(divided(scene, count, integration, self.here, outputs, self.seed))
+        self.structures = count if self.portfolio is None else self.portfolio.buildings
+        self.jobs = [self._job(number, group) for number, group in enumerate(self.groups)]
+
+    def result(self) -> xr.Dataset:
+        """Integrate all samples, and return the dataset."""
+        outputs = self.outputs
+        with ExitStack() as stack:
+            unfinished = reduction = checkpoint = None
+            if outputs.path is not None:
+                suffix = STORE_SUFFIX if outputs.is_store else SUFFIX
+                unfinished = stack.enter_context(Unfinished(outputs.path, suffix))
+            if outputs.reduced:
+                population = Population(self.scene, self.structures)
+                reduction = stack.enter_context(Reduction(outputs.reduced, population, self.here.cores))
+            # Check the whole run before opening the checkpoint, so that a run which cannot start does not touch an
+            # existing result.
+            layouts = [self._laid_out(job) for job in self.jobs]
+            if unfinished is not None:
+                checkpoint = Checkpoint(unfinished, self.digest, outputs.overwrite)
+            parts = [self._part(*each, checkpoint) for each in zip(self.groups, self.jobs, layouts, strict=True)]
+            sink = self._sink(reduction, checkpoint)
+            sink.begin(parts)
+            if checkpoint is not None:
+                if not outputs.reduced:
+                    self.workers.check_store(parts[0].job)
+                self._report_finished(parts, checkpoint.path)
+            self._check_limits(parts)
+            seconds = time.perf_counter() - self._started
+            self._run(parts, sink)
+            rests = []
+            for part in parts:
+                with part.named():
+                    rests.append(self._rest(part))
+            attributes = {"scene": self.scene.to_json(), "title": self.scene.title, "seed": self.seed}
+            return sink.finish(
+                Whole(
+                    portfolio=self.portfolio,
+                    parts=parts,
+                    rests=rests,
+                    attributes=attributes | {FINGERPRINT: self.digest},
+                    seconds=seconds,
+                )
+            )
+
+    def take(self, sink: Sink, part: Part, place: int, report: Report) -> None:
+        """Deliver a region to the sink."""
+        sink.take(part, place, report)
+
+    def _job(self, number: int, group: Group | None) -> Job:
+        """Return the job of a group; None is the group of a scene of one structure."""
+        outputs, is_here = self.outputs, self.workers.is_here
+        chosen = {} if group is None or group.longest_step is None else {"longest_step": group.longest_step}
+        where = self.execution.device, self.execution.threads, self.execution.memory
+        return Job(
+            scene=self.scene if group is None else group.scene,
+            structures=self.structures if group is None else group.buildings.size,
+            integration=self.integration,
+            chosen=chosen,
+            execution=self.execution,
+            outputs=replace(outputs, statistics=None, path=None, overwrite=False),
+            seed=self.seed,
+            key=f"{self.digest} {number} {where}",
+            group=number,
+            versions=versions(),
+            is_divided=not is_here or outputs.path is not None,
+            is_reduced=bool(outputs.reduced),
+        )
+
+    def _laid_out(self, job: Job) -> Layout:
+        with _named(self.groups[job.group]):
+            return self.workers.ask(lay_out_run, job, *self.workers.layout)
+
+    def _part(self, group: Group | None, job: Job, layout: Layout, checkpoint: Checkpoint | None) -> Part:
+        """Return a group with its regions, after a pilot has chosen what is left open, if there is a target error."""
+        settled: dict[str, Any] = {} if checkpoint is None else checkpoint.settled.get(str(job.group), {})
+        if job.integration.target_error is not None:
+            with _named(group):
+                chosen = settled.get("chosen") or self.workers.ask(choose, job)
+            job = replace(job, chosen=job.chosen | chosen, key=f"{job.key} {chosen}")
+            layout = self._laid_out(job)
+            settled = settled | {"chosen": chosen}
+        with _named(group):
+            for text in layout.messages:
+                warn_caller(text)
+        size = int(settled.get("structures_per_region", layout.structures_per_region))
+        if checkpoint is not None:
+            checkpoint.settle({str(job.group): settled | {"structures_per_region": size}})
+            store = checkpoint.folder / f"samples{STORE_SUFFIX}" if self._is_store else None
+            folder = None if job.is_reduced else checkpoint.folder
+            job = replace(job, folder=folder, store=store, path=checkpoint.path, key=f"{job.key} {checkpoint.path}")
+        count = job.structures
+        return Part(
+            number=job.group,
+            job=job,
+            layout=layout,
+            regions=[range(first, min(first + size, count)) for first in range(0, count, size)],
+            named=lambda: _named(group),
+            buildings=None if group is None else group.buildings,
+        )
+
+    @property
+    def _is_store(self) -> bool:
+        """Whether processes write samples to the chunks of a Zarr store."""
+        return self.outputs.is_store and self.portfolio is None and not self.outputs.reduced
+
+    def _sink(self, reduction: Reduction | None, checkpoint: Checkpoint | None) -> Sink:
+        is_here = self.workers.is_here
+        if reduction is not None:
+            asked = Asked(self.outputs.reduced, self.scene, self.structures, f"statistics of {self.digest}")
+            if isinstance(self.workers, Here):
+                self.workers.host.reductions[asked.key] = reduction
+            return Statistics(reduction, asked, checkpoint, is_partial=not is_here or checkpoint is not None)
+        if checkpoint is None:
+            return Memory(is_here=is_here)
+        return Store(checkpoint) if self._is_store else Files(checkpoint)
+
+    def _report_finished(self, parts: list[Part], path: Path) -> None:
+        """Report how many structures an earlier call has finished."""
+        done = sum(len(part.regions[place]) for part in parts for place in part.reports)
+        if done:
+            tell(f"{path}: resumes after the {done} of {self.structures} structures that an earlier run has finished")
+
+    def _check_limits(self, parts: list[Part]) -> None:
+        """With on_unstable="raise", raise an error if a step of any sample is beyond its limit."""
+        if self.integration.on_unstable != "raise":
+            return
+        for part in parts:
+            with part.named():
+                calls = ((place, find_limits, part.job, region) for place, region in enumerate(part.regions))
+                found = dict(self.workers.each(calls))
+                for event, findings in enumerate(_findings(part)):
+                    include(findings, [found[place][event] for place in range(len(part.regions))])
+                    findings.refuse(any_step=True)
+
+    def _run(self, parts: list[Part], sink: Sink) -> None:
+        """Run the regions that are not finished."""
+        with counted_histories(sum(part.histories for part in parts)) as progress:
+            for part in parts:
+                done = sum(len(part.regions[place]) for place in part.reports)
+                progress.update(part.histories * done // part.job.structures)
+            orders = (sink.ordered(part, order) for part in parts for order in part.orders())
+            jobs = [part.job for part in parts if len(part.reports) < len(part.regions)]
+            for order, report in self.workers.regions(jobs, orders, progress.update):
+                self.take(sink, parts[order.group], order.place, report)
+
+    def _rest(self, part: Part) -> xr.Dataset:
+        """Return a group's variables and attributes besides its samples, and give the warnings about all of them."""
+        job, layout, outputs = part.job, part.layout, self.outputs
+        reports = [part.reports[place] for place in range(len(part.regions))]
+        for text in dict.fromkeys(text for report in reports for text in report.messages):
+            warn_caller(text)
+        for event, findings in enumerate(_findings(part)):
+            include(findings, [report.findings[event] for report in reports])
+            findings.warn(job.integration.on_unstable)
+        warn_of_short_tail(job.scene, max(report.longest_period for report in reports))
+        rest = xr.Dataset()
+        if outputs.histories is not None:
+            outcomes = [report.outcomes for report in reports]
+            rest = self.workers.ask(integrate_histories, job, outcomes)
+        if outputs.checked_share is not None:
+            rest = rest.merge(_estimates(part, reports, outputs.checked_share))
+        seconds = {f"seconds_{name}": sum(report.seconds[name] for report in reports) for name in reports[0].seconds}
+        return rest.assign_attrs(layout.template.attrs | layout.attributes | {FINGERPRINT: self.digest} | seconds)
+
+
+def fingerprint_of_run(
+    scene: Scene, structures: int, integration: Integration, machines: list[str], outputs: Outputs, seed: int
+) -> str:
+    """Return the fingerprint of all that decides the bits of a run.
+
+    Args:
+        scene, structures, integration, outputs, seed: See `Run`.
+        machines: Devices of the processes that run it, from `machines_of`.
+    """
+    return fingerprint_of(scene, structures, integration, machines, outputs.identity, seed)
+
+
+def divided(
+    scene: Scene, structures: int, integration: Integration, execution: Execution, outputs: Outputs, seed: int
+) -> list[Group]:
+    """Return the groups of a portfolio's scene, after all checks that concern no group; arguments: see `Run`.
+
+    Buildings with the same number of storeys, law and damping run together, whatever their archetypes. The step of a
+    building is the step of its archetype in a separate run, rounded down to 10 ms divided by a power of 2, so that its
+    results do not depend on the rest of the portfolio.
+    """
+    portfolio, excitation = portfolio_of(scene), scene.excitation
+    if structures != 1:
+        raise ValueError(
+            "structures= does not apply to a portfolio: remove structures, and give each Archetype its `count`"
+        )
+    if outputs.histories is not None:
+        raise ValueError(
+            "histories of a portfolio are not kept: remove histories, or run a scene of one archetype with them"
+        )
+    if portfolio.buildings * excitation.samples_per_structure > MOST_SAMPLES:
+        raise ValueError(f"{portfolio!r} has more than {MOST_SAMPLES} samples: divide it into several portfolios")
+    excitation.check_structures(portfolio.buildings)
+    archetypes = checked_archetypes(scene, integration.nominal_method)
+    first = next(iter(portfolio.archetypes.values())).building
+    with no_warnings():  # the groups give them
+        # Settings are checked before anything is drawn, because their errors concern no archetype.
+        build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
+    return groups_of(portfolio, archetypes, integration, seed)
+
+
+def _named(group: Group | None) -> AbstractContextManager[object]:
+    """Return a context in which messages name a group of a portfolio."""
+    return nullcontext() if group is None else group.named_in_messages()
+
+
+def _findings(part: Part) -> list[StabilityFindings]:
+    """Return empty findings of each event."""
+    method = str(part.layout.attributes["method"])
+    pairs = zip(part.layout.samples_by_event, part.layout.events, strict=True)
+    return [StabilityFindings(count, method, name) for count, name in pairs]
+
+
+def _estimates(part: Part, reports: list[Report], share: float) -> xr.Dataset:
+    """Return the error estimates of all regions."""
+    found = []
+    for event, count in enumerate(part.layout.samples_by_event):
+        estimate = ErrorEstimate(count, share, part.job.seed, 1, np.arange(0))
+        for report in reports:
+            estimate.include(report.errors[event])
+        found.append(estimate.result(part.layout.demands))
+    return found[0] if len(found) == 1 else xr.concat(found, "event", combine_attrs="override")
