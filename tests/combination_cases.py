@@ -69,6 +69,7 @@ VALUES = {  # of every parameter that a law or a damping takes
     "ductility_4": 10.0,
     "force_ratio_4": 1.0,
     "post_yield_stiffness": 2e4,
+    "flag_height": 0.7,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
@@ -85,6 +86,7 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"isotropic_hardening": 0.1},
     {"deterioration_exponent": 1.5},
     {"unloading_exponent": 0.5},
+    {"slip_drift": 0.004, "bearing_drift": 0.006},
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
     {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},

@@ -80,6 +80,11 @@ LAW_CASES: dict[str, tuple[str, dict[str, float]]] = {
     "baber_noori_power": ("baber_noori", DEGRADING | {"exponent": 1.5}),
     "baber_noori_pinching_1": ("baber_noori", PINCHED),
     "baber_noori_pinching_power": ("baber_noori", PINCHED | {"exponent": 1.5}),
+    "self_centring": ("self_centring", HARDENING | {"flag_height": 0.7}),
+    "self_centring_with_limits": (
+        "self_centring",
+        HARDENING | {"flag_height": 0.7, "slip_drift": 0.015, "bearing_drift": 0.02, "bearing_stiffness_ratio": 0.5},
+    ),
     "menegotto_pinto": ("menegotto_pinto", HARDENING),
     "menegotto_pinto_isotropic": (
         "menegotto_pinto",

@@ -166,6 +166,12 @@ LAWS = {
         "MultiLinear",
         lambda k, f, p: _polygon(k, f, p, 3),
     ),
+    "self_centring": StoreyLaw(
+        "flag-shaped loops, no residual drift",
+        lambda d: {"hardening_ratio": HARDENING_RATIO, "flag_height": 0.6},
+        "FlagShape",
+        lambda k, f, p: [k, f, p["hardening_ratio"] * k, p["flag_height"] / 2],
+    ),
     "menegotto_pinto": StoreyLaw(
         "steel: curved transitions, isotropic hardening",
         lambda d: dict(_MENEGOTTO_PINTO),
