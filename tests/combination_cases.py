@@ -70,6 +70,9 @@ VALUES = {  # of every parameter that a law or a damping takes
     "force_ratio_4": 1.0,
     "post_yield_stiffness": 2e4,
     "flag_height": 0.7,
+    "drift_at_peak_force": 0.01,
+    "softening_ratio": 0.05,
+    "pinching_stiffness_ratio": 0.02,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }

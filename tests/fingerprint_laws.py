@@ -106,6 +106,17 @@ LAW_CASES: dict[str, tuple[str, dict[str, float]]] = {
     "pinching4": ("pinching4", FOUR_POINTS),
     "pinching4_energy_damage": ("pinching4", DAMAGED),
     "pinching4_cycle_damage": ("pinching4", DAMAGED | BY_CYCLE),
+    "saws": (
+        "saws",
+        STRENGTH
+        | {
+            "pinching_force_ratio": 0.2,
+            "drift_at_peak_force": 0.025,
+            "hardening_ratio": 0.04,
+            "softening_ratio": 0.05,
+            "pinching_stiffness_ratio": 0.02,
+        },
+    ),
     f"{IMK}_bilinear": (f"{IMK}_bilinear", CAPPED),
     f"{IMK}_bilinear_power": (f"{IMK}_bilinear", CAPPED | POWER | BROKEN),
     f"{IMK}_peak_oriented": (f"{IMK}_peak_oriented", RELOADING | BROKEN),

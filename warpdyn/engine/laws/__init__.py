@@ -39,6 +39,7 @@ if TYPE_CHECKING:  # what editors complete; the tables below need no entry
     from warpdyn.engine.laws.multilinear.parameters import Quadrilinear, Trilinear
     from warpdyn.engine.laws.peak_oriented.parameters import PeakOriented, Takeda
     from warpdyn.engine.laws.pinching4.parameters import Pinching4
+    from warpdyn.engine.laws.saws.parameters import Saws
     from warpdyn.engine.laws.self_centring.parameters import SelfCentring
 
 _Kind = TypeVar("_Kind", bound=StoreyElement)
