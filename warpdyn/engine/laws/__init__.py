@@ -35,6 +35,7 @@ if TYPE_CHECKING:  # what editors complete; the tables below need no entry
         IbarraMedinaKrawinklerPinching,
     )
     from warpdyn.engine.laws.isolators.parameters import FrictionPendulum, LeadRubberBearing
+    from warpdyn.engine.laws.maxwell_damper.parameters import MaxwellDamper
     from warpdyn.engine.laws.menegotto_pinto.parameters import MenegottoPinto
     from warpdyn.engine.laws.multilinear.parameters import Quadrilinear, Trilinear
     from warpdyn.engine.laws.peak_oriented.parameters import PeakOriented, Takeda

@@ -123,6 +123,10 @@ class BuildingLaw:
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(self._own(law, storeys, p))
         return stiffest + sum(device.stiffest(p) for device in self.devices)
 
+    def relaxation_rate(self, p: Values) -> np.ndarray:
+        rates = [device.relaxation_rate(p) for device in self.devices]
+        return np.max(np.broadcast_arrays(np.zeros(np.shape(p["stiffness"])), *rates), axis=0)
+
 
 def _counted_in_building(text: str, storeys: np.ndarray) -> str:
     """Return a sentence on storeys counted among themselves with their numbers in the building, by their indices."""

@@ -226,6 +226,11 @@ class StoreyElement:
         """Return the largest tangent stiffness [N/m] that storeys can come to, [structure, storey]."""
         return p["stiffness"]
 
+    @classmethod
+    def relaxation_rate(cls, p: Values) -> np.ndarray:
+        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0 if they do not."""
+        return np.zeros_like(p["stiffness"])
+
 
 class Law(StoreyElement):
     """A storey law: the force of a storey at its drift, by its parameters and the path that led there.
@@ -244,7 +249,7 @@ class Device(StoreyElement):
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)
         >>> isinstance(damper, wd.laws.Device), list(wd.laws.DEVICES)
-        (True, ['friction_damper', 'gap', 'one_sided_gap', 'viscous_damper'])
+        (True, ['friction_damper', 'gap', 'one_sided_gap', 'viscous_damper', 'maxwell_damper'])
     """
 
 

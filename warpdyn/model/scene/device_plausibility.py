@@ -78,7 +78,9 @@ def add_devices(findings: PlausibilityFindings, values: Values, where: str) -> N
             "velocity_exponent", np.where(is_there, values["velocity_exponent"], np.nan), where, along="storey"
         )
         is_there = is_there & (values["velocity_exponent"] < 1)
-        findings.add("linear_velocity", np.where(is_there, values["linear_velocity"], np.nan), where, along="storey")
+        if "linear_velocity" in values:
+            linear = np.where(is_there, values["linear_velocity"], np.nan)
+            findings.add("linear_velocity", linear, where, along="storey")
     if "contact_stiffness" in values:
         is_there = values["contact_stiffness"] > 0
         stop = np.where(is_there, values["contact_stiffness"], np.nan)

@@ -15,7 +15,7 @@ With the initial stiffness S0, the force F0 (`yield_force`) and the ratios R1 to
 
 Differences from OpenSees, whose forces jump in these cases:
 
-- A wall that unloads a little from the envelope reloads along the same line back to the envelope. OpenSees overshoots
+- A wall that unloads a little from the envelope returns along the same line to the envelope. OpenSees overshoots
   the envelope by one step there (5 % of the strength in steps of 0.3 mm).
 - Reloading never passes above the envelope. In OpenSees it does so in two cases. If the reloading line meets the
   pinched line before the envelope does, as with a large R1 and a large alpha, the force jumps there from the pinched
@@ -59,7 +59,7 @@ class Coefficient(Layout):
 class Saws(Law):
     """A wood-frame shear wall with pinching and softening (Folz and Filiatrault 2001; OpenSees: SAWS).
 
-    The help of its module has the rules, and where OpenSees differs. The stiffness is OpenSees' S0.
+    The help of its module lists the rules and the differences from OpenSees. The stiffness is OpenSees' S0.
 
     Example:
         >>> wall = wd.laws.Saws(
@@ -139,7 +139,7 @@ class Saws(Law):
         rate = p["stiffness"] / p["yield_force"]
         peak_drift, peak_force, _rise = _peak(p)
         pinched, slope, falling = p["pinching_force_ratio"], p["pinching_stiffness_ratio"], p["softening_ratio"]
-        # The falling line meets the lower pinched line, or comes to zero force.
+        # The falling line meets the lower pinched line or the line of zero force.
         meets = (peak_force + pinched + falling * peak_drift) / (slope + falling)
         return {
             "inverse_yield_drift": rate,

@@ -46,7 +46,7 @@ class Coefficient(Layout):
 class SelfCentring(Law):
     """A self-centring storey with flag-shaped loops, as of post-tensioned walls and frames (OpenSees: SelfCentering).
 
-    The help of its module has the rules, and where OpenSees differs. The stiffness is OpenSees' k1.
+    The help of its module lists the rules and the differences from OpenSees. The stiffness is OpenSees' k1.
 
     Example:
         >>> wd.laws.SelfCentring(yield_force=1e6, hardening_ratio=0.05, flag_height=0.6)
