@@ -90,6 +90,7 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"deterioration_exponent": 1.5},
     {"unloading_exponent": 0.5},
     {"slip_drift": 0.004, "bearing_drift": 0.006},
+    {"yield_force_negative": 400.0},
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
     {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},
@@ -111,7 +112,8 @@ def springs_of_laws():
     found = {}
     for law, row in LAWS.items():
         for own in OF_A_ROW:
-            values = {name: value_of(name, parameter, own) for name, parameter in row.parameters.items()}
+            known = {name: each for name, each in row.parameters.items() if not each.optional or name in own}
+            values = {name: value_of(name, parameter, own) for name, parameter in known.items()}
             spring = row.spring({name: np.full((1, 1), value) for name, value in values.items()})
             found.setdefault(spring, (law, values))
     return found

@@ -103,6 +103,10 @@ LAW_CASES: dict[str, tuple[str, dict[str, float]]] = {
         "hysteretic",
         FALLING | {"pinching_drift": 0.7, "pinching_force": 0.4, "damage_by_energy": 0.02, "unloading_exponent": 0.5},
     ),
+    "hysteretic_asymmetric": (
+        "hysteretic",
+        FALLING | {"yield_force_negative": 1200.0, "stiffness_ratio_negative": 0.8, "unloading_exponent": 0.3},
+    ),
     "pinching4": ("pinching4", FOUR_POINTS),
     "pinching4_energy_damage": ("pinching4", DAMAGED),
     "pinching4_cycle_damage": ("pinching4", DAMAGED | BY_CYCLE),

@@ -174,7 +174,7 @@ def _parameter_table(element: type[StoreyElement]) -> str:
     for name, known in element.parameters.items():
         bounds = known.allowed.removeprefix("finite and ").removeprefix("finite") or "any"
         bounds = BOUNDS_BY_OTHERS.get(name, bounds)
-        default = "must be given" if known.default is None else f"{known.default:g}"
+        default = (known.optional or "must be given") if known.default is None else f"{known.default:g}"
         rows.append((f"`{name}`<br>{known.long_name}", f"`{known.units}`", bounds, default, known.opensees or "none"))
     if not rows:
         return "It has none beside the storey's `stiffness` [N/m], which the building gives."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 
 import numpy as np
 
@@ -31,6 +32,19 @@ def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
     names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
     one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
     return [one, *(p[f"ductility_{i}"] * one for i in numbers)], [one, *(p[f"force_ratio_{i}"] * one for i in numbers)]
+
+
+def negative_side(p: Values) -> Values:
+    """Return the parameters of the negative side of a law under the names of the positive side."""
+    return {**p, **{name.removesuffix("_negative"): p[name] for name in p if name.endswith("_negative")}}
+
+
+def named_as_negative(problem: str | None, p: Values) -> str | None:
+    """Return a sentence on a problem of the negative side, with the names that its parameters have there."""
+    if problem is None:
+        return None
+    given = [name.removesuffix("_negative") for name in p if name.endswith("_negative")]
+    return re.sub(rf"\b({'|'.join(given)})\b", r"\1_negative", problem) if given else problem
 
 
 def falls(p: Values, count: int) -> bool:

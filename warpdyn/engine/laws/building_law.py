@@ -93,6 +93,8 @@ class BuildingLaw:
             own = self._own(law, storeys, p)
             text = None
             for name, parameter in law.parameters.items() if storeys.size else ():  # the bounds are those of several
+                if name not in own:
+                    continue
                 axes = ("structure", "storey")[-np.ndim(own[name]) :]
                 text = text or parameter.first_violation(name, np.asarray(own[name]), axes)
             text = text or law.problem(own)

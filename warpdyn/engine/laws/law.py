@@ -82,6 +82,15 @@ def shared(parameter: Parameter, *, default: float | None = None, opensees: str 
     return dataclasses.field(default=dataclasses.MISSING if default is None else default, metadata={"parameter": found})
 
 
+def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
+    """Return a field for a parameter of the negative side of a law; without it, the positive side's value counts."""
+    words = f"{parameter.long_name}, negative side"
+    found = dataclasses.replace(
+        parameter, long_name=words, default=None, opensees=opensees, optional=f"as `{positive}`"
+    )
+    return dataclasses.field(default=None, metadata={"parameter": found})
+
+
 def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., None]) -> Callable[..., None]:
     """Return a class's `__init__` with an error that suggests a name for one that the class does not take."""
 
@@ -145,6 +154,8 @@ class StoreyElement:
 
     def __post_init__(self) -> None:
         for name, parameter in self.parameters.items():
+            if parameter.optional and getattr(self, name) is None:
+                continue
             values = real_numbers(name, getattr(self, name))
             if values.ndim > 1 or not values.size:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {values.shape}")
@@ -159,12 +170,13 @@ class StoreyElement:
 
     def _repr_html_(self) -> str:
         held = self.values()
-        rows = [(each.long_name, name, held[name], each.units) for name, each in self.parameters.items()]
+        rows = [(self.parameters[name].long_name, name, held[name], self.parameters[name].units) for name in held]
         return html_table(type(self).__name__, rows, ("", "name", "value", "units"))
 
     def values(self) -> dict[str, float | tuple[float, ...]]:
-        """Return the values of all parameters, one or one a storey each."""
-        return {name: getattr(self, name) for name in self.parameters}
+        """Return the values of all given parameters and defaults, one value or one per storey each."""
+        values = {name: getattr(self, name) for name in self.parameters}
+        return {name: value for name, value in values.items() if value is not None}
 
     @classmethod
     def spring(cls, p: Values) -> str:

@@ -1,0 +1,177 @@
+"""Laws whose negative side has other parameters: OpenSees' loops, mirrored storeys, and systems under a pulse."""
+
+import numpy as np
+import pytest
+from law_cases import cases, loop_error, material_of, pulse_error, run_pulse
+from opensees import growing, material_forces, ratcheting, wandering
+from storey_steps import steps
+
+import warpdyn as wd
+from warpdyn.engine.laws import LAWS
+
+STIFFNESS, YIELD_FORCE = 2.0e7, 1.0e5  # a storey that yields at 5 mm
+YIELD_DRIFT = YIELD_FORCE / STIFFNESS
+PROTOCOLS = {
+    "growing": growing(YIELD_DRIFT * np.array([0.5, 1, 2, 4, 6, 8, 12]), 50),
+    "random": wandering(10 * YIELD_DRIFT, 60, 37, seed=1),
+    "partial cycles": wandering(3 * YIELD_DRIFT, 80, 23, seed=3),
+    "ratcheting": ratcheting(8 * YIELD_DRIFT, 12, 3 * YIELD_DRIFT, 41),  # no step ends exactly at zero force
+}
+
+
+def corners(numbers, count):
+    """Return yield force, stiffness, ductilities and force ratios of OpenSees' points (force, drift)."""
+    force, drift = np.abs(numbers[::2]), np.abs(numbers[1::2])
+    names = [f"{what}_{i}" for i in range(2, count + 1) for what in ("ductility", "force_ratio")]
+    ratios = [ratio[i] for i in range(1, count) for ratio in (drift / drift[0], force / force[0])]
+    return force[0], force[0] / drift[0], dict(zip(names, ratios, strict=True))
+
+
+def negative(values):
+    return {f"{name}_negative": value for name, value in values.items()}
+
+
+def hysteretic(*numbers):
+    """Return the stiffness and the law of the numbers of OpenSees' Hysteretic."""
+    above, below, rules = numbers[:6], numbers[6:12], numbers[12:]
+    force, stiffness, side = corners(above, 3)
+    other_force, other_stiffness, other = corners(below, 3)
+    names = ("pinching_drift", "pinching_force", "damage_by_ductility", "damage_by_energy", "unloading_exponent")
+    of_negative = negative({"yield_force": other_force, "stiffness_ratio": other_stiffness / stiffness} | other)
+    rules = dict(zip(names, rules, strict=True))
+    return stiffness, wd.laws.Hysteretic(yield_force=force, **side, **of_negative, **rules)
+
+
+MAKERS = {"Hysteretic": hysteretic}
+LOOPS = [name for name, case in cases("loops").items() if case["opensees"][0][0] in MAKERS]
+PULSES = {name: case for name, case in cases("dynamic").items() if case["opensees"][0][0] in MAKERS}
+
+
+def law_of(case):
+    return MAKERS[case["opensees"][0][0]](*material_of(case))
+
+
+def storey_of(stiffness, law):
+    return wd.ShearBuilding(1.0, stiffness, 3.0, law=law)
+
+
+def forces(building, drift):
+    return wd.storey_hysteresis(building, drift)["storey_force"].values[:, 0]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", LOOPS)
+def test_forces_are_those_of_opensees_loops(name, measured):
+    case = cases("loops")[name]
+    law = law_of(case)
+    # Where an unloading line crosses zero force in a step, OpenSees sets the force of that step to 0, and so do we.
+    measured(
+        f"forces of asymmetric storeys of law `{law[1].name}` along growing cycles, over the largest force",
+        truth=f"OpenSees' {case['opensees'][0][0]}, 20,000 steps for each segment",
+        value=loop_error(case, storey_of(*law), 20_000),
+        bound=3e-5,
+    )
+
+
+@pytest.mark.parametrize("name", PULSES)
+def test_a_system_under_a_pulse(name, measured):
+    case = PULSES[name]
+    stiffness, law = law_of(case)
+    measured(
+        f"peak and last drifts of an asymmetric `{law.name}` storey under a pulse, over the largest drift",
+        truth=f"OpenSees' {case['opensees'][0][0]}, Newmark's average acceleration, step 0.25 ms",
+        value=pulse_error(case, run_pulse(case, stiffness, law=law)),
+        bound=2e-3,
+    )
+
+
+# Drifts and forces of three corners over those of yield, on each side; yield force and stiffness of the other side.
+SIDES = {
+    "stronger behind": ((4, 1.2, 10, 0.4), (3, 1.3, 9, 0.5), 1.5, 1.0),
+    "softer behind": ((3, 1.2, 9, 0.3), (4, 1.1, 8, 1.2), 0.8, 0.6),
+    "falls to zero behind": ((4, 1.2, 10, 1.3), (2, 1.1, 6, 0.0), 1.0, 1.0),
+    "stiffer behind": ((3, 0.8, 8, 0.2), (2.5, 1.0, 7, 1.0), 0.7, 1.4),
+}
+RULES = {  # pinching of drift and force, damage by ductility and energy, unloading exponent
+    "plain": (1.0, 1.0, 0.0, 0.0, 0.0),
+    "pinched and damaged": (0.8, 0.2, 0.01, 0.02, 0.0),
+    "softer unloading": (0.3, 0.7, 0.0, 0.03, 0.4),
+}
+
+
+def points(side, force, drift):
+    d2, f2, d3, f3 = side
+    return (np.array([1, 1, f2, d2, f3, d3]) * np.tile([force, drift], 3)).tolist()
+
+
+def numbers_of(sides, rules):
+    above, below, strength, stiffness = SIDES[sides]
+    own = points(above, YIELD_FORCE, YIELD_DRIFT)
+    other = points(below, strength * YIELD_FORCE, strength / stiffness * YIELD_DRIFT)
+    return [*own, *(-value for value in other), *RULES[rules]]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("protocol", PROTOCOLS)
+@pytest.mark.parametrize("rules", RULES)
+@pytest.mark.parametrize("sides", SIDES)
+def test_hysteretic_along_protocols(sides, rules, protocol):
+    numbers, drift = numbers_of(sides, rules), PROTOCOLS[protocol]
+    ours, theirs = forces(storey_of(*hysteretic(*numbers)), drift), material_forces("Hysteretic", numbers, drift)
+    assert np.ptp(theirs) > 1.2 * YIELD_FORCE
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-9 * YIELD_FORCE)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("sides", SIDES)
+def test_a_mirrored_hysteretic_storey_has_mirrored_forces(sides):
+    numbers, drift = numbers_of(sides, "pinched and damaged"), PROTOCOLS["random"]
+    mirrored = [-value for value in (*numbers[6:12], *numbers[:6])] + numbers[12:]
+    ours, mirror = (
+        forces(storey_of(*hysteretic(*each)), path) for each, path in ((numbers, drift), (mirrored, -drift))
+    )
+    np.testing.assert_allclose(ours, -mirror, rtol=0, atol=1e-9 * YIELD_FORCE)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("rules", RULES)
+def test_hysteretic_energy_trials_and_tangents(rules):
+    drift = wandering(10 * YIELD_DRIFT, 30, 400, seed=2)
+    for sides in SIDES:
+        stiffness, law = hysteretic(*numbers_of(sides, rules))
+        building = storey_of(stiffness, law)
+        dissipated = wd.storey_hysteresis(building, drift)["dissipated_energy"].values[:, 0]
+        # The trapezoidal rule cuts corners of the size of a step.
+        assert (np.maximum.accumulate(dissipated) - dissipated).max() < 2e-3 * YIELD_FORCE * YIELD_DRIFT
+        double = steps(building, PROTOCOLS["partial cycles"])
+        np.testing.assert_allclose(double.trial_force, double.force, rtol=0, atol=1e-12 * YIELD_FORCE)
+        assert (np.abs(double.tangent - double.chord) < 1e-5 * STIFFNESS).mean() > 0.98
+
+
+@pytest.mark.fast
+def test_without_parameters_of_the_negative_side_a_storey_is_symmetric():
+    values = {"yield_force": 1e5, "ductility_2": 4, "force_ratio_2": 1.2, "ductility_3": 10, "force_ratio_3": 0.6}
+    plain = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law="hysteretic", **values)
+    assert not any(name.endswith("_negative") for name in plain.parameters)
+    assert LAWS["hysteretic"].spring(plain.parameters) == "hysteretic"
+    same = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law="hysteretic", **values, yield_force_negative=1e5)
+    assert LAWS["hysteretic"].spring(same.parameters) == "hysteretic_asymmetric"
+    for drift in PROTOCOLS.values():
+        np.testing.assert_allclose(forces(same, drift), forces(plain, drift), rtol=0, atol=1e-9 * 1e5)
+    # Scatter of the positive side carries over to the negative side.
+    scaled = wd.ShearBuilding(
+        1.0, STIFFNESS, 3.0, law="hysteretic", **values | {"yield_force": 2e5, "force_ratio_2_negative": 1.2}
+    )
+    np.testing.assert_allclose(forces(scaled, 2 * drift), 2 * forces(plain, drift), rtol=0, atol=1e-9 * 1e5)
+
+
+@pytest.mark.fast
+def test_bad_input_of_the_negative_side_is_named():
+    values = {"yield_force": 1e5, "ductility_2": 4, "force_ratio_2": 1.2, "ductility_3": 10, "force_ratio_3": 0.6}
+    with pytest.raises(ValueError, match=r"ductility_2_negative is 0\.5 .*; it must be above 1, that of yield"):
+        wd.ShearBuilding(1.0, STIFFNESS, 3.0, law="hysteretic", **values, ductility_2_negative=0.5)
+    with pytest.raises(ValueError, match="did you mean 'yield_force_negative'"):
+        wd.ShearBuilding(1.0, STIFFNESS, 3.0, law="hysteretic", **values, yield_force_negativ=1.0)
+    laws = [wd.laws.Hysteretic(**values), wd.laws.Hysteretic(**values, yield_force_negative=2e5)]
+    with pytest.raises(ValueError, match="yield_force_negative is missing at storey 1, whose law is 'hysteretic'"):
+        wd.ShearBuilding([1.0, 1.0], STIFFNESS, 3.0, law=laws)
