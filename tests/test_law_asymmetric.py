@@ -1,5 +1,7 @@
 """Laws whose negative side has other parameters: OpenSees' loops, mirrored storeys, and systems under a pulse."""
 
+import functools
+
 import numpy as np
 import pytest
 from law_cases import cases, loop_error, material_of, pulse_error, run_pulse
@@ -42,7 +44,37 @@ def hysteretic(*numbers):
     return stiffness, wd.laws.Hysteretic(yield_force=force, **side, **of_negative, **rules)
 
 
+def ibarra_medina_krawinkler(material, *numbers):
+    """Return the stiffness and the law of the numbers of OpenSees' IMKBilin, IMKPeakOriented or IMKPinching."""
+    law = {
+        "IMKBilin": wd.laws.IbarraMedinaKrawinklerBilinear,
+        "IMKPeakOriented": wd.laws.IbarraMedinaKrawinklerPeakOriented,
+        "IMKPinching": wd.laws.IbarraMedinaKrawinklerPinching,
+    }[material]
+    stiffness, above, below, numbers = numbers[0], numbers[1:7], numbers[7:13], numbers[13:]
+    names = ("plastic_drift_to_capping", "post_capping_drift", "ultimate_drift", "yield_force", "capping_force_ratio")
+    names += ("residual_force_ratio",)
+    modes = ["strength", "post_capping", "reloading", "unloading"]
+    if material == "IMKBilin":
+        modes.remove("reloading")
+    energies, numbers = numbers[: len(modes)], numbers[len(modes) :]
+    exponents, (rate, other_rate), pinching = (
+        numbers[: len(modes)],
+        numbers[len(modes) :][:2],
+        numbers[len(modes) :][2:],
+    )
+    assert set(exponents) == {exponents[0]}
+    values = dict(zip(names, above, strict=True)) | negative(dict(zip(names, below, strict=True)))
+    values |= {f"{mode}_deterioration_drift": energy for mode, energy in zip(modes, energies, strict=True)}
+    values |= {"deterioration_exponent": exponents[0], "deterioration_rate": rate}
+    values |= {"deterioration_rate_negative": other_rate}
+    values |= dict(zip(("pinching_force_ratio", "pinching_drift_ratio"), pinching, strict=False))
+    return stiffness, law(**values)
+
+
 MAKERS = {"Hysteretic": hysteretic}
+for _material in ("IMKBilin", "IMKPeakOriented", "IMKPinching"):
+    MAKERS[_material] = functools.partial(ibarra_medina_krawinkler, _material)
 LOOPS = [name for name, case in cases("loops").items() if case["opensees"][0][0] in MAKERS]
 PULSES = {name: case for name, case in cases("dynamic").items() if case["opensees"][0][0] in MAKERS}
 
@@ -175,3 +207,65 @@ def test_bad_input_of_the_negative_side_is_named():
     laws = [wd.laws.Hysteretic(**values), wd.laws.Hysteretic(**values, yield_force_negative=2e5)]
     with pytest.raises(ValueError, match="yield_force_negative is missing at storey 1, whose law is 'hysteretic'"):
         wd.ShearBuilding([1.0, 1.0], STIFFNESS, 3.0, law=laws)
+
+
+IMK = {  # numbers of OpenSees' materials, over yield drift and yield force: sides, energies, exponents, rates, pinching
+    "IMKBilin": [4, 15, 40, 1, 1.15, 0.2, 3, 20, 40, 0.8, 1.1, 0.3, *[150] * 3, *[1] * 3, 1, 0.9],
+    "IMKPeakOriented": [4, 15, 40, 1, 1.15, 0.2, 3, 20, 40, 1.2, 1.1, 0.3, *[150] * 4, *[1] * 4, 1, 0.9],
+    "IMKPinching": [4, 15, 40, 1, 1.15, 0.2, 3, 20, 40, 1.2, 1.1, 0.3, *[150] * 4, *[1] * 4, 1, 0.9, 0.3, 0.5],
+}
+
+
+def imk_numbers(material):
+    modes = 3 if material == "IMKBilin" else 4
+    units = [YIELD_DRIFT, YIELD_DRIFT, YIELD_DRIFT, YIELD_FORCE, 1, 1] * 2 + [YIELD_DRIFT] * modes
+    values = np.array(IMK[material], float)
+    values[: len(units)] *= units
+    return [STIFFNESS, *values.tolist()]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("protocol", ["growing", "ratcheting"])
+@pytest.mark.parametrize("material", IMK)
+def test_ibarra_medina_krawinkler_along_protocols(material, protocol):
+    numbers, drift = imk_numbers(material), PROTOCOLS[protocol]
+    ours = forces(storey_of(*MAKERS[material](*numbers)), drift)
+    theirs = material_forces(material, numbers, drift)
+    assert np.ptp(theirs) > 1.5 * YIELD_FORCE
+    # OpenSees' IMKBilin works with single precision.
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-6 * YIELD_FORCE)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("material", IMK)
+def test_a_mirrored_ibarra_medina_krawinkler_storey_has_mirrored_forces(material):
+    numbers, drift = imk_numbers(material), PROTOCOLS["random"]
+    stiffness, *sides = numbers[:13]
+    modes = 3 if material == "IMKBilin" else 4
+    energies, exponents, rest = (
+        numbers[13 : 13 + modes],
+        numbers[13 + modes : 13 + 2 * modes],
+        numbers[13 + 2 * modes :],
+    )
+    # Lambda is over the positive yield force.
+    energies = [value * numbers[4] / numbers[10] for value in energies]
+    mirrored = [stiffness, *sides[6:], *sides[:6], *energies, *exponents, rest[1], rest[0], *rest[2:]]
+    ours, mirror = (
+        forces(storey_of(*MAKERS[material](*each)), path) for each, path in ((numbers, drift), (mirrored, -drift))
+    )
+    np.testing.assert_allclose(ours, -mirror, rtol=0, atol=1e-9 * YIELD_FORCE)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("material", IMK)
+def test_a_rate_above_1_leaves_no_negative_strength(material):
+    # A rate is the same on both sides unless it is given; each excursion takes a third of the capacity.
+    stiffness, law = MAKERS[material](*imk_numbers(material))
+    values = law.values() | {"strength_deterioration_drift": 15 * YIELD_DRIFT, "deterioration_rate": 2.0}
+    values.pop("deterioration_rate_negative")
+    drift = growing(YIELD_DRIFT * np.array([4, 6, 6, 6]), 100)
+    found = wd.storey_hysteresis(storey_of(stiffness, type(law)(**values)), drift)
+    force = found["storey_force"].values[:, 0]
+    assert np.all(force[np.abs(drift) > 5.9 * YIELD_DRIFT] * drift[np.abs(drift) > 5.9 * YIELD_DRIFT] >= 0)
+    work = np.cumsum((force + np.append(0, force[:-1])) / 2 * np.diff(drift, prepend=0.0))
+    assert work.min() >= 0

@@ -128,7 +128,7 @@ class StoreyElement:
         rows: The rows of device functions it can lead to, and the names of the coefficients that each of them reads.
         opensees: What OpenSees calls its material or element; a scene may use these names.
         is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
-            `yield_force` over the stiffness (or for ever, without a `yield_force`).
+            `yield_force` or `yield_force_negative` over the stiffness (or for ever, without a `yield_force`).
 
     Example:
         >>> wd.laws.Bilinear.name, list(wd.laws.Bilinear.parameters)

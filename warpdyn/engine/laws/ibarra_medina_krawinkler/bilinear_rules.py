@@ -11,8 +11,12 @@ from typing import Any
 import warp as wp
 
 from warpdyn.engine.device.extrema import maximum, minimum
-from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import energy_rules, on_lines, spring_of
-from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, IbarraMedinaKrawinklerBilinear
+from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import energy_rules, on_lines, side_rules, spring_of
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import (
+    Coefficient as C,
+    IbarraMedinaKrawinklerBilinear,
+    row_of,
+)
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions
 from warpdyn.engine.laws.spring import Spring
@@ -38,10 +42,11 @@ class M(Layout):
     LIFT = enum.auto()  # of the hardening line of the present side above where strength alone puts it
 
 
-def _law(name: str, POWERS: bool) -> Spring:
+def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
     """Return the law; without powers its exponent of deterioration is 1."""
-    names = IbarraMedinaKrawinklerBilinear.rows["ibarra_medina_krawinkler_bilinear" + "_power" * POWERS]
-    EXPONENT = wp.constant(len(names) - 1)
+    names, exponent, first_negative = row_of(IbarraMedinaKrawinklerBilinear, POWERS, ASYMMETRIC)
+    EXPONENT = wp.constant(exponent)
+    of_side = side_rules(name, first_negative)
     deterioration, after_turning = energy_rules(POWERS)
 
     def turns_back(x_before: Any, f_before: Any):
@@ -71,14 +76,14 @@ def _law(name: str, POWERS: bool) -> Spring:
             two = type(drift)(2.0)
             # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
             all_of_it = type(drift)(ALL)
-            residual = c[C.RESIDUAL_FORCE]
             exponent = one
             if POWERS:
                 exponent = c[EXPONENT]
-            # All of a step is seen from the side that the storey moves to.
+            # The whole step is seen from the side that the storey moves to.
             u = drift * c[C.INVERSE_YIELD_DRIFT]
             moving = u != memory[M.DRIFT]
             up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.FORCE] >= zero)
+            yields, hardening, falling_slope, height, residual, ultimate, rate = of_side(up, c)
             side = wp.where(up, one, -one)
             x = side * u
             x_before = side * memory[M.DRIFT]
@@ -93,9 +98,9 @@ def _law(name: str, POWERS: bool) -> Spring:
             on_backbone = memory[M.STATE] >= type(drift)(4.0)
             seen = wp.where(on_backbone, memory[M.STATE] - type(drift)(4.0), memory[M.STATE])
             lift = memory[M.LIFT]
-            strength = wp.where(strength_loss > one, residual, one - strength_loss)
-            slope = maximum(c[C.HARDENING_SLOPE] - slope_loss, zero)
-            capping = c[C.CAPPING_HEIGHT] - capping_loss
+            strength = wp.where(strength_loss > yields, residual, yields - strength_loss)
+            slope = maximum(hardening - slope_loss, zero)
+            capping = height - capping_loss
             fails = bool(False)
             if BY_RULES:
                 if moving and on_backbone and turns_back(x_before, f_before):
@@ -112,24 +117,24 @@ def _law(name: str, POWERS: bool) -> Spring:
                 if moving and not on_backbone and f_before <= zero and force >= zero and seen > zero:
                     spent = maximum(energy - energy_before, zero)
                     fails = fails or spent > c[C.STRENGTH_CAPACITY] - energy or spent > c[C.CAPPING_CAPACITY] - energy
-                    weakening = one - c[C.DETERIORATION_RATE] * deterioration(
-                        spent, c[C.STRENGTH_CAPACITY] - energy, exponent
-                    )
+                    weakening = one - rate * deterioration(spent, c[C.STRENGTH_CAPACITY] - energy, exponent)
+                    lowering = one - rate * deterioration(spent, c[C.CAPPING_CAPACITY] - energy, exponent)
+                    if ASYMMETRIC:  # the rate may be above 1
+                        weakening = maximum(weakening, zero)
+                        lowering = maximum(lowering, zero)
                     strength *= weakening
                     slope *= weakening
-                    capping *= one - c[C.DETERIORATION_RATE] * deterioration(
-                        spent, c[C.CAPPING_CAPACITY] - energy, exponent
-                    )
+                    capping *= lowering
                     energy_before = energy
                     intercept = strength - slope * strength
-                    steepness = slope + c[C.FALLING_SLOPE] * maximum(strength - residual, zero)
+                    steepness = slope + falling_slope * maximum(strength - residual, zero)
                     cap_drift = wp.where(steepness > zero, (capping - intercept) / steepness, zero)
                     cap_force = intercept + slope * cap_drift
                     lift = zero
-                    strength_loss = one - strength
+                    strength_loss = yields - strength
                     if cap_force <= residual:
                         strength = residual
-                        strength_loss = all_of_it
+                        strength_loss = all_of_it * yields
                         slope = zero
                         capping = residual
                     # The hardening line starts from where the storey comes to the residual force, if that is above it.
@@ -137,9 +142,9 @@ def _law(name: str, POWERS: bool) -> Spring:
                     if cap_force > residual and way > zero and slope * way > cap_force - residual:
                         slope = (cap_force - residual) / way
                         lift = cap_force - slope * cap_drift - (strength - slope * strength)
-                    slope_loss = wp.where(slope_loss > one, slope_loss, c[C.HARDENING_SLOPE] - slope)
-                    capping_loss = c[C.CAPPING_HEIGHT] - capping
-            falling = c[C.FALLING_SLOPE] * maximum(strength - residual, zero)
+                    slope_loss = wp.where(slope_loss > one, slope_loss, hardening - slope)
+                    capping_loss = height - capping
+            falling = falling_slope * maximum(strength - residual, zero)
             bound, tangent = on_lines(x, strength - slope * strength + lift, slope, capping, falling, residual)
             is_lost = slope_loss > one
             other_is_lost = other_slope_loss > one
@@ -152,7 +157,7 @@ def _law(name: str, POWERS: bool) -> Spring:
             elif moving or not on_backbone:  # it may rise from no force to the backbone that it was on
                 tangent = stiffness
             is_at_residual = wp.where(falling > zero, capping - falling * x <= residual, force == residual)
-            loses = moving and (x >= c[C.ULTIMATE_DRIFT] or (on_backbone and force <= zero))
+            loses = moving and (x >= ultimate or (on_backbone and force <= zero))
             if loses or fails:
                 force = zero
                 tangent = zero
@@ -197,11 +202,12 @@ def _law(name: str, POWERS: bool) -> Spring:
                 stiffness = type(memory[M.DRIFT])(0.5)
         return stiffness, holds
 
-    functions = following(True), following(False), leaves_line, unloading
+    functions = following(True), following(False), leaves_line, unloading, of_side
     return spring_of(name, *functions, len(M), None, len(names))
 
 
 SPRINGS = {
     "ibarra_medina_krawinkler_bilinear": _law("imk_bilinear", False),
     "ibarra_medina_krawinkler_bilinear_power": _law("imk_bilinear_power", True),
+    "ibarra_medina_krawinkler_bilinear_asymmetric": _law("imk_bilinear_asymmetric", True, True),
 }

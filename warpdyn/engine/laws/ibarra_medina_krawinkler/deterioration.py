@@ -13,7 +13,7 @@ import warp as wp
 
 from warpdyn.engine.device.exponentials import power_of
 from warpdyn.engine.device.extrema import maximum, minimum
-from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, Negative as N
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
@@ -29,6 +29,36 @@ class Common(Layout):
     STIFFNESS_LOSS = enum.auto()  # of unloading
     ENERGY = enum.auto()  # taken so far
     ENERGY_BEFORE = enum.auto()  # taken before the last change of the force's sign
+
+
+def side_rules(name: str, FIRST_NEGATIVE: int | None) -> Callable:
+    """Return the function of the backbone of the side that a storey moves to, `(is_up, c) -> values`.
+
+    The values are yield force, hardening slope, falling slope, height of the capping line, residual force, ultimate
+    drift, and deterioration rate.
+
+    Args:
+        name: Start of the device function's name.
+        FIRST_NEGATIVE: Index of the first coefficient of the negative side; None if both sides are the same.
+    """
+    ASYMMETRIC = FIRST_NEGATIVE is not None
+    FIRST = wp.constant(FIRST_NEGATIVE or 0)
+
+    def of_side(is_up: bool, c: Any):
+        yields = type(c[0])(1.0)
+        hardening, falling, height = c[C.HARDENING_SLOPE], c[C.FALLING_SLOPE], c[C.CAPPING_HEIGHT]
+        residual, ultimate, rate = c[C.RESIDUAL_FORCE], c[C.ULTIMATE_DRIFT], c[C.DETERIORATION_RATE]
+        if ASYMMETRIC:
+            yields = wp.where(is_up, yields, c[FIRST + N.YIELD_FORCE])
+            hardening = wp.where(is_up, hardening, c[FIRST + N.HARDENING_SLOPE])
+            falling = wp.where(is_up, falling, c[FIRST + N.FALLING_SLOPE])
+            height = wp.where(is_up, height, c[FIRST + N.CAPPING_HEIGHT])
+            residual = wp.where(is_up, residual, c[FIRST + N.RESIDUAL_FORCE])
+            ultimate = wp.where(is_up, ultimate, c[FIRST + N.ULTIMATE_DRIFT])
+            rate = wp.where(is_up, rate, c[FIRST + N.DETERIORATION_RATE])
+        return yields, hardening, falling, height, residual, ultimate, rate
+
+    return device_functions(name, of_side)["of_side"]
 
 
 def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
@@ -78,6 +108,7 @@ def spring_of(
     go_on: Callable,
     leaves_line: Callable,
     unloading: Callable,
+    of_side: Callable,
     memory: int,
     values_on_line: int | None,
     coefficients: int,
@@ -90,6 +121,7 @@ def spring_of(
         go_on: The same of a storey that stays on its line.
         leaves_line: `(drift, memory, c) -> bool`, true if the storey turns or passes a corner on its way there.
         unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
+        of_side: As `side_rules` returns it.
         memory: Number of its values.
         values_on_line: Number of its first values that may change along a line; None for all.
         coefficients: Number of theirs.
@@ -129,9 +161,8 @@ def spring_of(
         # ends with the force, or at the ultimate drift of the other side.
         force = wp.abs(memory[Common.FORCE])
         side = wp.where(memory[Common.FORCE] < zero, -type(drift)(1.0), type(drift)(1.0))
-        way = minimum(
-            force / maximum(stiffness, type(drift)(SMALLEST)), c[C.ULTIMATE_DRIFT] + side * memory[Common.DRIFT]
-        )
+        _yields, _hardening, _falling, _height, _residual, ultimate, _rate = of_side(memory[Common.FORCE] < zero, c)
+        way = minimum(force / maximum(stiffness, type(drift)(SMALLEST)), ultimate + side * memory[Common.DRIFT])
         energy = minimum(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
         return wp.where(holds, maximum(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
 
