@@ -91,6 +91,13 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"unloading_exponent": 0.5},
     {"slip_drift": 0.004, "bearing_drift": 0.006},
     {"yield_force_negative": 400.0},
+    {"yield_force_negative": 400.0, "strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
+    {
+        "yield_force_negative": 400.0,
+        "strength_damage_limit": 0.3,
+        "strength_damage_by_use": 0.01,
+        "counts_cycles": 1.0,
+    },
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
     {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},

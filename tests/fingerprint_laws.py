@@ -108,6 +108,9 @@ LAW_CASES: dict[str, tuple[str, dict[str, float]]] = {
         FALLING | {"yield_force_negative": 1200.0, "stiffness_ratio_negative": 0.8, "unloading_exponent": 0.3},
     ),
     "pinching4": ("pinching4", FOUR_POINTS),
+    "pinching4_asymmetric": ("pinching4", FOUR_POINTS | {"yield_force_negative": 1200.0}),
+    "pinching4_energy_damage_asymmetric": ("pinching4", DAMAGED | {"yield_force_negative": 1200.0}),
+    "pinching4_cycle_damage_asymmetric": ("pinching4", DAMAGED | BY_CYCLE | {"yield_force_negative": 1200.0}),
     "pinching4_energy_damage": ("pinching4", DAMAGED),
     "pinching4_cycle_damage": ("pinching4", DAMAGED | BY_CYCLE),
     "saws": (

@@ -1,8 +1,9 @@
 """Four-point backbone with pinching, and with damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-Everything is over the yield drift and the yield force, and mirrored so that the storey moves ahead: one set of rules
-serves both directions. A storey is on its backbone, or on a path of three straight parts from where it last turned to
-the farthest point ahead. Up to the last corner a turn works out what damage has come to: nothing asks for it before.
+Drifts and forces are in units of the positive side's yield drift and yield force, and mirrored so that the storey moves
+ahead: one set of rules serves both directions. A storey is on its backbone, or on a path of three straight parts from
+its last turning point to the farthest point ahead. Damage is computed at turning points, which alone use it; beyond the
+last corner of the backbone it does not change.
 """
 
 import enum
@@ -15,17 +16,17 @@ from warpdyn.engine.device.extrema import maximum, minimum
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.pinching4.backbone_and_paths import (
     SLACK,
-    pinching4_backbone,
     pinching4_corners,
     pinching4_release,
+    side_functions,
 )
-from warpdyn.engine.laws.pinching4.parameters import Coefficient as C, Pinching4
+from warpdyn.engine.laws.pinching4.parameters import Coefficient as C, Negative as N, Pinching4
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
 # The storey is elastic, whatever its direction, until it passes this.
 ELASTIC = wp.constant(wp.float64(1e-4))
-# Paths aim at yield or farther: anything less tells the backbone from them.
+# A drift aimed at on a path is at least the smaller yield drift; less than that means: the storey is on its backbone.
 ON_BACKBONE = wp.constant(wp.float64(0.5))
 ON_PATH = wp.constant(wp.float64(0.75))
 
@@ -79,17 +80,22 @@ def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhauste
     return wp.where(is_exhausted, c[first], lost)
 
 
-def _pinching4(damage: str | None) -> Spring:
+def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
     """Return the law without damage, or with damage by "energy" or by "cycle"."""
     DAMAGES, BY_CYCLES, name = damage is not None, damage == "cycle", f"pinching4_{damage}_damage"
     VALUES = len(M) if BY_CYCLES else int(M.CYCLES) if DAMAGES else int(M.STIFFNESS_LOSS)
-    row = name if DAMAGES else "pinching4"
+    row = (name if DAMAGES else "pinching4") + "_asymmetric" * ASYMMETRIC
+    name += "_asymmetric" * ASYMMETRIC
+    backbone, of_side = side_functions(name, len(Pinching4.rows[row]) - len(N) if ASYMMETRIC else None)
 
     def losses(memory: Any, c: Any):
-        """Loss of stiffness, growth of the drift aimed at and loss of strength as of the last step."""
+        """Loss of stiffness, growth of the drift aimed at and loss of strength after the last step."""
         zero, one = type(memory[M.DRIFT])(0.0), type(memory[M.DRIFT])(1.0)
         stored = type(memory[M.DRIFT])(0.5) * memory[M.FORCE] * memory[M.FORCE] / (one - memory[M.STIFFNESS_LOSS])
         above, below = one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]
+        if ASYMMETRIC:
+            yields, _third, _drift, _force, _unloaded, _beyond = of_side(False, c)
+            below = yields + memory[M.DEMAND_BELOW]
         farthest = maximum(above, below)
         spent = maximum(memory[M.ENERGY] - stored, zero) * c[C.INVERSE_ENERGY]
         counts = memory[M.ENERGY] > stored
@@ -97,8 +103,8 @@ def _pinching4(damage: str | None) -> Spring:
             spent = memory[M.CYCLES] / (type(memory[M.DRIFT])(4.0) * farthest)
             counts = True
         is_exhausted = memory[M.ENERGY] * c[C.INVERSE_ENERGY] >= one
-        strong, _slope, _end = pinching4_backbone(above, c)
-        weak, _steep, _there = pinching4_backbone(below, c)
+        strong, _slope, _end = backbone(above, True, c)
+        weak, _steep, _there = backbone(below, False, c)
         secant = (one - memory[M.STRENGTH_LOSS]) * maximum(strong / above, weak / below)
         softer = pinching4_loss(
             C.STIFFNESS_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
@@ -131,12 +137,21 @@ def _pinching4(damage: str | None) -> Spring:
         way, turned = pinching4_heading(x, memory)
         is_up = way > zero
         here = way * x
-        was_on_path = wp.abs(memory[M.HEADING]) > type(x)(ON_PATH)
-        ahead = one + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
+        on_path, heading_on_backbone = type(x)(ON_PATH), type(x)(ON_BACKBONE)
+        if ASYMMETRIC:
+            yields_below, _third, _drift, _force, _unloaded, _beyond = of_side(False, c)
+            on_path *= minimum(one, yields_below)
+            heading_on_backbone *= minimum(one, yields_below)
+        was_on_path = wp.abs(memory[M.HEADING]) > on_path
+        yields, third_corner, reloading_drift, reloading_force, unloaded, unloaded_beyond = of_side(is_up, c)
+        yields_left = one
+        if ASYMMETRIC:
+            yields_left, _third, _drift, _force, _unloaded, _beyond = of_side(not is_up, c)
+        ahead = yields + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
         left = wp.where(is_up, memory[M.DEMAND_BELOW], memory[M.DEMAND_ABOVE])
         aim = wp.where(turned, ahead, wp.abs(memory[M.HEADING]))
         # A turn from the backbone is a new demand on the side that the storey leaves.
-        demand = maximum(left, -way * memory[M.DRIFT] - one)
+        demand = maximum(left, -way * memory[M.DRIFT] - yields_left)
         stiffness, strength = one, one
         if DAMAGES:
             softer, growth, weaker = (
@@ -148,7 +163,7 @@ def _pinching4(damage: str | None) -> Spring:
             if turned or stands:
                 softer, growth, weaker = losses(memory, c)
             aim = wp.where(turned, ahead * (one + growth), aim)
-            demand = maximum(demand, (one + left) * (one + growth) - one)
+            demand = maximum(demand, (yields_left + left) * (one + growth) - yields_left)
         demand = wp.where(turned and not was_on_path, demand, left)
         on_backbone = here > aim or not (turned or was_on_path)
         renews = turned and not (was_on_path and on_backbone)
@@ -156,15 +171,13 @@ def _pinching4(damage: str | None) -> Spring:
             stiffness_loss = wp.where(renews, softer, memory[M.STIFFNESS_LOSS])
             strength_loss = wp.where(renews, weaker, memory[M.STRENGTH_LOSS])
             stiffness, strength = one - stiffness_loss, one - strength_loss
-        target, _slope, _end = pinching4_backbone(aim, c)
+        target, _slope, _end = backbone(aim, is_up, c)
         x_turn = wp.where(turned, memory[M.DRIFT], memory[M.TURN_DRIFT])
         f_turn = wp.where(turned, memory[M.FORCE], memory[M.TURN_FORCE])
         x0, f0 = way * x_turn, way * f_turn
-        low = strength * wp.where(
-            ahead > one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH], c[C.UNLOADED_FORCE_BEYOND], c[C.UNLOADED_FORCE]
-        )
+        low = strength * wp.where(ahead > third_corner, unloaded_beyond, unloaded)
         top = strength * target
-        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, top, low, stiffness, is_up, c)
+        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, top, low, stiffness, is_up, reloading_drift, reloading_force)
         is_first = here < x1
         is_last = here >= x2
         xa = wp.where(is_first, x0, wp.where(is_last, x2, x1))
@@ -173,18 +186,22 @@ def _pinching4(damage: str | None) -> Spring:
         length = end - xa
         slope = (wp.where(is_last, top, wp.where(is_first, f1, f2)) - fa) / wp.where(length == zero, one, length)
         force = fa + (here - xa) * slope
-        full, steep, corner = pinching4_backbone(here, c)
+        full, steep, corner = backbone(here, is_up, c)
         force = wp.where(on_backbone, strength * full, force)
         slope = wp.where(on_backbone, strength * steep, slope)
         end = wp.where(on_backbone, corner, end)
-        # Whatever the path, no step is stiffer than the first one: one that lags goes that way until it has caught up.
+        # No part of a path is stiffer than the first part of the backbone: a force that lags behind its path follows
+        # with that stiffness until it has caught up.
         steepest = way * memory[M.FORCE] + (here - way * memory[M.DRIFT])
         lags = force > steepest
         behind = (force - steepest) / wp.where(slope < one, one - slope, one)
         end = wp.where(lags and slope < one, minimum(end, here + behind), end)
         slope = wp.where(lags, one, slope)
         force = minimum(force, steepest)
-        is_elastic = memory[M.HEADING] == zero and here <= type(x)(ELASTIC)
+        elastic = type(x)(ELASTIC)
+        if ASYMMETRIC:
+            elastic *= maximum(yields, yields_left)
+        is_elastic = memory[M.HEADING] == zero and here <= elastic
         if DAMAGES:
             # A part ends where damage begins to wait: just before it, whatever the rounding.
             last = (one - type(x)(SLACK)) / c[C.INVERSE_LAST_DUCTILITY]
@@ -192,7 +209,7 @@ def _pinching4(damage: str | None) -> Spring:
         after = type(memory)()
         after[M.DRIFT] = x
         after[M.FORCE] = way * force
-        after[M.HEADING] = wp.where(is_elastic, zero, way * wp.where(on_backbone, type(x)(ON_BACKBONE), aim))
+        after[M.HEADING] = wp.where(is_elastic, zero, way * wp.where(on_backbone, heading_on_backbone, aim))
         after[M.TURN_DRIFT] = x_turn
         after[M.TURN_FORCE] = f_turn
         after[M.DEMAND_ABOVE] = wp.where(is_up, memory[M.DEMAND_ABOVE], demand)
@@ -212,8 +229,11 @@ def _pinching4(damage: str | None) -> Spring:
                 x - memory[M.DRIFT]
             )
             if BY_CYCLES:
-                farther = maximum(one + after[M.DEMAND_ABOVE], one + after[M.DEMAND_BELOW]) / maximum(
-                    one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]
+                below = one
+                if ASYMMETRIC:
+                    below = yields_below
+                farther = maximum(one + after[M.DEMAND_ABOVE], below + after[M.DEMAND_BELOW]) / maximum(
+                    one + memory[M.DEMAND_ABOVE], below + memory[M.DEMAND_BELOW]
                 )
                 after[M.CYCLES] = memory[M.CYCLES] * farther + wp.abs(x - memory[M.DRIFT])
         return after, slope
@@ -247,26 +267,29 @@ def _pinching4(damage: str | None) -> Spring:
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 
     def elastic_energy(drift: Any, memory: Any, c: Any):
-        # What the path gives back that the storey is on, if it unloads, or else the path if it turned now.
+        # Energy that unloading gives back: along the present path, or along the path if the storey turned now.
         zero, one = type(drift)(0.0), type(drift)(1.0)
         way = wp.where(memory[M.FORCE] > zero, -one, one)
         is_up = way > zero
-        unloads = way * memory[M.HEADING] > type(drift)(ON_PATH)
-        ahead = one + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
+        on_path = type(drift)(ON_PATH)
+        if ASYMMETRIC:
+            yields_below, _third, _drift, _force, _unloaded, _beyond = of_side(False, c)
+            on_path *= minimum(one, yields_below)
+        unloads = way * memory[M.HEADING] > on_path
+        yields, third_corner, reloading_drift, reloading_force, unloaded, unloaded_beyond = of_side(is_up, c)
+        ahead = yields + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
         aim, stiffness, strength = ahead, one, one
         if DAMAGES:
             softer, growth, weaker = losses(memory, c)
             aim = wp.where(unloads, way * memory[M.HEADING], ahead * (one + growth))
             stiffness = one - wp.where(unloads, memory[M.STIFFNESS_LOSS], softer)
             strength = one - wp.where(unloads, memory[M.STRENGTH_LOSS], weaker)
-        target, _slope, _end = pinching4_backbone(aim, c)
+        target, _slope, _end = backbone(aim, is_up, c)
         here, end = way * memory[M.DRIFT], strength * target
         x0 = wp.where(unloads, way * memory[M.TURN_DRIFT], here)
         f0 = way * wp.where(unloads, memory[M.TURN_FORCE], memory[M.FORCE])
-        low = strength * wp.where(
-            ahead > one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH], c[C.UNLOADED_FORCE_BEYOND], c[C.UNLOADED_FORCE]
-        )
-        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, end, low, stiffness, is_up, c)
+        low = strength * wp.where(ahead > third_corner, unloaded_beyond, unloaded)
+        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, end, low, stiffness, is_up, reloading_drift, reloading_force)
         energy = pinching4_release(here, x0, f0, x1, f1) + pinching4_release(here, x1, f1, x2, f2)
         return c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT] * (energy + pinching4_release(here, x2, f2, aim, end))
 
@@ -294,4 +317,7 @@ SPRINGS = {
     "pinching4": _pinching4(None),
     "pinching4_energy_damage": _pinching4("energy"),
     "pinching4_cycle_damage": _pinching4("cycle"),
+    "pinching4_asymmetric": _pinching4(None, True),
+    "pinching4_energy_damage_asymmetric": _pinching4("energy", True),
+    "pinching4_cycle_damage_asymmetric": _pinching4("cycle", True),
 }
