@@ -72,6 +72,11 @@ LAW_CASES: dict[str, tuple[str, dict[str, float]]] = {
     "elastic_perfectly_plastic": ("elastic_perfectly_plastic", STRENGTH),
     "trilinear": ("trilinear", HARDENING | {"ductility_2": 3.0, "force_ratio_2": 1.5}),
     "quadrilinear": ("quadrilinear", CORNERS | {"hardening_ratio": 0.02}),
+    "trilinear_asymmetric": (
+        "trilinear",
+        HARDENING | {"ductility_2": 3.0, "force_ratio_2": 1.5, "yield_force_negative": 1200.0},
+    ),
+    "quadrilinear_asymmetric": ("quadrilinear", CORNERS | {"hardening_ratio": 0.02, "ductility_2_negative": 3.0}),
     "bouc_wen_1_elastic_unloading": ("bouc_wen", HARDENING),
     "bouc_wen_1": ("bouc_wen", BOUC_WEN),
     "bouc_wen_2": ("bouc_wen", BOUC_WEN | {"exponent": 2.0}),

@@ -20,7 +20,7 @@ STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 STOREYS, TURNS, STEPS = 12, 24, 120
 CHORD = 1e-7  # m
-TRIES = 20_000
+TRIES, TRIES_OF_A_SIDE = 20_000, 300
 NOISE = 1e-4  # yield drifts: by so much float32 rounds the place of a floor that has moved by 1,700 of them
 ELEMENTS = LAWS | DEVICES
 ROWS = [(name, row) for name, element in ELEMENTS.items() for row in element.rows]
@@ -55,11 +55,23 @@ def drawn_storeys(name: str, row: str) -> dict[str, np.ndarray]:
     found: list[dict[str, float]] = []
     for _ in range(TRIES):
         defaults = rng.choice([0.1, 0.5, 0.95])  # rows may be for storeys without what has a default of 0
-        drawn = {key: each for key, each in element.parameters.items() if not each.optional or "asymmetric" in row}
-        values = {key: drawn_value(key, parameter, defaults, rng) for key, parameter in drawn.items()}
-        given = {key: np.full((1, 1), value) for key, value in ({"stiffness": STIFFNESS} | values).items()}
-        fits = not any(parameter.violations(given[key]).any() for key, parameter in drawn.items())
-        if fits and element.problem(given) is None and element.spring(given) == row:
+        sides = [{key: each for key, each in element.parameters.items() if not each.optional}]
+        if "asymmetric" in row:  # a negative side that goes with a positive side
+            sides.append({key: each for key, each in element.parameters.items() if each.optional})
+        values: dict[str, float] = {}
+        for side in sides:
+            for _ in range(TRIES_OF_A_SIDE if values else 1):
+                tried = {key: drawn_value(key, parameter, defaults, rng) for key, parameter in side.items()}
+                given = {
+                    key: np.full((1, 1), each) for key, each in ({"stiffness": STIFFNESS} | values | tried).items()
+                }
+                fits = not any(parameter.violations(given[key]).any() for key, parameter in side.items())
+                if fits := fits and element.problem(given) is None:
+                    values |= tried
+                    break
+            if not fits:
+                break
+        if fits and element.spring(given) == row:
             found.append(values)
         if len(found) == STOREYS:
             break
