@@ -394,3 +394,36 @@ def test_one_push_of_a_multilinear_storey_passes_its_corners(name):
         for ductility, ratio in corners:
             found = forces(building, np.linspace(0, sign * ductility * force / STIFFNESS, 11))[-1]
             assert found == pytest.approx(sign * ratio * force, rel=1e-12)
+
+
+IMK_VALUES = {"plastic_drift_to_capping": 0.04, "post_capping_drift": 0.2, "capping_force_ratio": 1.1}
+IMK_VALUES |= {"strength_deterioration_drift": 1.0, "residual_force_ratio": 0.2}
+FOUR = {"ductility_2": 3, "force_ratio_2": 1.2, "ductility_3": 6, "force_ratio_3": 1.3, "ductility_4": 12}
+EVERY_LAW = {
+    "trilinear": {"ductility_2": 3, "force_ratio_2": 1.5, "hardening_ratio": 0.02},
+    "hysteretic": {"ductility_2": 4, "force_ratio_2": 1.2, "ductility_3": 10, "force_ratio_3": 0.6},
+    "pinching4": FOUR | {"force_ratio_4": 0.4, "strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
+    "ibarra_medina_krawinkler_bilinear": IMK_VALUES,
+    "ibarra_medina_krawinkler_peak_oriented": IMK_VALUES,
+    "ibarra_medina_krawinkler_pinching": IMK_VALUES | {"pinching_force_ratio": 0.3, "pinching_drift_ratio": 0.5},
+}
+
+
+@pytest.mark.parametrize("law", EVERY_LAW)
+def test_a_run_with_two_equal_sides_is_that_of_a_symmetric_building(law):
+    frame = {"mass": [2e5] * 2, "stiffness": [2e8, 1.6e8], "height": 3.0, "damping": "rayleigh", "damping_ratio": 0.05}
+    time = 0.02 * np.arange(300)
+    motion = wd.GroundMotion(6 * np.sin(12 * time) * np.exp(-0.2 * time), 0.02)
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1))}
+    strength = {"yield_force": [1.2e6, 0.9e6]}
+    sides = ({}, {"yield_force_negative": strength["yield_force"]})
+    symmetric, equal = (
+        wd.simulate(
+            wd.Scene(wd.ShearBuilding(law=law, **frame, **EVERY_LAW[law], **strength, **side), motion, scatter),
+            structures=3, seed=1, step=0.002, method="rk4", dtype="float64", device="cpu",
+        )
+        for side in sides
+    )  # fmt: skip
+    assert symmetric["peak_storey_drift_ratio"].max() > 3 * 1.2e6 / 2e8 / 3.0
+    for name in ("peak_storey_drift_ratio", "hysteretic_energy"):
+        np.testing.assert_allclose(equal[name], symmetric[name], rtol=1e-7, atol=1e-9)

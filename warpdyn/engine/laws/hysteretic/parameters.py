@@ -130,7 +130,8 @@ class Hysteretic(Law):
         side, energy = _side(p)
         below = negative_side(p)
         side_below, energy_below = _side(below)
-        force, stiffness = below["yield_force"] / p["yield_force"], p.get("stiffness_ratio_negative", 1.0)
+        force = below["yield_force"] / p["yield_force"]
+        stiffness = p.get("stiffness_ratio_negative", np.ones_like(force))
         energy = energy + energy_below * force * force / stiffness
         values = (
             inverse
