@@ -345,57 +345,6 @@ def test_a_mirrored_pinching4_storey_has_mirrored_forces(sides, damage):
     np.testing.assert_allclose(ours, -mirror, rtol=0, atol=1e-9 * YIELD_FORCE)
 
 
-MULTILINEAR = {  # law, positive side, negative side; springs in parallel: stiffness ratio, drifts at yield over 5 mm
-    "trilinear": (
-        {"ductility_2": 3.0, "force_ratio_2": 1.8},
-        {"yield_force": 1.5e5, "ductility_2": 2.0, "force_ratio_2": 1.2},
-        # Lost at 1 and 3: 0.6 and 0.35 of the stiffness; below at 1.5 and 3: 0.8 and 0.15.
-        [(0.6, 1.0, 1.5), (0.2, 3.0, 1.5), (0.15, 3.0, 3.0)],
-    ),
-    "quadrilinear": (
-        {"ductility_2": 2.0, "force_ratio_2": 1.5, "ductility_3": 5.0, "force_ratio_3": 1.8},
-        {"yield_force": 0.5e5, "ductility_2": 3.0, "force_ratio_2": 1.6, "ductility_3": 6.0, "force_ratio_3": 2.2},
-        # Lost at 1, 2 and 5: 0.5, 0.4 and 0.05; below at 0.5, 1.5 and 3: 0.7, 0.1 and 0.15.
-        [(0.5, 1.0, 0.5), (0.2, 2.0, 0.5), (0.1, 2.0, 1.5), (0.1, 2.0, 3.0), (0.05, 5.0, 3.0)],
-    ),
-}
-
-
-@pytest.mark.fast
-@pytest.mark.parametrize("protocol", PROTOCOLS)
-@pytest.mark.parametrize("name", MULTILINEAR)
-def test_multilinear_is_springs_of_opensees_in_parallel(name, protocol):
-    side, other, springs = MULTILINEAR[name]
-    values = {"yield_force": YIELD_FORCE, "hardening_ratio": 0.05} | side | negative(other)
-    building = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=name, **values)
-    drift = PROTOCOLS[protocol]
-    theirs = 0.05 * STIFFNESS * drift
-    for ratio, above, below in springs:
-        numbers = [ratio * STIFFNESS, above * YIELD_DRIFT, -below * YIELD_DRIFT]
-        theirs = theirs + material_forces("ElasticPP", numbers, drift)
-    np.testing.assert_allclose(forces(building, drift), theirs, rtol=0, atol=1e-9 * YIELD_FORCE)
-    found = wd.storey_hysteresis(building, finer(drift, 20))["dissipated_energy"].values[:, 0]
-    assert np.diff(found).min() > -1e-3 * YIELD_FORCE * YIELD_DRIFT
-    double = steps(building, drift)
-    np.testing.assert_allclose(double.trial_force, double.force, rtol=0, atol=1e-12 * YIELD_FORCE)
-    assert (np.abs(double.tangent - double.chord) < 1e-5 * STIFFNESS).mean() > 0.98
-
-
-@pytest.mark.fast
-@pytest.mark.parametrize("name", MULTILINEAR)
-def test_one_push_of_a_multilinear_storey_passes_its_corners(name):
-    side, other, _springs = MULTILINEAR[name]
-    values = {"yield_force": YIELD_FORCE, "hardening_ratio": 0.05} | side | negative(other)
-    building = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=name, **values)
-    for sign, own in ((1, {"yield_force": YIELD_FORCE} | side), (-1, other)):
-        force = own["yield_force"]
-        corners = [(own.get(f"ductility_{k}", 1.0), own.get(f"force_ratio_{k}", 1.0)) for k in (1, 2, 3)]
-        corners = [pair for pair in corners if pair != (1.0, 1.0)] + [(1.0, 1.0)]
-        for ductility, ratio in corners:
-            found = forces(building, np.linspace(0, sign * ductility * force / STIFFNESS, 11))[-1]
-            assert found == pytest.approx(sign * ratio * force, rel=1e-12)
-
-
 IMK_VALUES = {"plastic_drift_to_capping": 0.04, "post_capping_drift": 0.2, "capping_force_ratio": 1.1}
 IMK_VALUES |= {"strength_deterioration_drift": 1.0, "residual_force_ratio": 0.2}
 FOUR = {"ductility_2": 3, "force_ratio_2": 1.2, "ductility_3": 6, "force_ratio_3": 1.3, "ductility_4": 12}

@@ -24,11 +24,11 @@ NO_END = wp.constant(wp.float64(1e30))
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces."""
+    """The memory, in yield drifts and yield forces of the positive side."""
 
     DRIFT = enum.auto()  # of the last step
     FORCE = enum.auto()
-    FARTHEST_AHEAD = enum.auto()  # drift on the positive side; damage moves it out
+    FARTHEST_AHEAD = enum.auto()  # drift aimed at on the positive side; damage moves it out
     FARTHEST_BEHIND = enum.auto()
     WORK = enum.auto()
     LOWER_END = enum.auto()  # drifts between which the storey stays on its line
@@ -44,7 +44,7 @@ MEMORY = wp.constant(len(M))
 
 @wp.func
 def hysteretic_backbone(x: Any, c: Any):
-    """Force at a drift ahead, and the backbone's slope before it."""
+    """Force of the backbone at a drift, and its slope just before this drift."""
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
     third = second - c[C.SECOND_LENGTH]
@@ -60,7 +60,7 @@ def hysteretic_backbone(x: Any, c: Any):
 
 @wp.func
 def hysteretic_backbone_of_side(x: Any, is_positive: bool, c: Any):
-    """The same for a side of an asymmetric storey."""
+    """Force and slope of the backbone of one side of an asymmetric storey, as `hysteretic_backbone`."""
     zero = type(x)(0.0)
     stiffness = wp.where(is_positive, type(x)(1.0), c[C.STIFFNESS_NEGATIVE])
     yields = wp.where(is_positive, type(x)(1.0), c[C.YIELD_DRIFT_NEGATIVE])
@@ -154,7 +154,7 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
         elastic = before + moved / flexibility_ahead
         force = minimum(elastic, towards)
         slope = wp.where(elastic < towards, one / flexibility_ahead, rise)
-        # From here on no steeper than unloading, to the line aimed along or to its end.
+        # The line from this step on: no steeper than unloading, up to the reloading line or to its end.
         stiff = one / flexibility_ahead
         slope_from_here = wp.where(elastic < towards, stiff, minimum(rise, stiff))
         end = wp.where(is_first, minimum(bend, target), target)
@@ -247,7 +247,7 @@ def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
         after = type(memory)()
         after[M.DRIFT] = x
         after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
-        # Only on the backbone is it farther than before.
+        # The farthest drifts grow only on the backbone.
         after[M.FARTHEST_AHEAD] = maximum(memory[M.FARTHEST_AHEAD], x)
         after[M.FARTHEST_BEHIND] = maximum(memory[M.FARTHEST_BEHIND], -x)
         after[M.WORK] = memory[M.WORK] + type(drift)(0.5) * (memory[M.FORCE] + after[M.FORCE]) * (x - memory[M.DRIFT])

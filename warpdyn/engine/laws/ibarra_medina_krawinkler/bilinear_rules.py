@@ -1,7 +1,7 @@
-"""The law of Ibarra, Medina and Krawinkler (2005) with bilinear hysteresis, by the rules of OpenSees' IMKBilin.
+"""The law of Ibarra, Medina and Krawinkler (2005) with bilinear hysteresis, with the rules of OpenSees' IMKBilin.
 
-The storey moves along its unloading stiffness until it meets the backbone of the side it moves to. A side's backbone
-deteriorates whenever the force changes its sign towards it.
+The force moves with the unloading stiffness until it meets the backbone of the side that the storey moves to. The
+backbone of a side deteriorates whenever the force changes its sign towards this side.
 """
 
 import enum
@@ -21,11 +21,13 @@ from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions
 from warpdyn.engine.laws.spring import Spring
 
-ALL = wp.constant(wp.float64(2.0))  # a loss of strength to the residual force, or of slope with all strength
+ALL = wp.constant(
+    wp.float64(2.0)
+)  # loss of strength down to the residual force, or loss of all strength (stored as a loss of slope)
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; that of the family comes first."""
+    """The memory, in yield drifts and yield forces; the values of `Common` come first."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
@@ -39,7 +41,7 @@ class M(Layout):
     STRENGTH_LOSS_BELOW = enum.auto()
     SLOPE_LOSS_BELOW = enum.auto()
     CAPPING_LOSS_BELOW = enum.auto()
-    LIFT = enum.auto()  # of the hardening line of the present side above where strength alone puts it
+    LIFT = enum.auto()  # rise of the present hardening line above the line that the strength alone gives
 
 
 def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
@@ -68,13 +70,13 @@ def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
         return u != memory[M.DRIFT] and (turns or crosses)
 
     def following(BY_RULES: bool) -> Callable:
-        """Return the function that follows the path, by all rules, or of storeys that stay on their line."""
+        """Return the function that follows the path: by all rules, or for storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)
             one = type(drift)(1.0)
             two = type(drift)(2.0)
-            # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
+            # Warp defines a constant where it is first used. In a branch, it would be undefined after the branch.
             all_of_it = type(drift)(ALL)
             exponent = one
             if POWERS:
@@ -110,7 +112,7 @@ def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
             stiffness = one - stiffness_loss
             force = f_before + stiffness * (x - x_before)
             if not BY_RULES:
-                # What rounding alone takes past no force crosses it in the next step.
+                # A force that passes zero by rounding alone crosses zero in the next step.
                 nears = not on_backbone and f_before <= zero and seen > zero
                 force = wp.where(nears, minimum(force, zero), force)
             if BY_RULES:
@@ -137,7 +139,7 @@ def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
                         strength_loss = all_of_it * yields
                         slope = zero
                         capping = residual
-                    # The hardening line starts from where the storey comes to the residual force, if that is above it.
+                    # If the hardening line is too steep, it starts where the storey reaches the residual force.
                     way = cap_drift - x_before - (residual - f_before) / stiffness
                     if cap_force > residual and way > zero and slope * way > cap_force - residual:
                         slope = (cap_force - residual) / way
@@ -154,7 +156,7 @@ def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
             if moving and force > bound:
                 force = bound
                 on_backbone = True
-            elif moving or not on_backbone:  # it may rise from no force to the backbone that it was on
+            elif moving or not on_backbone:  # the force may rise from zero to the backbone that it left
                 tangent = stiffness
             is_at_residual = wp.where(falling > zero, capping - falling * x <= residual, force == residual)
             loses = moving and (x >= ultimate or (on_backbone and force <= zero))

@@ -2,7 +2,7 @@
 
 A backbone rises from yield to a capping point, falls to the residual force and ends at the ultimate drift, where the
 storey loses its strength. The negative side has the backbone of the positive side, except for the parameters whose
-names end in `_negative`; the initial stiffness is the same. An ultimate drift or a Lambda of 0 stands for infinity.
+names end in `_negative`; the initial stiffness is the same. An ultimate drift or a Lambda of 0 means infinity.
 
 Energy deteriorates the storey. Let E be the energy that the storey has taken so far, Ei that since the last change of
 the force's sign, and beta = (Ei / (Lambda Fy - E))^c. Each mode of deterioration has its own Lambda, a drift; Fy is the
@@ -56,10 +56,10 @@ class Coefficient(Layout):
     YIELD_FORCE = enum.auto()
     HARDENING_SLOPE = enum.auto()
     FALLING_SLOPE = enum.auto()  # of the capping line
-    CAPPING_HEIGHT = enum.auto()  # of that line at no drift
+    CAPPING_HEIGHT = enum.auto()  # force of the capping line at zero drift
     RESIDUAL_FORCE = enum.auto()
     ULTIMATE_DRIFT = enum.auto()
-    STRENGTH_CAPACITY = enum.auto()  # energy that exhausts a storey; infinite where nothing deteriorates
+    STRENGTH_CAPACITY = enum.auto()  # energy that exhausts a storey; infinite without deterioration
     CAPPING_CAPACITY = enum.auto()
     UNLOADING_CAPACITY = enum.auto()
     DETERIORATION_RATE = enum.auto()  # D
@@ -81,15 +81,17 @@ class Negative(Layout):
 
 
 def _capacity(of: str, opensees: str) -> Parameter:
-    words = f"energy over yield force that exhausts the {of}, 0 for no deterioration"
+    words = f"energy over yield force that exhausts the {of}, 0: no deterioration"
     return Parameter("m", words, low=0.0, opensees=opensees)
 
 
 PLASTIC_DRIFT = Parameter("m", "drift from yield to the capping point", low=0.0, low_open=True, opensees="Up")
-POST_CAPPING_DRIFT = Parameter("m", "drift from the capping point to no force", low=0.0, low_open=True, opensees="Upc")
+POST_CAPPING_DRIFT = Parameter(
+    "m", "drift from the capping point to zero force", low=0.0, low_open=True, opensees="Upc"
+)
 CAPPING_FORCE = Parameter("1", "ratio of the force at the capping point to the yield force", low=1.0, opensees="FmaxFy")
 RESIDUAL_FORCE = Parameter("1", "ratio of residual to yield force", low=0.0, high=1.0, high_open=True, opensees="ResF")
-ULTIMATE_DRIFT = Parameter("m", "drift at which all strength is lost, 0 for none", low=0.0, opensees="Uu")
+ULTIMATE_DRIFT = Parameter("m", "drift at which all strength is lost, 0: never", low=0.0, opensees="Uu")
 STRENGTH_CAPACITY = _capacity("yield force", "LAMBDA_S")
 POST_CAPPING_CAPACITY = _capacity("post-capping strength", "LAMBDA_C")
 UNLOADING_CAPACITY = _capacity("unloading stiffness", "LAMBDA_K")
@@ -341,7 +343,7 @@ def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
 
 
 def _side(p: Values, rate: np.ndarray, force: float | np.ndarray) -> dict[str, np.ndarray]:
-    """Return the coefficients of a side with a yield force, over that of the positive side."""
+    """Return the coefficients of a side whose yield force is `force` times that of the positive side."""
     peak, to_capping = p["capping_force_ratio"] * force, p["plastic_drift_to_capping"] * rate
     falling = peak / (p["post_capping_drift"] * rate)
     return {
@@ -361,7 +363,7 @@ def _problem(p: Values) -> str | None:
 
 def _side_problem(p: Values) -> str | None:
     read = ("stiffness", "yield_force", "plastic_drift_to_capping", "capping_force_ratio", "ultimate_drift")
-    # A building's other parameters, such as its damping ratio, have shapes of their own.
+    # Other parameters of the building, such as the damping ratio, have other shapes.
     p = dict(zip(read, np.broadcast_arrays(*(p[name] for name in read)), strict=True))
     yield_drift = p["yield_force"] / p["stiffness"]
     rise = 1 + p["plastic_drift_to_capping"] / yield_drift
@@ -373,7 +375,7 @@ def _side_problem(p: Values) -> str | None:
             rise,
             "below {:g}, or the hardening part is as stiff as the elastic one",
         ),
-        ("ultimate_drift", low, yield_drift, "0 for none, or above the yield drift of {:g} m"),
+        ("ultimate_drift", low, yield_drift, "0 (strength is never lost), or above the yield drift of {:g} m"),
     ):
         if np.any(bad):
             place = first_place(bad)

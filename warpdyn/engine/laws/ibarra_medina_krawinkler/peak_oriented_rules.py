@@ -1,9 +1,9 @@
-"""The laws of Ibarra, Medina and Krawinkler (2005) that reload towards peaks, by the rules of OpenSees' materials.
+"""The laws of Ibarra, Medina and Krawinkler (2005) that reload towards peaks, with the rules of OpenSees' materials.
 
-IMKPeakOriented: once the force has changed its sign the storey goes for the last peak of that side if the way there is
-steeper, else for the farthest one. IMKPinching: it first goes for a point that lies lower. Whenever the force changes
-its sign towards a side, that side's backbone deteriorates and its farthest peak moves on. The force of the farthest
-peak is the backbone's.
+IMKPeakOriented: once the force has changed its sign, the storey reloads towards the last peak of that side if the line
+to it is steeper than the line to the farthest peak, otherwise towards the farthest peak. IMKPinching: the storey first
+reloads towards a lower point. Whenever the force changes its sign towards a side, the backbone of this side
+deteriorates and its farthest peak moves out. The force at the farthest peak is that of the backbone.
 """
 
 import enum
@@ -35,14 +35,14 @@ ELASTIC, UNLOADING, TO_PINCH, TO_LAST, TO_FARTHEST, ON_BACKBONE, FAILED = (
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; that of the family comes first, the last two only with pinching."""
+    """The memory, in yield drifts and yield forces: `Common`, then others; the last two exist only with pinching."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
     STIFFNESS_LOSS = enum.auto()
     ENERGY = enum.auto()
     ENERGY_BEFORE = enum.auto()
-    BRANCH = enum.auto()  # signed by its side
+    BRANCH = enum.auto()  # negative on the negative side
     STRENGTH_LOSS_ABOVE = enum.auto()  # of the positive side's yield force
     CAPPING_LOSS_ABOVE = enum.auto()
     FARTHEST_ABOVE = enum.auto()  # drift of the farthest peak
@@ -105,7 +105,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Sp
         return u != memory[M.DRIFT] and (turns or passes)
 
     def following(BY_RULES: bool) -> Callable:
-        """Return the function that follows the path, by all rules, or of storeys that stay on their line."""
+        """Return the function that follows the path: by all rules, or for storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)
@@ -113,7 +113,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Sp
             exponent = one
             if POWERS:
                 exponent = c[EXPONENT]
-            # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
+            # Warp defines a constant where it is first used. In a branch, it would be undefined after the branch.
             elastic = type(drift)(ELASTIC)
             unloading = type(drift)(UNLOADING)
             on_backbone = type(drift)(ON_BACKBONE)
@@ -163,9 +163,9 @@ def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Sp
             stiffness = maximum(one - stiffness_loss, type(drift)(SMALLEST))
             unloaded = f_before + stiffness * (x - x_before)
             if not BY_RULES:
-                # What rounding alone takes past no force crosses it in the next step.
+                # A force that passes zero by rounding alone crosses zero in the next step.
                 unloaded = wp.where(f_before <= zero, minimum(unloaded, zero), unloaded)
-            # Where the line of a branch begins, and where the storey begins to load along it.
+            # Start of the line of the branch; further below, the point from which the storey loads along this line.
             x_from = x_before
             f_from = f_before
             if BY_RULES:

@@ -17,7 +17,7 @@ FAR = wp.constant(wp.float64(1e16))
 
 @wp.func
 def pinching4_backbone(x: Any, c: Any):
-    """Force at a drift ahead, the backbone's slope before it, and where that ends."""
+    """Force of the backbone at a drift, the slope just before it, and the drift at which this part ends."""
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
     third = second - c[C.SECOND_LENGTH]
@@ -115,7 +115,7 @@ def pinching4_corners(
     is_low = x1 < x0
     run, rise = x2 - x1, f2 - f1
     steeper = rise - stiffness * run
-    # If both corners are at about the same drift, the middle part is steep, whatever the rounding.
+    # If both corners are at about the same drift, rounding must not decide whether the middle part is steep.
     is_steep = wp.where(run > -type(x0)(SLACK), steeper > zero, steeper < zero)
     is_straight = is_straight or (is_steep and not is_low)
     # If the parts overlap or the middle one falls, one corner moves between its neighbours, or both to one force.

@@ -24,7 +24,7 @@ from warpdyn.engine.laws.pinching4.parameters import Coefficient as C, Negative 
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-# The storey is elastic, whatever its direction, until it passes this.
+# The storey is elastic in both directions until its drift passes this value.
 ELASTIC = wp.constant(wp.float64(1e-4))
 # A drift aimed at on a path is at least the smaller yield drift; less than that means: the storey is on its backbone.
 ON_BACKBONE = wp.constant(wp.float64(0.5))
@@ -32,28 +32,28 @@ ON_PATH = wp.constant(wp.float64(0.75))
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; what follows LINE_END only with damage, CYCLES only by cycles."""
+    """The memory, in yield drifts and yield forces; after LINE_END only with damage, CYCLES only with cycle damage."""
 
     DRIFT = enum.auto()  # of the last step
     FORCE = enum.auto()
-    HEADING = enum.auto()  # drift aimed at on a path, 1/2 on the backbone, signed; 0 before anything moved
+    HEADING = enum.auto()  # signed: the drift aimed at on a path, 1/2 on the backbone; 0 before the first step
     TURN_DRIFT = enum.auto()  # of the last turn
     TURN_FORCE = enum.auto()
-    DEMAND_ABOVE = enum.auto()  # how far beyond yield
+    DEMAND_ABOVE = enum.auto()  # largest drift beyond yield
     DEMAND_BELOW = enum.auto()
     LINE_SLOPE = enum.auto()  # of the straight part that the storey is on
     LINE_END = enum.auto()
-    STIFFNESS_LOSS = enum.auto()  # as of the last turn
+    STIFFNESS_LOSS = enum.auto()  # at the last turn
     STRENGTH_LOSS = enum.auto()
-    WAITING_STIFFNESS_LOSS = enum.auto()  # as of when the storey last went beyond its last corner
+    WAITING_STIFFNESS_LOSS = enum.auto()  # when the drift last passed the last corner
     WAITING_GROWTH = enum.auto()  # of the drift aimed at
     WAITING_STRENGTH_LOSS = enum.auto()
     ENERGY = enum.auto()
-    CYCLES = enum.auto()  # times four farthest drifts
+    CYCLES = enum.auto()  # number of cycles times 4 times the farthest drift
 
 
 class Damage(Layout):
-    """The coefficients of a kind of damage, from its limit on."""
+    """The coefficients of a kind of damage, counted from its limit."""
 
     LIMIT = enum.auto()
     BY_DRIFT = enum.auto()
@@ -64,7 +64,7 @@ class Damage(Layout):
 
 @wp.func
 def pinching4_heading(x: Any, memory: Any):
-    """Direction of a step, away from the middle before anything moved, and whether the storey turned to it."""
+    """Direction of a step, and whether the storey turned; the first step leads away from zero drift."""
     zero, one = type(x)(0.0), type(x)(1.0)
     before = wp.where(memory[M.HEADING] == zero, zero, wp.sign(memory[M.HEADING]))
     turned = before * (x - memory[M.DRIFT]) < zero
@@ -73,7 +73,7 @@ def pinching4_heading(x: Any, memory: Any):
 
 @wp.func
 def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhausted: bool, c: Any):
-    """Loss or growth by its coefficients, from the first of them on."""
+    """Loss or growth of a kind of damage, by its coefficients from `first` on."""
     lost = c[first + Damage.BY_DRIFT] * power_of(reach, c[first + Damage.DRIFT_EXPONENT])
     more = c[first + Damage.BY_USE] * power_of(spent, c[first + Damage.USE_EXPONENT])
     lost = minimum(wp.where(counts, lost + more, lost), c[first])
@@ -116,7 +116,9 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
         weaker = pinching4_loss(
             C.STRENGTH_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
         )
-        stands = wp.abs(memory[M.DRIFT]) * c[C.INVERSE_LAST_DUCTILITY] >= one  # beyond the last corner damage waits
+        stands = (
+            wp.abs(memory[M.DRIFT]) * c[C.INVERSE_LAST_DUCTILITY] >= one
+        )  # damage does not change beyond the last corner
         softer = wp.where(stands, memory[M.WAITING_STIFFNESS_LOSS], softer)
         growth = wp.where(stands, memory[M.WAITING_GROWTH], growth)
         return softer, growth, wp.where(stands, memory[M.WAITING_STRENGTH_LOSS], weaker)
@@ -150,7 +152,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
         ahead = yields + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
         left = wp.where(is_up, memory[M.DEMAND_BELOW], memory[M.DEMAND_ABOVE])
         aim = wp.where(turned, ahead, wp.abs(memory[M.HEADING]))
-        # A turn from the backbone is a new demand on the side that the storey leaves.
+        # A turn from the backbone may increase the demand on the side that the storey leaves.
         demand = maximum(left, -way * memory[M.DRIFT] - yields_left)
         stiffness, strength = one, one
         if DAMAGES:
@@ -203,7 +205,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
             elastic *= maximum(yields, yields_left)
         is_elastic = memory[M.HEADING] == zero and here <= elastic
         if DAMAGES:
-            # A part ends where damage begins to wait: just before it, whatever the rounding.
+            # A part ends just before the drift beyond which damage does not change, so that rounding does not matter.
             last = (one - type(x)(SLACK)) / c[C.INVERSE_LAST_DUCTILITY]
             end = wp.where(here < last, minimum(end, last), wp.where(stands, end, here))
         after = type(memory)()
@@ -214,7 +216,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
         after[M.TURN_FORCE] = f_turn
         after[M.DEMAND_ABOVE] = wp.where(is_up, memory[M.DEMAND_ABOVE], demand)
         after[M.DEMAND_BELOW] = wp.where(is_up, demand, memory[M.DEMAND_BELOW])
-        # These two stay as they are along a line: rounding must not change them.
+        # These two values are constant along a line: rounding must not change them.
         is_new = leaves_line(drift, memory, c)
         after[M.LINE_SLOPE] = wp.where(is_new, minimum(slope, one), memory[M.LINE_SLOPE])
         after[M.LINE_END] = wp.where(is_new, wp.where(is_elastic, x, way * end), memory[M.LINE_END])
@@ -262,7 +264,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
         return after
 
     def tangent_on_line(drift: Any, memory: Any, c: Any):
-        # Before anything moved there is no line yet.
+        # There is no line before the first step.
         slope = wp.where(memory[M.HEADING] == type(drift)(0.0), type(drift)(1.0), memory[M.LINE_SLOPE])
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 

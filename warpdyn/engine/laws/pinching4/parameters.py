@@ -108,8 +108,8 @@ class Coefficient(Layout):
     FOURTH_SLOPE = enum.auto()
     RELOADING_DRIFT = enum.auto()
     RELOADING_FORCE = enum.auto()
-    UNLOADED_FORCE = enum.auto()  # of peaks up to the third corner
-    UNLOADED_FORCE_BEYOND = enum.auto()  # of peaks beyond it
+    UNLOADED_FORCE = enum.auto()  # for peaks up to the third corner
+    UNLOADED_FORCE_BEYOND = enum.auto()  # for peaks beyond the third corner
     STIFFNESS_DAMAGE_LIMIT = enum.auto()
     STIFFNESS_DAMAGE_BY_DRIFT = enum.auto()
     STIFFNESS_DAMAGE_BY_USE = enum.auto()
@@ -338,7 +338,7 @@ def _side_problem(p: Values) -> str | None:
 
 
 def _unloading_problem(p: Values) -> str | None:
-    """Return what is wrong with forces unloaded to below zero: symmetric cycles of some drift would give energy.
+    """Return a sentence on an unloading force that is too low, because cycles would give energy, or None.
 
     A cycle between -x and x, where the backbone's force is f, that reloads as stiffly as it unloads spends twice
     (u + r f) (x - f) in units of yield, with the force u unloaded to and the ratio r of the force reloaded to. One that
