@@ -83,10 +83,10 @@ def shared(parameter: Parameter, *, default: float | None = None, opensees: str 
 
 
 def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
-    """Return a field for a parameter of the negative side of a law; without it, the positive side's value counts."""
+    """Return a field for a parameter of the negative side of a law; without it, the value of `positive` counts."""
     words = f"{parameter.long_name}, negative side"
     found = dataclasses.replace(
-        parameter, long_name=words, default=None, opensees=opensees, optional=f"as `{positive}`"
+        parameter, long_name=words, default=None, opensees=opensees, optional=parameter.optional or f"as `{positive}`"
     )
     return dataclasses.field(default=None, metadata={"parameter": found})
 

@@ -61,7 +61,9 @@ class Coefficient(Layout):
     THIRD_IS_GONE_NEGATIVE = enum.auto()
 
 
-STIFFNESS_RATIO = Parameter("1", "ratio of the initial stiffness to the storey stiffness", low=0.0, low_open=True)
+STIFFNESS_RATIO = Parameter(
+    "1", "ratio of the initial stiffness to the storey stiffness", low=0.0, low_open=True, optional="1"
+)
 
 
 class Hysteretic(Law):
