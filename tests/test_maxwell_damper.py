@@ -161,6 +161,25 @@ def test_methods_rows_and_bad_input():
     np.testing.assert_allclose(push["storey_force"], 4e6 * push["storey_drift"], rtol=1e-12)
 
 
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+def test_methods_agree_beside_laws_of_every_kind(dtype):
+    building = wd.ShearBuilding(
+        [2e5] * 3, [2e8, 1.6e8, 1.2e8], 3.0, damping="rayleigh", damping_ratio=0.03, gravity_load=2e6,
+        law=["bilinear", "bouc_wen", "takeda"], yield_force=[2e6, 1.6e6, 1e6], hardening_ratio=0.05,
+        devices=(damper(damper_coefficient=[1e6, 5e5, 0], velocity_exponent=0.4, brace_stiffness=[1e8, 1e8, 0]),),
+    )  # fmt: skip
+    time = 0.02 * np.arange(400)
+    scene = wd.Scene(building, wd.GroundMotion(6 * np.sin(12 * time) * np.exp(-0.2 * time), 0.02))
+    runs = [
+        wd.simulate(scene, method=method, dtype=dtype, device="cpu")
+        for method in ("rk4", "velocity_verlet", "dormand_prince54")
+    ]
+    for run in runs:
+        assert run["status"].item() == 0
+        assert abs(run["energy_balance_error"].item()) < 1e-4
+        np.testing.assert_allclose(run["peak_storey_drift_ratio"], runs[0]["peak_storey_drift_ratio"], rtol=1e-3)
+
+
 def test_a_yielding_system_under_a_pulse(measured):
     case = cases("dynamic")["dynamic_bilinear_maxwell_damper"]
     force, stiffness, hardening = material_of(case)
