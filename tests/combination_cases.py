@@ -69,6 +69,10 @@ VALUES = {  # of every parameter that a law or a damping takes
     "ductility_4": 10.0,
     "force_ratio_4": 1.0,
     "post_yield_stiffness": 2e4,
+    "flag_height": 0.7,
+    "drift_at_peak_force": 0.01,
+    "softening_ratio": 0.05,
+    "pinching_stiffness_ratio": 0.02,
     "damping_coefficient": 2e3,
     "damping_ratio": 0.05,
 }
@@ -85,6 +89,15 @@ OF_A_ROW = (  # each has a row of SPRINGS of its own
     {"isotropic_hardening": 0.1},
     {"deterioration_exponent": 1.5},
     {"unloading_exponent": 0.5},
+    {"slip_drift": 0.004, "bearing_drift": 0.006},
+    {"yield_force_negative": 400.0},
+    {"yield_force_negative": 400.0, "strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
+    {
+        "yield_force_negative": 400.0,
+        "strength_damage_limit": 0.3,
+        "strength_damage_by_use": 0.01,
+        "counts_cycles": 1.0,
+    },
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.3},
     {"strength_damage_limit": 0.3, "strength_damage_by_use": 0.01, "counts_cycles": 1.0},
     {"total_slip": 0.5, "pinching_rate": 0.1, "strength_loss": 0.01},
@@ -106,7 +119,8 @@ def springs_of_laws():
     found = {}
     for law, row in LAWS.items():
         for own in OF_A_ROW:
-            values = {name: value_of(name, parameter, own) for name, parameter in row.parameters.items()}
+            known = {name: each for name, each in row.parameters.items() if not each.optional or name in own}
+            values = {name: value_of(name, parameter, own) for name, parameter in known.items()}
             spring = row.spring({name: np.full((1, 1), value) for name, value in values.items()})
             found.setdefault(spring, (law, values))
     return found

@@ -20,7 +20,7 @@ STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 STOREYS, TURNS, STEPS = 12, 24, 120
 CHORD = 1e-7  # m
-TRIES = 20_000
+TRIES, TRIES_OF_A_SIDE = 20_000, 300
 NOISE = 1e-4  # yield drifts: by so much float32 rounds the place of a floor that has moved by 1,700 of them
 ELEMENTS = LAWS | DEVICES
 ROWS = [(name, row) for name, element in ELEMENTS.items() for row in element.rows]
@@ -31,10 +31,13 @@ def drawn_value(name: str, parameter: Parameter, defaults: float, rng: np.random
 
     It is not at a bound: a storey may be without friction there, and so without a range in which it is elastic.
     """
+    if name == "stiffness_ratio_negative":
+        return 1.0  # tests compare with one initial stiffness
     if parameter.default is not None and rng.random() < defaults:
         return parameter.default
     if name.startswith(("ductility_", "force_ratio_")):  # corners of a backbone, one beyond another
-        return 1 + 3 * rng.random() * (int(name[-1]) - 1) if name.startswith("d") else 1.4 * rng.random()
+        corner = int(name.removesuffix("_negative")[-1])
+        return 1 + 3 * rng.random() * (corner - 1) if name.startswith("d") else 1.4 * rng.random()
     scale = {"N": YIELD_FORCE, "N m-1": 0.2 * STIFFNESS, "m": 5 * YIELD_DRIFT}.get(parameter.units)
     if scale is not None and not np.isfinite(parameter.high):
         return scale * 10 ** rng.uniform(-0.5, 0.5)
@@ -52,17 +55,30 @@ def drawn_storeys(name: str, row: str) -> dict[str, np.ndarray]:
     found: list[dict[str, float]] = []
     for _ in range(TRIES):
         defaults = rng.choice([0.1, 0.5, 0.95])  # rows may be for storeys without what has a default of 0
-        values = {key: drawn_value(key, parameter, defaults, rng) for key, parameter in element.parameters.items()}
-        given = {key: np.full((1, 1), value) for key, value in ({"stiffness": STIFFNESS} | values).items()}
-        fits = not any(parameter.violations(given[key]).any() for key, parameter in element.parameters.items())
-        if fits and element.problem(given) is None and element.spring(given) == row:
+        sides = [{key: each for key, each in element.parameters.items() if not each.optional}]
+        if "asymmetric" in row:  # a negative side that goes with a positive side
+            sides.append({key: each for key, each in element.parameters.items() if each.optional})
+        values: dict[str, float] = {}
+        for side in sides:
+            for _ in range(TRIES_OF_A_SIDE if values else 1):
+                tried = {key: drawn_value(key, parameter, defaults, rng) for key, parameter in side.items()}
+                given = {
+                    key: np.full((1, 1), each) for key, each in ({"stiffness": STIFFNESS} | values | tried).items()
+                }
+                fits = not any(parameter.violations(given[key]).any() for key, parameter in side.items())
+                if fits := fits and element.problem(given) is None:
+                    values |= tried
+                    break
+            if not fits:
+                break
+        if fits and element.spring(given) == row:
             found.append(values)
         if len(found) == STOREYS:
             break
     assert found, f"no parameters within the bounds of {name!r} lead to its row {row!r}"
     found = (found * STOREYS)[:STOREYS]
     return {"stiffness": np.full((1, STOREYS), STIFFNESS)} | {
-        key: np.array([[values[key] for values in found]]) for key in element.parameters
+        key: np.array([[values[key] for values in found]]) for key in found[0]
     }
 
 

@@ -111,7 +111,7 @@ def drawn_coefficients(row: str) -> tuple[np.ndarray, np.ndarray]:
     lasting |= {"ultimate_drift": 0.0} if "ultimate_drift" in names else {}
     parts = []
     for fixed in ({}, {}, lasting, lasting):
-        building = drawn_building(law, STOREYS // 4, rng, **fixed)
+        building = drawn_building(law, STOREYS // 4, rng, is_asymmetric="asymmetric" in row, **fixed)
         parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
         parts.append(np.concatenate(np.broadcast_arrays(*LAWS[law].coefficients(parameters, row))))
     return np.concatenate(parts, axis=1), (np.arange(STOREYS) < STOREYS // 2) & bool(lasting)

@@ -291,6 +291,7 @@ def test_a_law_that_says_so_is_linear_until_it_yields(name, row):
     building = drawn_building(name, row)
     p = building.parameters
     last = p["yield_force"] / p["stiffness"] if "yield_force" in p else np.full(building.storeys, YIELD_DRIFT)
+    last = np.minimum(last, p.get("yield_force_negative", np.inf) / p["stiffness"])
     drift = 0.999 * last * np.sin(np.arange(200) * 0.37)[:, None] * np.linspace(0.1, 1, 200)[:, None]
     force = wd.storey_hysteresis(building, drift)["storey_force"].values
     # Springs side by side add up to the stiffness but for rounding.

@@ -83,6 +83,38 @@ def draw_viscous_damper(exponents: tuple[float, ...], path: Path) -> None:
     figure.savefig(path, dpi=DPI)
 
 
+def draw_maxwell_damper(exponents: tuple[float, ...], path: Path) -> None:
+    """Draw the force of dampers with a brace in harmonic motion, and over time at a constant velocity.
+
+    The force over that at 1 m/s, q, follows q' = r (v - sign(q) |q|^(1/a)), with r = K/C = 40 1/s.
+    """
+    figure = Figure(figsize=(8.6, 3.7), layout="constrained")
+    loops, start = figure.subplots(1, 2, width_ratios=(1.35, 1))
+    ratio, step = 40.0, 2e-4
+    time = np.arange(0, 4 * np.pi / 5, step)  # two cycles at 5 rad/s
+    for exponent, colour in zip(exponents, COLOURS, strict=False):
+        for axes, place, velocity in (
+            (loops, 0.1 * np.sin(5 * time), 0.5 * np.cos(5 * time)),
+            (start, time, np.full(time.size, 0.5)),
+        ):
+            force = np.zeros(time.size)
+            for k in range(time.size - 1):
+                force[k + 1] = force[k] + step * ratio * (
+                    velocity[k] - np.sign(force[k]) * np.abs(force[k]) ** (1 / exponent)
+                )
+            shown = slice(None) if axes is loops else time < 0.3
+            axes.plot(place[shown], force[shown], color=colour, lw=1.4, label=f"velocity exponent {exponent:g}")
+    loops.set_title("Harmonic motion from rest: 0.1 m at 5 rad/s", fontsize=10)
+    start.set_title("Constant velocity of 0.5 m/s", fontsize=10)
+    for axes, words in ((loops, "Storey drift [m]"), (start, "Time [s]")):
+        _frame(axes)
+        axes.set(xlabel=words, ylabel="Force over the damper's force at 1 m/s")
+    loops.set_xticks(np.linspace(-0.1, 0.1, 5))
+    start.legend(fontsize=8)
+    path.parent.mkdir(exist_ok=True)
+    figure.savefig(path, dpi=DPI)
+
+
 def _frame(axes: Axes) -> None:
     axes.set(xlabel="Storey drift over yield drift", ylabel="Force over yield force")
     axes.axhline(0, color="0.6", lw=0.6, zorder=0)

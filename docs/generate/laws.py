@@ -10,14 +10,18 @@ from pathlib import Path
 
 import xarray as xr
 
-from generate.law_pictures import draw_law, draw_viscous_damper
+from generate.law_pictures import draw_law, draw_maxwell_damper, draw_viscous_damper
 from generate.tables import prose, rows_of, table, write
 from warpdyn.engine.laws import DEVICES, LAWS, StoreyElement
 from warpdyn.engine.laws.springs import DEVICE_SPRINGS, SPRINGS
 from warpdyn.engine.methods.defaults import default_method
 
 STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of the storeys of cycles.nc
-DAMPER = {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4}
+# Devices without force in quasi-static cycles, with their parameters in the programs of their pages.
+DAMPERS = {
+    "viscous_damper": {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4},
+    "maxwell_damper": {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4, "brace_stiffness": 4.0e6},
+}
 EXPONENTS = (1.0, 0.4, 0.2)  # of the viscous dampers in the picture
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum")
 
@@ -53,8 +57,8 @@ def element_of(name: str) -> type[StoreyElement]:
 
 def parameters_of(name: str, curves: xr.Dataset) -> dict[str, float]:
     """Return the parameters that a law's curves are drawn for."""
-    if name == "viscous_damper":
-        return DAMPER
+    if name in DAMPERS:
+        return DAMPERS[name]
     return json.loads(str(curves.sel(element=name)["parameters"].item()))
 
 
@@ -65,6 +69,8 @@ def picture(name: str, curves: xr.Dataset, path: Path, kept: Path) -> None:
         return
     if name == "viscous_damper":
         draw_viscous_damper(EXPONENTS, path)
+    elif name == "maxwell_damper":
+        draw_maxwell_damper(EXPONENTS, path)
     else:
         parameters = parameters_of(name, curves)
         draw_law(curves.sel(element=name), YIELD_FORCE / STIFFNESS, parameters, path)
@@ -102,7 +108,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
     element = element_of(name)
     head, _, _ = inspect.cleandoc(element.__doc__ or "").partition("\n\nArgs:")
     kind = "devices" if name in DEVICES else "law"
-    shown = "how the storey swings out" if name == "viscous_damper" else "the storey's force against its drift"
+    shown = "how the storey swings out" if name in DAMPERS else "the storey's force against its drift"
     parts = [
         f"# {element.__name__}",
         prose(_without_help(head.split("\n\nExample:")[0])),
@@ -125,6 +131,8 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
 
 def _without_help(text: str) -> str:
     """Return a docstring without where it sends readers to the help of its module, which stands on the page, too."""
+    listed = r"[Tt]he help of\s+its\s+module\s+lists\s+the\s+rules\s+and\s+the\s+differences\s+from\s+OpenSees\."
+    text = re.sub(listed, "The rules and the differences from OpenSees are listed below.", text)
     text = re.sub(r"`warpdyn\.laws\.\w+\.parameters`[^.]*\.\s*", "", text)
     return re.sub(r"the help of\s+its\s+module\s+has\s+(?:the\s+rules|them),", "the rules stand below,", text)
 
@@ -149,6 +157,8 @@ def _values(element: type[StoreyElement]) -> str:
 def _caption(name: str) -> str:
     if name == "viscous_damper":
         return "Forces are drawn over that at 1 m/s, for three velocity exponents."
+    if name == "maxwell_damper":
+        return "Forces are drawn over that of the damper at 1 m/s, in harmonic motion and at a constant velocity."
     if name in DEVICES:
         drawn = "It shows the device alone, without its storey; drifts are over 10 mm and forces over 100 kN."
     else:
@@ -164,7 +174,7 @@ def _parameter_table(element: type[StoreyElement]) -> str:
     for name, known in element.parameters.items():
         bounds = known.allowed.removeprefix("finite and ").removeprefix("finite") or "any"
         bounds = BOUNDS_BY_OTHERS.get(name, bounds)
-        default = "must be given" if known.default is None else f"{known.default:g}"
+        default = (known.optional or "must be given") if known.default is None else f"{known.default:g}"
         rows.append((f"`{name}`<br>{known.long_name}", f"`{known.units}`", bounds, default, known.opensees or "none"))
     if not rows:
         return "It has none beside the storey's `stiffness` [N/m], which the building gives."
@@ -231,7 +241,7 @@ def snippet(name: str, parameters: dict[str, float]) -> str:
     if len(element) > 60:
         lines = "".join(f"    {key}={value!r},\n" for key, value in parameters.items())
         element = f"wd.laws.{element_of(name).__name__}(\n{lines})"
-    if name == "viscous_damper":  # it has no force in quasi-static cycles
+    if name in DAMPERS:
         run = (
             "swing = wd.FreeVibration(3.0, displacement=0.05)  # s, m\n"
             "run = wd.simulate(wd.Scene(storey, swing), histories=wd.Histories())\n"
@@ -244,7 +254,7 @@ def snippet(name: str, parameters: dict[str, float]) -> str:
             "loops = wd.storey_hysteresis(storey, drift)\n"
             'wd.plots.hysteresis(loops).savefig("loops.png")\n'
         )
-    numpy = "" if name == "viscous_damper" else "import numpy as np\n\n"
+    numpy = "" if name in DAMPERS else "import numpy as np\n\n"
     beside = "devices=(element,)" if name in DEVICES else "law=element"
     return (
         f"{numpy}import warpdyn as wd\n\nelement = {element}\n"

@@ -71,6 +71,12 @@ def _ibarra_medina_krawinkler(stiffness: float, force: float, p: Parameters) -> 
     return [stiffness, *side, *side, *energies, *[1.0] * len(modes), 1.0, 1.0, *pinching]
 
 
+def _saws(stiffness: float, force: float, p: Parameters) -> Numbers:
+    ratios = [p["hardening_ratio"], -p["softening_ratio"], 1.0, p["pinching_stiffness_ratio"]]
+    reloading = [p["reloading_exponent"], p["reloading_drift_ratio"]]
+    return [force, p["pinching_force_ratio"] * force, p["drift_at_peak_force"], stiffness, *ratios, *reloading]
+
+
 def _bouc_wen(stiffness: float, force: float, p: Parameters) -> Numbers:
     """OpenSees' z is a drift."""
     rate = 0.5 * stiffness / force
@@ -134,6 +140,15 @@ _BABER_NOORI = {
     "pinching_level": 0.1,
 }
 
+_SAWS = {
+    "pinching_force_ratio": 0.2,
+    "hardening_ratio": 0.04,
+    "softening_ratio": 0.05,
+    "pinching_stiffness_ratio": 0.02,
+    "reloading_exponent": 0.6,
+    "reloading_drift_ratio": 1.3,
+}
+
 
 def _lasting(yield_drift: float, *modes: str) -> Parameters:
     """Return a backbone that caps at a ductility of 5 and would last for 150 yield drifts at the yield force."""
@@ -165,6 +180,12 @@ LAWS = {
         "MultiLinear",
         lambda k, f, p: _polygon(k, f, p, 3),
     ),
+    "self_centring": StoreyLaw(
+        "flag-shaped loops, no residual drift",
+        lambda d: {"hardening_ratio": HARDENING_RATIO, "flag_height": 0.6},
+        "FlagShape",
+        lambda k, f, p: [k, f, p["hardening_ratio"] * k, p["flag_height"] / 2],
+    ),
     "menegotto_pinto": StoreyLaw(
         "steel: curved transitions, isotropic hardening",
         lambda d: dict(_MENEGOTTO_PINTO),
@@ -192,6 +213,12 @@ LAWS = {
         lambda d: dict(_PINCHING4),
         "Pinching4",
         _pinching4,
+    ),
+    "saws": StoreyLaw(
+        "wood-frame walls: curved envelope, pinching, softening",
+        lambda d: _SAWS | {"drift_at_peak_force": 7.9 * d},
+        "SAWS",
+        _saws,
     ),
     "ibarra_medina_krawinkler_bilinear": StoreyLaw(
         "capping, residual force, cyclic deterioration",

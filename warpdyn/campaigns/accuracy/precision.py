@@ -39,7 +39,8 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
     parameters = run.model.dynamics.parameters_of(run.drawn, rows[0])
     if run.scene.record_from > 0 or "yield_force" not in parameters:
         return ended
-    least = np.nanmin(parameters["yield_force"] / parameters["stiffness"], axis=1)[rows[1]]
+    weaker = np.fmin(parameters["yield_force"], parameters.get("yield_force_negative", np.inf))
+    least = np.nanmin(weaker / parameters["stiffness"], axis=1)[rows[1]]
     far = outputs["peak_storey_drift"].astype(np.float64).sum(axis=0) > MOST_YIELD_DRIFTS * least
     return far & ended
 

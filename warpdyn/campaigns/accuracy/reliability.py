@@ -65,8 +65,9 @@ def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np
     rows, of_sample = np.unique(run.row[samples], return_inverse=True)
     parameters = run.model.dynamics.parameters_of(run.drawn, rows)
     limits = []
-    if "yield_force" in parameters:
-        limits.append(parameters["yield_force"] / parameters["stiffness"])
+    for name in ("yield_force", "yield_force_negative"):
+        if name in parameters:
+            limits.append(parameters[name] / parameters["stiffness"])
     if "clearance" in parameters:
         limits.append(parameters["clearance"])
     linear = outputs["status"] == 0

@@ -26,7 +26,9 @@ def elastic_drifts(run: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     law = scene.structure.storey_law
     elastic = np.zeros(shape)
     if law.is_linear_until_yield and plan.viscous_dampers != "power":
-        elastic = p["yield_force"] / p["stiffness"] if "yield_force" in p else np.full(shape, np.inf)
+        elastic = np.full(shape, np.inf)
+        for name in {"yield_force", "yield_force_negative"} & p.keys():
+            elastic = np.minimum(elastic, p[name] / p["stiffness"])
     collapse = np.full(shape, np.inf)
     if capacities_of(p):
         collapse = 1 / inverse_drift_capacity(p)

@@ -90,6 +90,7 @@ class ChainDynamics(Dynamics):
                 # The stiffest tangent adds to the dashpots; P-Delta does not reduce them.
                 springs = circular_frequencies(mass, law.stiffest(parameters))[:, -1]
                 rate = np.maximum(rate, rate + rayleigh[1] * (springs**2 - frequency[-1] ** 2))
+            rate = np.maximum(rate, law.relaxation_rate(parameters).max(axis=-1))
             stable = stable_step_of_yielding(method, highest, rate, stable)
         return period, decay, stable, rayleigh.T
 

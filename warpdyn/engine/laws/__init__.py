@@ -35,10 +35,13 @@ if TYPE_CHECKING:  # what editors complete; the tables below need no entry
         IbarraMedinaKrawinklerPinching,
     )
     from warpdyn.engine.laws.isolators.parameters import FrictionPendulum, LeadRubberBearing
+    from warpdyn.engine.laws.maxwell_damper.parameters import MaxwellDamper
     from warpdyn.engine.laws.menegotto_pinto.parameters import MenegottoPinto
     from warpdyn.engine.laws.multilinear.parameters import Quadrilinear, Trilinear
     from warpdyn.engine.laws.peak_oriented.parameters import PeakOriented, Takeda
     from warpdyn.engine.laws.pinching4.parameters import Pinching4
+    from warpdyn.engine.laws.saws.parameters import Saws
+    from warpdyn.engine.laws.self_centring.parameters import SelfCentring
 
 _Kind = TypeVar("_Kind", bound=StoreyElement)
 FIRST = ("elastic", "bilinear", "bouc_wen")  # folders that come first in messages; the others follow by name

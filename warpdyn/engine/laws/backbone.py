@@ -1,8 +1,9 @@
-"""Backbones by their corners: each a ductility and a force over those of yield, the first corner."""
+"""Backbones by their corners: drift and force of each corner, over those of the first corner, which is yield."""
 
 from __future__ import annotations
 
 import itertools
+import re
 
 import numpy as np
 
@@ -10,8 +11,8 @@ from warpdyn.engine.laws.bounds import first_place, place_of
 from warpdyn.engine.laws.law import Values
 from warpdyn.engine.laws.parameter import Parameter
 
-# The last corner of a backbone that has fallen may lie so much higher than the one before it: GEM's capacity curves end
-# with a residual strength that rises by 1 %, as rounded in their tables.
+# The last force of a backbone that has fallen may be this factor times the force before it: GEM's capacity curves end
+# with a residual strength that rises by 1 %, rounded in their tables.
 LARGEST_LAST_RISE = 1.0101
 
 
@@ -26,15 +27,28 @@ def force_ratio(corner: int) -> Parameter:
 
 
 def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return ductilities and force ratios of the backbone's corners, that of yield first."""
+    """Return the ductilities and force ratios of the backbone's corners, from yield on."""
     numbers = range(2, count + 1)
     names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
     one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
     return [one, *(p[f"ductility_{i}"] * one for i in numbers)], [one, *(p[f"force_ratio_{i}"] * one for i in numbers)]
 
 
+def negative_side(p: Values) -> Values:
+    """Return the parameters of the negative side of a law under the names of the positive side."""
+    return {**p, **{name.removesuffix("_negative"): p[name] for name in p if name.endswith("_negative")}}
+
+
+def named_as_negative(problem: str | None, p: Values) -> str | None:
+    """Return a sentence on a problem of the negative side, with the names that its parameters have there."""
+    if problem is None:
+        return None
+    given = [name.removesuffix("_negative") for name in p if name.endswith("_negative")]
+    return re.sub(rf"\b({'|'.join(given)})\b", r"\1_negative", problem) if given else problem
+
+
 def falls(p: Values, count: int) -> bool:
-    """Return whether a backbone of so many corners may fall from one of them to the next, in any storey.
+    """Return whether the backbone of any storey may fall from one corner to the next.
 
     Args:
         p: Parameters, each [storey] or [value, storey], where each parameter may have another number of values.
@@ -45,10 +59,11 @@ def falls(p: Values, count: int) -> bool:
 
 
 def backbone_problem(p: Values, count: int) -> str | None:
-    """Return what is wrong with a backbone of so many corners.
+    """Return a sentence on an impossible backbone, or None.
 
-    One must lie beyond another, no part be steeper than the first, and none rise after one that falls: reloading to a
-    peak on it would cut the trough, and unloading give more than was put in. The last may rise by 1 %.
+    Corners must be in the order of their drifts, no part may be steeper than the first, and no part may rise after a
+    part that falls (reloading to a peak there would cut off the lowest force, so that cycles give energy). Only the
+    last part may rise, by 1 %.
     """
     drift, force = corners(p, count)
     for i in range(1, count):
@@ -58,7 +73,7 @@ def backbone_problem(p: Values, count: int) -> str | None:
             bound = last if i == 1 else f"{last}{drift[i - 1][first_place(bad)]:g}"
             return f"{name} is {values[first_place(bad)]:g} ({place_of(first_place(bad))}); it must be above {bound}"
         rise, length = force[i] - force[i - 1], drift[i] - drift[i - 1]
-        if np.any(bad := rise > length * (1 + 1e-9)):  # rounding is forgiven
+        if np.any(bad := rise > length * (1 + 1e-9)):  # rounding is tolerated
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most "
@@ -70,6 +85,6 @@ def backbone_problem(p: Values, count: int) -> str | None:
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most force_ratio_{i}, "
-                f"{force[i - 1][place]:g}: a backbone that has begun to fall may not rise again, but for 1 % at its end"
+                f"{force[i - 1][place]:g}: after a falling part a backbone may not rise again, except by 1 % at its end"
             )
     return None

@@ -93,6 +93,8 @@ class BuildingLaw:
             own = self._own(law, storeys, p)
             text = None
             for name, parameter in law.parameters.items() if storeys.size else ():  # the bounds are those of several
+                if name not in own:
+                    continue
                 axes = ("structure", "storey")[-np.ndim(own[name]) :]
                 text = text or parameter.first_violation(name, np.asarray(own[name]), axes)
             text = text or law.problem(own)
@@ -122,6 +124,10 @@ class BuildingLaw:
         for law, storeys in zip(self.laws, self.storeys, strict=True):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(self._own(law, storeys, p))
         return stiffest + sum(device.stiffest(p) for device in self.devices)
+
+    def relaxation_rate(self, p: Values) -> np.ndarray:
+        rates = [device.relaxation_rate(p) for device in self.devices]
+        return np.max(np.broadcast_arrays(np.zeros(np.shape(p["stiffness"])), *rates), axis=0)
 
 
 def _counted_in_building(text: str, storeys: np.ndarray) -> str:

@@ -82,6 +82,15 @@ def shared(parameter: Parameter, *, default: float | None = None, opensees: str 
     return dataclasses.field(default=dataclasses.MISSING if default is None else default, metadata={"parameter": found})
 
 
+def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
+    """Return a field for a parameter of the negative side of a law; without it, the value of `positive` counts."""
+    words = f"{parameter.long_name}, negative side"
+    found = dataclasses.replace(
+        parameter, long_name=words, default=None, opensees=opensees, optional=parameter.optional or f"as `{positive}`"
+    )
+    return dataclasses.field(default=None, metadata={"parameter": found})
+
+
 def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., None]) -> Callable[..., None]:
     """Return a class's `__init__` with an error that suggests a name for one that the class does not take."""
 
@@ -119,7 +128,7 @@ class StoreyElement:
         rows: The rows of device functions it can lead to, and the names of the coefficients that each of them reads.
         opensees: What OpenSees calls its material or element; a scene may use these names.
         is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
-            `yield_force` over the stiffness (or for ever, without a `yield_force`).
+            `yield_force` or `yield_force_negative` over the stiffness (or for ever, without a `yield_force`).
 
     Example:
         >>> wd.laws.Bilinear.name, list(wd.laws.Bilinear.parameters)
@@ -145,6 +154,8 @@ class StoreyElement:
 
     def __post_init__(self) -> None:
         for name, parameter in self.parameters.items():
+            if parameter.optional and getattr(self, name) is None:
+                continue
             values = real_numbers(name, getattr(self, name))
             if values.ndim > 1 or not values.size:
                 raise ValueError(f"{name} must be one value or one a storey, got shape {values.shape}")
@@ -159,12 +170,13 @@ class StoreyElement:
 
     def _repr_html_(self) -> str:
         held = self.values()
-        rows = [(each.long_name, name, held[name], each.units) for name, each in self.parameters.items()]
+        rows = [(self.parameters[name].long_name, name, held[name], self.parameters[name].units) for name in held]
         return html_table(type(self).__name__, rows, ("", "name", "value", "units"))
 
     def values(self) -> dict[str, float | tuple[float, ...]]:
-        """Return the values of all parameters, one or one a storey each."""
-        return {name: getattr(self, name) for name in self.parameters}
+        """Return the values of all given parameters and defaults, one value or one per storey each."""
+        values = {name: getattr(self, name) for name in self.parameters}
+        return {name: value for name, value in values.items() if value is not None}
 
     @classmethod
     def spring(cls, p: Values) -> str:
@@ -226,6 +238,11 @@ class StoreyElement:
         """Return the largest tangent stiffness [N/m] that storeys can come to, [structure, storey]."""
         return p["stiffness"]
 
+    @classmethod
+    def relaxation_rate(cls, p: Values) -> np.ndarray:
+        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0 if they do not."""
+        return np.zeros_like(p["stiffness"])
+
 
 class Law(StoreyElement):
     """A storey law: the force of a storey at its drift, by its parameters and the path that led there.
@@ -244,7 +261,7 @@ class Device(StoreyElement):
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)
         >>> isinstance(damper, wd.laws.Device), list(wd.laws.DEVICES)
-        (True, ['friction_damper', 'gap', 'one_sided_gap', 'viscous_damper'])
+        (True, ['friction_damper', 'gap', 'one_sided_gap', 'viscous_damper', 'maxwell_damper'])
     """
 
 

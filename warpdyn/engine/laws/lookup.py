@@ -75,14 +75,18 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
         return (name,), own
     names = tuple(law_name(each) for each in law or (None,))
     own = {}
-    for name in dict.fromkeys(name for each in law if isinstance(each, Law) for name in each.parameters):
+    for name in dict.fromkeys(name for each in law if isinstance(each, Law) for name in each.values()):
         own[name] = of_storeys = np.full(len(law), np.nan)
         by_name = [i for i, each in enumerate(law) if not isinstance(each, Law) and name in LAWS[names[i]].parameters]
         if not by_name:
             _refuse_twice({name}, others, "law")
         for storey, each in enumerate(law):
             if isinstance(each, Law) and name in each.parameters:
-                of_storeys[storey] = _only_value(name, getattr(each, name), storey)
+                value = getattr(each, name)
+                if value is None:
+                    of_law = f"{name} is missing at storey {storey + 1}, whose law is {names[storey]!r}"
+                    raise ValueError(f"{of_law}: give it in every storey of a law that has it, or in no storey")
+                of_storeys[storey] = _only_value(name, value, storey)
         for storey in by_name:
             value = others.get(name, LAWS[names[storey]].parameters[name].default)
             if value is None:

@@ -25,6 +25,7 @@ class Parameter:
         default: Value where the scene names none [`units`]; None where it must.
         often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
         opensees: What OpenSees calls it, or what OpenSees is given for it.
+        optional: For a parameter that a structure may do without: the value that counts then, in words.
 
     Raises:
         ValueError, TypeError: If a bound is not a number, a name is not text, or a choice is not True or False.
@@ -44,9 +45,10 @@ class Parameter:
     default: float | None = None
     often_in_percent: bool = False
     opensees: str = ""
+    optional: str = ""
 
     def __post_init__(self) -> None:
-        for name in ("units", "long_name", "opensees"):
+        for name in ("units", "long_name", "opensees", "optional"):
             checked_text(f"Parameter.{name}", getattr(self, name))
         for name in ("low_open", "high_open", "often_in_percent"):
             true_or_false(f"Parameter.{name}", getattr(self, name))
@@ -101,7 +103,8 @@ class Parameter:
     def description(self) -> str:
         """The parameter in a line of a docstring."""
         bounds = "" if self.allowed == "finite" else f", {self.allowed.removeprefix('finite and ')}"
-        default = "" if self.default is None else f"; {self.default:g} by default"
+        default = f"; {self.optional} by default" if self.optional else ""
+        default = default if self.default is None else f"; {self.default:g} by default"
         opensees = f" (OpenSees: {self.opensees})" if self.opensees else ""
         return f"{self.long_name} [{self.units}]{bounds}{default}{opensees}."
 

@@ -34,7 +34,8 @@ _DORMAND_PRINCE_ERROR = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200,
 _RK4_A = ((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0))
 _RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
 
-RATE_LAWS = ("bouc_wen", "baber_noori")  # whose memory follows the velocity
+RATE_LAWS = ("bouc_wen", "baber_noori", "maxwell_damper")  # whose memory follows the velocity
+RELAXING = ("maxwell_damper",)  # whose force changes with time at a constant drift
 
 
 def _hht_alpha(name: str, alpha: float) -> ImplicitMethod:
@@ -184,12 +185,14 @@ def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
 
     The exact method needs a linear law. Lagged central difference does not fit a law whose memory follows the velocity:
     its force would lag behind the drift, which supplies energy until yielding bounds the motion. Damping in proportion
-    to the tangent stiffness jumps where a storey yields, so that an implicit step may have no equilibrium.
+    to the tangent stiffness jumps where a storey yields, so that an implicit step may have no equilibrium. Implicit
+    methods follow a law along the increment of its drift, without a time: a force that relaxes has no place there.
     """
     unfit = set() if law == "elastic" else {"exact"}
-    if set(RATE_LAWS) & set(re.split(r"[|+]", law)):
+    names = set(re.split(r"[|+]", law))
+    if names & set(RATE_LAWS):
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
-    if damping == "rayleigh_tangent":
+    if damping == "rayleigh_tangent" or names & set(RELAXING):
         unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
     return tuple(name for name in METHODS if name not in unfit)
 
@@ -206,7 +209,8 @@ def check_fits(method: Any, law: str, damping: str = "none") -> None:
             f"these fit: {', '.join(fitting)}"
         )
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
-    reason = linear if METHODS[method].kind == "exact" else "its velocities lag behind"
+    reasons = {"exact": linear, "implicit": "its steps do not know the time in which a damper's force relaxes"}
+    reason = reasons.get(METHODS[method].kind, "its velocities lag behind")
     raise ValueError(
         f"method {method!r} does not fit storeys of law {law!r} ({reason}); these fit: {', '.join(fitting)}"
     )

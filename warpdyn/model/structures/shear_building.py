@@ -138,16 +138,17 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
                 "height": Parameter("m", "storey height", low=0.0, low_open=True),
                 **{name: row for each in physics_of(given) for name, row in PHYSICS[each].parameters.items()},
                 **capacities_of(given),
-                **self.storey_law.parameters,
+                **{n: row for n, row in self.storey_law.parameters.items() if n in given or not row.optional},
                 **kind.parameters,
             }
         )
+        known = {**self.parameter_table, **self.storey_law.parameters}
         for name in given:
             if name not in self.parameter_table:
                 others = [repr(other) for other, each in DAMPING.items() if name in each.parameters]
                 if others:
                     raise ValueError(f"damping {damping!r} does not take {name}: give damping={' or '.join(others)}")
-                takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(self.parameter_table))
+                takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(known))
                 raise ValueError(
                     f"unknown parameter {name!r}{hint}: a building with law {law!r} and damping {damping!r} takes "
                     f"{takes}"

@@ -1,7 +1,8 @@
 """Trilinear backbone with pinching, damage by ductility and energy, and softer unloading (OpenSees: Hysteretic).
 
-Everything is over the yield drift and the yield force, and mirrored so that the storey moves ahead: one set of rules
-serves both directions. A line that only one way leads along ends, behind the storey, at its last step.
+Drifts and forces are in units of the positive side's yield drift and yield force, and mirrored so that the storey moves
+ahead: one set of rules serves both directions. A line that leads in one direction only ends, behind the storey, at the
+last step.
 """
 
 import enum
@@ -16,24 +17,24 @@ from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-FARTHEST = wp.constant(wp.float64(1e16))  # m: damage that runs away stops there
-# A line ends just before a force of 0: the rules go by the force's sign, which rounding along a line must not set.
+FARTHEST = wp.constant(wp.float64(1e16))  # m: limit of a drift aimed at that damage moves out in each cycle
+# A line ends just before zero force: the rules depend on the sign of the force, which rounding must not decide.
 LEAST_FORCE = wp.constant(wp.float64(1e-3))
 NO_END = wp.constant(wp.float64(1e30))
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces."""
+    """The memory, in yield drifts and yield forces of the positive side."""
 
     DRIFT = enum.auto()  # of the last step
     FORCE = enum.auto()
-    FARTHEST_AHEAD = enum.auto()  # drift on the positive side; damage moves it out
+    FARTHEST_AHEAD = enum.auto()  # drift aimed at on the positive side; damage moves it out
     FARTHEST_BEHIND = enum.auto()
     WORK = enum.auto()
     LOWER_END = enum.auto()  # drifts between which the storey stays on its line
     UPPER_END = enum.auto()
     DIRECTION = enum.auto()  # of the last step
-    RELEASED_BEHIND = enum.auto()  # drift at which the last unloading from the negative side came to no force
+    RELEASED_BEHIND = enum.auto()  # drift at which the last unloading from the negative side reached zero force
     RELEASED_AHEAD = enum.auto()  # the same from the positive side
     LINE_SLOPE = enum.auto()
 
@@ -43,7 +44,7 @@ MEMORY = wp.constant(len(M))
 
 @wp.func
 def hysteretic_backbone(x: Any, c: Any):
-    """Force at a drift ahead, and the backbone's slope before it."""
+    """Force of the backbone at a drift, and its slope just before this drift."""
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
     third = second - c[C.SECOND_LENGTH]
@@ -58,102 +59,172 @@ def hysteretic_backbone(x: Any, c: Any):
 
 
 @wp.func
-def hysteretic_step(x: Any, memory: Any, c: Any, softer_ahead: Any, softer_behind: Any):
-    """Where a step to a drift leads, as (force, slope, direction, farthest drift ahead, drift of no force behind).
-
-    After them the slope of the line from there on, and the drift at which it ends. The force and the drifts are
-    mirrored. `softer` is how far unloading is softer than at first, 1 or more.
-    """
-    zero, one = type(x)(0.0), type(x)(1.0)
-    way = wp.where(x < memory[M.DRIFT], -one, one)
-    is_up = way > zero
-    ahead = wp.where(is_up, memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
-    behind = wp.where(is_up, memory[M.FARTHEST_BEHIND], memory[M.FARTHEST_AHEAD])
-    released = wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD])
-    here, last, before = way * x, way * memory[M.DRIFT], way * memory[M.FORCE]
-    moved = here - last
-    releases = (way * memory[M.DIRECTION] < zero) and (before <= zero)
-    stored = type(x)(0.5) * before * before * softer_behind
-    damage = wp.where(
-        behind > one,
-        c[C.DAMAGE_BY_ENERGY] * (memory[M.WORK] - stored) + c[C.DAMAGE_BY_DUCTILITY] * (behind - one),
-        zero,
-    )
-    released = wp.where(releases, last - before * softer_behind, released)
-    target = clamped(
-        wp.where(releases, ahead * (one + damage), ahead), one, type(x)(FARTHEST) * c[C.INVERSE_YIELD_DRIFT]
-    )
-    strength, slope = hysteretic_backbone(target, c)
-    # Behind a backbone that has come to no force there is none before the drift at which it did.
-    gone = wp.where(behind <= one + c[C.SECOND_LENGTH], c[C.SECOND_IS_GONE], c[C.THIRD_IS_GONE])
-    start = maximum(wp.where(behind <= one, released, -gone), released)
-    pinched = c[C.PINCHING_FORCE] * strength
-    bend = start + (target - (strength - pinched) * softer_ahead - start) * c[C.PINCHING_DRIFT]
-    is_first = here < bend
-    length = wp.where(is_first, bend - start, target - bend)
-    rise = wp.where(is_first, pinched, strength - pinched) / wp.where(length > zero, length, one)
-    towards = wp.where(is_first, zero, pinched) + (here - wp.where(is_first, start, bend)) * rise
-    elastic = before + moved / softer_ahead
-    force = minimum(elastic, towards)
-    slope = wp.where(elastic < towards, one / softer_ahead, rise)
-    # From here on no steeper than unloading, to the line aimed along or to its end.
-    stiff = one / softer_ahead
-    slope_from_here = wp.where(elastic < towards, stiff, minimum(rise, stiff))
-    end = wp.where(is_first, minimum(bend, target), target)
-    meets = elastic < towards and stiff > rise
-    end = wp.where(meets, minimum(here + (towards - elastic) / wp.where(meets, stiff - rise, one), end), end)
-    is_gap = is_first and here <= start
-    end = wp.where(is_gap, minimum(end, start), end)
-    end = wp.where(releases, here, end)  # what was damaged unloads softer from the next step on, and is aimed at so
-    unloaded = before + moved / softer_behind
-    is_unloading = here < released
-    is_idle = wp.where(is_unloading, unloaded >= zero, is_gap)
-    force = wp.where(is_unloading, unloaded, force)
-    slope = wp.where(is_unloading, one / softer_behind, slope)
-    force = wp.where(is_idle, zero, force)
-    slope = wp.where(is_idle, zero, slope)
-    slope_from_here = wp.where(is_unloading or is_idle, slope, slope_from_here)
-    end = wp.where(is_unloading, released - type(x)(LEAST_FORCE) * softer_behind, end)
-    on_backbone = here >= ahead
-    full, steep = hysteretic_backbone(here, c)
-    on_third = here >= one + c[C.SECOND_LENGTH]
-    is_last = here >= one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH]
-    slope_after = wp.where(
-        on_third, wp.where(is_last, zero, c[C.THIRD_SLOPE]), wp.where(here < one, one, c[C.SECOND_SLOPE])
-    )
-    corner = wp.where(
-        on_third,
-        wp.where(is_last, type(x)(NO_END), one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH]),
-        one + c[C.SECOND_LENGTH],
-    )
-    corner = wp.where(here < one, one, corner)
-    slope_from_here = wp.where(on_backbone, slope_after, slope_from_here)
-    end = wp.where(on_backbone, corner, end)
-    force = wp.where(on_backbone, full, force)
-    slope = wp.where(on_backbone, steep, slope)
-    target = wp.where(on_backbone, here, target)
-    released = wp.where(on_backbone, wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD]), released)
-    return force, slope, way, target, released, slope_from_here, end
+def hysteretic_backbone_of_side(x: Any, is_positive: bool, c: Any):
+    """Force and slope of the backbone of one side of an asymmetric storey, as `hysteretic_backbone`."""
+    zero = type(x)(0.0)
+    stiffness = wp.where(is_positive, type(x)(1.0), c[C.STIFFNESS_NEGATIVE])
+    yields = wp.where(is_positive, type(x)(1.0), c[C.YIELD_DRIFT_NEGATIVE])
+    second_length = wp.where(is_positive, c[C.SECOND_LENGTH], c[C.SECOND_LENGTH_NEGATIVE])
+    second_slope = wp.where(is_positive, c[C.SECOND_SLOPE], c[C.SECOND_SLOPE_NEGATIVE])
+    third_length = wp.where(is_positive, c[C.THIRD_LENGTH], c[C.THIRD_LENGTH_NEGATIVE])
+    third_slope = wp.where(is_positive, c[C.THIRD_SLOPE], c[C.THIRD_SLOPE_NEGATIVE])
+    second = x - yields
+    third = second - second_length
+    force = stiffness * minimum(x, yields) + second_slope * clamped(second, zero, second_length)
+    force += third_slope * clamped(third, zero, third_length)
+    slope = wp.where(third <= third_length, third_slope, zero)
+    slope = wp.where(third <= zero, second_slope, slope)
+    return force, wp.where(second <= zero, stiffness, slope)
 
 
-def _hysteretic(unloads_softer: bool, name: str) -> Spring:
-    """Return the law with or without an exponent of unloading, which takes two powers a force."""
-    SOFTENS = unloads_softer
+def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
+    """Return the function of a step, for symmetric or asymmetric backbones."""
 
-    def softer(farthest: Any, c: Any):
+    def backbone(x: Any, is_positive: bool, c: Any):
+        if ASYMMETRIC:
+            return hysteretic_backbone_of_side(x, is_positive, c)
+        return hysteretic_backbone(x, c)
+
+    backbone = device_functions(name, backbone)["backbone"]
+
+    def behind_yield(is_up: bool, c: Any):
+        """Yield drift of the side behind, and the drift there beyond which the backbone is on its third part."""
+        if ASYMMETRIC:
+            yields = wp.where(is_up, c[C.YIELD_DRIFT_NEGATIVE], type(c[0])(1.0))
+            return yields, yields + wp.where(is_up, c[C.SECOND_LENGTH_NEGATIVE], c[C.SECOND_LENGTH])
+        one = type(c[0])(1.0)
+        return one, one + c[C.SECOND_LENGTH]
+
+    behind_yield = device_functions(name, behind_yield)["behind_yield"]
+
+    def hysteretic_step(x: Any, memory: Any, c: Any, flexibility_ahead: Any, flexibility_behind: Any):
+        """Return the state after a step to a drift.
+
+        These are the force, the slope, the direction, the farthest drift ahead and the drift of zero force behind, then
+        the slope of the line that the storey follows from there and the drift at which this line ends. The force and
+        the drifts are mirrored. A flexibility is 1 over the unloading stiffness.
+        """
+        zero, one = type(x)(0.0), type(x)(1.0)
+        way = wp.where(x < memory[M.DRIFT], -one, one)
+        is_up = way > zero
+        ahead = wp.where(is_up, memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
+        behind = wp.where(is_up, memory[M.FARTHEST_BEHIND], memory[M.FARTHEST_AHEAD])
+        released = wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD])
+        here, last, before = way * x, way * memory[M.DRIFT], way * memory[M.FORCE]
+        moved = here - last
+        yields_ahead, second_slope, second_length = one, c[C.SECOND_SLOPE], c[C.SECOND_LENGTH]
+        third_slope, third_length, first_slope = c[C.THIRD_SLOPE], c[C.THIRD_LENGTH], one
+        second_is_gone, third_is_gone = c[C.SECOND_IS_GONE], c[C.THIRD_IS_GONE]
+        if ASYMMETRIC:
+            yields_ahead = wp.where(is_up, one, c[C.YIELD_DRIFT_NEGATIVE])
+            first_slope = wp.where(is_up, one, c[C.STIFFNESS_NEGATIVE])
+            second_slope = wp.where(is_up, second_slope, c[C.SECOND_SLOPE_NEGATIVE])
+            second_length = wp.where(is_up, second_length, c[C.SECOND_LENGTH_NEGATIVE])
+            third_slope = wp.where(is_up, third_slope, c[C.THIRD_SLOPE_NEGATIVE])
+            third_length = wp.where(is_up, third_length, c[C.THIRD_LENGTH_NEGATIVE])
+            second_is_gone = wp.where(is_up, c[C.SECOND_IS_GONE_NEGATIVE], second_is_gone)  # of the side behind
+            third_is_gone = wp.where(is_up, c[C.THIRD_IS_GONE_NEGATIVE], third_is_gone)
+        yields_behind, third_behind = behind_yield(is_up, c)
+        releases = (way * memory[M.DIRECTION] < zero) and (before <= zero)
+        stored = type(x)(0.5) * before * before * flexibility_behind
+        plastic = behind - yields_behind
+        if ASYMMETRIC:
+            plastic /= yields_behind
+        damage = wp.where(
+            behind > yields_behind,
+            c[C.DAMAGE_BY_ENERGY] * (memory[M.WORK] - stored) + c[C.DAMAGE_BY_DUCTILITY] * plastic,
+            zero,
+        )
+        released = wp.where(releases, last - before * flexibility_behind, released)
+        target = clamped(
+            wp.where(releases, ahead * (one + damage), ahead),
+            yields_ahead,
+            type(x)(FARTHEST) * c[C.INVERSE_YIELD_DRIFT],
+        )
+        strength, slope = backbone(target, is_up, c)
+        # A side whose backbone has fallen to zero force has none again before the drift at which it did.
+        gone = wp.where(behind <= third_behind, second_is_gone, third_is_gone)
+        start = maximum(wp.where(behind <= yields_behind, released, -gone), released)
+        pinched = c[C.PINCHING_FORCE] * strength
+        bend = start + (target - (strength - pinched) * flexibility_ahead - start) * c[C.PINCHING_DRIFT]
+        is_first = here < bend
+        length = wp.where(is_first, bend - start, target - bend)
+        rise = wp.where(is_first, pinched, strength - pinched) / wp.where(length > zero, length, one)
+        towards = wp.where(is_first, zero, pinched) + (here - wp.where(is_first, start, bend)) * rise
+        elastic = before + moved / flexibility_ahead
+        force = minimum(elastic, towards)
+        slope = wp.where(elastic < towards, one / flexibility_ahead, rise)
+        # The line from this step on: no steeper than unloading, up to the reloading line or to its end.
+        stiff = one / flexibility_ahead
+        slope_from_here = wp.where(elastic < towards, stiff, minimum(rise, stiff))
+        end = wp.where(is_first, minimum(bend, target), target)
+        meets = elastic < towards and stiff > rise
+        end = wp.where(meets, minimum(here + (towards - elastic) / wp.where(meets, stiff - rise, one), end), end)
+        is_gap = is_first and here <= start
+        end = wp.where(is_gap, minimum(end, start), end)
+        end = wp.where(releases, here, end)  # a damaged side unloads more softly from the next step on
+        unloaded = before + moved / flexibility_behind
+        is_unloading = here < released
+        is_idle = wp.where(is_unloading, unloaded >= zero, is_gap)
+        force = wp.where(is_unloading, unloaded, force)
+        slope = wp.where(is_unloading, one / flexibility_behind, slope)
+        force = wp.where(is_idle, zero, force)
+        slope = wp.where(is_idle, zero, slope)
+        slope_from_here = wp.where(is_unloading or is_idle, slope, slope_from_here)
+        end = wp.where(is_unloading, released - type(x)(LEAST_FORCE) * flexibility_behind, end)
+        on_backbone = here >= ahead
+        full, steep = backbone(here, is_up, c)
+        on_third = here >= yields_ahead + second_length
+        is_last = here >= yields_ahead + second_length + third_length
+        slope_after = wp.where(
+            on_third,
+            wp.where(is_last, zero, third_slope),
+            wp.where(here < yields_ahead, first_slope, second_slope),
+        )
+        corner = wp.where(
+            on_third,
+            wp.where(is_last, type(x)(NO_END), yields_ahead + second_length + third_length),
+            yields_ahead + second_length,
+        )
+        corner = wp.where(here < yields_ahead, yields_ahead, corner)
+        slope_from_here = wp.where(on_backbone, slope_after, slope_from_here)
+        end = wp.where(on_backbone, corner, end)
+        force = wp.where(on_backbone, full, force)
+        slope = wp.where(on_backbone, steep, slope)
+        target = wp.where(on_backbone, here, target)
+        released = wp.where(on_backbone, wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD]), released)
+        return force, slope, way, target, released, slope_from_here, end
+
+    return device_functions(name, hysteretic_step)["hysteretic_step"]
+
+
+def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
+    """Return the law with or without an exponent of unloading, which takes two powers per force, and with two sides."""
+    hysteretic_step = _step_function(name, ASYMMETRIC)
+
+    def flexibility(farthest: Any, is_positive: bool, c: Any):
+        """1 over the stiffness with which a side unloads from its farthest drift."""
         one = type(farthest)(1.0)
+        if ASYMMETRIC:
+            stiffness = wp.where(is_positive, one, c[C.STIFFNESS_NEGATIVE])
+            yields = wp.where(is_positive, one, c[C.YIELD_DRIFT_NEGATIVE])
+            reached = maximum(farthest, yields)
+            strong, _slope = hysteretic_backbone_of_side(reached, is_positive, c)
+            softened = power_of(reached / yields, c[C.UNLOADING_EXPONENT])
+            return minimum(softened / stiffness, reached / maximum(strong, stiffness * yields))
         if SOFTENS:
-            # No softer than towards the origin; where the backbone is below yield no power is.
+            # Unloading is no softer than towards the origin, or than elastic if the backbone is below yield.
             reach = maximum(farthest, one)
-            strength, _slope = hysteretic_backbone(reach, c)
+            strength, _steep = hysteretic_backbone(reach, c)
             return minimum(power_of(reach, c[C.UNLOADING_EXPONENT]), reach / maximum(strength, one))
         return one
 
-    softer = device_functions(name, softer)["softer"]
+    flexibility = device_functions(name, flexibility)["flexibility"]
 
     def step(drift: Any, memory: Any, c: Any):
         x = drift * c[C.INVERSE_YIELD_DRIFT]
-        above, below = softer(memory[M.FARTHEST_AHEAD], c), softer(memory[M.FARTHEST_BEHIND], c)
+        above = flexibility(memory[M.FARTHEST_AHEAD], True, c)
+        below = flexibility(memory[M.FARTHEST_BEHIND], False, c)
         is_up = x >= memory[M.DRIFT]
         return hysteretic_step(x, memory, c, wp.where(is_up, above, below), wp.where(is_up, below, above))
 
@@ -176,7 +247,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         after = type(memory)()
         after[M.DRIFT] = x
         after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
-        # Only on the backbone is it farther than before.
+        # The farthest drifts grow only on the backbone.
         after[M.FARTHEST_AHEAD] = maximum(memory[M.FARTHEST_AHEAD], x)
         after[M.FARTHEST_BEHIND] = maximum(memory[M.FARTHEST_BEHIND], -x)
         after[M.WORK] = memory[M.WORK] + type(drift)(0.5) * (memory[M.FORCE] + after[M.FORCE]) * (x - memory[M.DRIFT])
@@ -189,7 +260,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         return after
 
     def tangent_on_line(drift: Any, memory: Any, c: Any):
-        # A line without length, as the first one is, has no slope: to stand there is elastic.
+        # A line without length, such as the first one, has no slope: a storey that has not moved is elastic.
         is_empty = memory[M.LOWER_END] == memory[M.UPPER_END]
         slope = wp.where(is_empty, type(drift)(1.0), memory[M.LINE_SLOPE])
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
@@ -207,9 +278,11 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
         after[M.DIRECTION] = way
         after[M.RELEASED_BEHIND] = wp.where(is_up, released, memory[M.RELEASED_BEHIND])
         after[M.RELEASED_AHEAD] = wp.where(is_up, memory[M.RELEASED_AHEAD], released)
-        # Both sides have been aimed at, and neither has yielded: the line leads both ways.
+        # If both sides have been aimed at and neither has yielded, the line leads both ways.
         one = type(drift)(1.0)
         is_elastic = after[M.FARTHEST_AHEAD] == one and after[M.FARTHEST_BEHIND] == one and wp.abs(x) < one
+        if ASYMMETRIC:
+            is_elastic = False
         after[M.LOWER_END] = wp.where(is_elastic, -one, wp.where(is_up, x, -end))
         after[M.UPPER_END] = wp.where(is_elastic, one, wp.where(is_up, end, x))
         after[M.LINE_SLOPE] = wp.where(is_elastic, one, slope_from_here)
@@ -230,7 +303,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
             / c[C.INVERSE_YIELD_DRIFT]
             * memory[M.FORCE]
             * memory[M.FORCE]
-            * softer(farthest, c)
+            * flexibility(farthest, memory[M.FORCE] > type(drift)(0.0), c)
         )
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
@@ -255,6 +328,7 @@ def _hysteretic(unloads_softer: bool, name: str) -> Spring:
 
 
 SPRINGS = {
-    "hysteretic": _hysteretic(False, "hysteretic"),
-    "hysteretic_softer_unloading": _hysteretic(True, "hysteretic_softer_unloading"),
+    "hysteretic": _hysteretic("hysteretic", False, False),
+    "hysteretic_softer_unloading": _hysteretic("hysteretic_softer_unloading", True, False),
+    "hysteretic_asymmetric": _hysteretic("hysteretic_asymmetric", True, True),
 }

@@ -1,13 +1,16 @@
-"""Trilinear storeys with pinching, damage and softer unloading (OpenSees: Hysteretic), as SimCenter's MDOF-LU has them.
+"""Trilinear storeys with pinching, damage and softer unloading (OpenSees: Hysteretic), as in SimCenter's MDOF-LU.
 
-The backbone goes on with its third slope beyond the last corner if that rises, and level if not. Drifts and
-forces are alike both ways; damage by energy is over that under both sides of the backbone.
+Beyond the last corner the backbone continues with its third slope if that rises, and is level otherwise. Damage by
+energy is divided by the energy under both sides of the backbone. The negative side has the backbone of the positive
+side, except for the parameters whose names end in `_negative`.
 
-Three things differ from OpenSees on purpose. No part of the backbone may be stiffer than its first, and no corner have
-a negative force. Unloading is no softer than towards the origin: where it is in OpenSees, which is with an exponent
-near 1 and a force above yield, a storey pushes on beyond the origin, its force jumps in reloading, and cycles give
-energy. And a backbone that comes to no force does so at the drift where its line crosses zero: OpenSees looks
-there whether the rounded force is above zero, and if it is, takes the storey for one that never lost its strength.
+Differences from OpenSees:
+
+- No part of a backbone may be stiffer than its first part, and no corner may have a negative force.
+- Unloading is no softer than towards the origin. With an exponent near 1 and a force above yield it is softer in
+  OpenSees: the storey then pushes on beyond the origin, its force jumps in reloading, and cycles give energy.
+- A backbone that falls to zero force does so at the drift where its line crosses zero. OpenSees checks whether the
+  rounded force there is above zero; if it is, the storey counts as one that never lost its strength.
 """
 
 from __future__ import annotations
@@ -17,14 +20,23 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws.backbone import backbone_problem, corners, ductility, falls, force_ratio
-from warpdyn.engine.laws.law import YIELD_FORCE, Law, Layout, Values, parameter, shared
+from warpdyn.engine.laws.backbone import (
+    backbone_problem,
+    corners,
+    ductility,
+    falls,
+    force_ratio,
+    named_as_negative,
+    negative_side,
+)
+from warpdyn.engine.laws.law import YIELD_FORCE, Law, Layout, Values, negative, parameter, shared
+from warpdyn.engine.laws.parameter import Parameter
 
 NEVER = 1e30  # yield drifts
 
 
 class Coefficient(Layout):
-    """What the device functions read, in yield drifts and yield forces."""
+    """Coefficients of the device functions, in units of the positive side's yield drift and yield force."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
@@ -32,19 +44,32 @@ class Coefficient(Layout):
     SECOND_SLOPE = enum.auto()
     THIRD_SLOPE = enum.auto()
     THIRD_LENGTH = enum.auto()
-    SECOND_IS_GONE = enum.auto()  # drift at which the second part comes to no force
+    SECOND_IS_GONE = enum.auto()  # drift at which the second part reaches zero force
     THIRD_IS_GONE = enum.auto()
     PINCHING_DRIFT = enum.auto()
     PINCHING_FORCE = enum.auto()
     DAMAGE_BY_DUCTILITY = enum.auto()
     DAMAGE_BY_ENERGY = enum.auto()
     UNLOADING_EXPONENT = enum.auto()
+    STIFFNESS_NEGATIVE = enum.auto()
+    YIELD_DRIFT_NEGATIVE = enum.auto()
+    SECOND_LENGTH_NEGATIVE = enum.auto()
+    SECOND_SLOPE_NEGATIVE = enum.auto()
+    THIRD_SLOPE_NEGATIVE = enum.auto()
+    THIRD_LENGTH_NEGATIVE = enum.auto()
+    SECOND_IS_GONE_NEGATIVE = enum.auto()
+    THIRD_IS_GONE_NEGATIVE = enum.auto()
+
+
+STIFFNESS_RATIO = Parameter(
+    "1", "ratio of the initial stiffness to the storey stiffness", low=0.0, low_open=True, optional="1"
+)
 
 
 class Hysteretic(Law):
-    """A trilinear storey with pinching, damage and softer unloading (OpenSees: Hysteretic, alike both ways).
+    """A trilinear storey with pinching, damage and softer unloading (OpenSees: Hysteretic).
 
-    `warpdyn.engine.laws.hysteretic.parameters` says where OpenSees differs.
+    The help of its module lists the rules and the differences from OpenSees.
 
     Example:
         >>> wd.laws.Hysteretic(yield_force=1e6, ductility_2=4, force_ratio_2=1.2, ductility_3=10, force_ratio_3=0.6)
@@ -72,48 +97,81 @@ class Hysteretic(Law):
         "1", "power of ductility by which unloading softens", low=0.0, high=1.0, default=0.0, opensees="beta"
     )
 
+    yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="s1n")
+    stiffness_ratio_negative: ArrayLike = negative(STIFFNESS_RATIO, "stiffness")
+    ductility_2_negative: ArrayLike = negative(ductility(2), "ductility_2", opensees="e2n over e1n")
+    force_ratio_2_negative: ArrayLike = negative(force_ratio(2), "force_ratio_2", opensees="s2n over s1n")
+    ductility_3_negative: ArrayLike = negative(ductility(3), "ductility_3", opensees="e3n over e1n")
+    force_ratio_3_negative: ArrayLike = negative(force_ratio(3), "force_ratio_3", opensees="s3n over s1n")
+
     opensees = ("Hysteretic",)
     rows = {
         "hysteretic": Coefficient.names(Coefficient.UNLOADING_EXPONENT),
-        "hysteretic_softer_unloading": Coefficient.names(),
+        "hysteretic_softer_unloading": Coefficient.names(Coefficient.STIFFNESS_NEGATIVE),
+        "hysteretic_asymmetric": Coefficient.names(),
     }
 
     @classmethod
     def spring(cls, p: Values) -> str:
+        if any(name.endswith("_negative") for name in p):
+            return "hysteretic_asymmetric"
         return "hysteretic_softer_unloading" if np.any(p["unloading_exponent"] > 0) else "hysteretic"
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """Each reversal without force, or towards none, moves the drift aimed at away by the damage so far."""
+        """With damage, each reversal at zero force, or towards it, moves the drift aimed at outwards."""
         return bool(np.any(p["damage_by_ductility"] > 0) or np.any(p["damage_by_energy"] > 0))
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        return cls.counts_reversals(p) or falls(p, 3)
+        return cls.counts_reversals(p) or falls(p, 3) or falls(negative_side(p), 3)
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        (_, d2, d3), (_, f2, f3) = corners(p, 3)
-        second, third = (f2 - 1) / (d2 - 1), (f3 - f2) / (d3 - d2)
-        # Where the parts' lines come to no force, if they do so before the next corner.
-        falls = third < 0
-        energy = 2 * (0.5 + (d2 - 1) * (1 + f2) / 2 + (d3 - d2) * (f2 + f3) / 2)
-        values = {
-            "inverse_yield_drift": p["stiffness"] / p["yield_force"],
-            "yield_force": p["yield_force"],
-            "second_length": d2 - 1,
-            "second_slope": second,
-            "third_slope": third,
-            "third_length": np.where(third > 0, NEVER, d3 - d2),
-            "second_is_gone": np.where((second < 0) & (f2 == 0), d2, NEVER),
-            "third_is_gone": np.where(falls & (f3 == 0), d3, NEVER),
-            "pinching_drift": p["pinching_drift"],
-            "pinching_force": p["pinching_force"],
-            "damage_by_ductility": p["damage_by_ductility"],
-            "damage_by_energy": p["damage_by_energy"] / energy,
-        }
-        return values if row == "hysteretic" else values | {"unloading_exponent": p["unloading_exponent"]}
+        inverse = {"inverse_yield_drift": p["stiffness"] / p["yield_force"], "yield_force": p["yield_force"]}
+        side, energy = _side(p)
+        below = negative_side(p)
+        side_below, energy_below = _side(below)
+        force = below["yield_force"] / p["yield_force"]
+        stiffness = p.get("stiffness_ratio_negative", np.ones_like(force))
+        energy = energy + energy_below * force * force / stiffness
+        values = (
+            inverse
+            | side
+            | {"pinching_drift": p["pinching_drift"], "pinching_force": p["pinching_force"]}
+            | {"damage_by_ductility": p["damage_by_ductility"], "damage_by_energy": p["damage_by_energy"] / energy}
+        )
+        if row == "hysteretic":
+            return values
+        values |= {"unloading_exponent": p["unloading_exponent"]}
+        if row == "hysteretic_softer_unloading":
+            return values
+        drift = force / stiffness
+        values |= {"stiffness_negative": stiffness, "yield_drift_negative": drift}
+        for name, value in side_below.items():
+            is_slope = name.endswith("_slope")
+            values[f"{name}_negative"] = value * stiffness if is_slope else np.minimum(value * drift, NEVER)
+        return values
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        return backbone_problem(p, 3)
+        return backbone_problem(p, 3) or named_as_negative(backbone_problem(negative_side(p), 3), p)
+
+    @staticmethod
+    def stiffest(p: Values) -> np.ndarray:
+        return p["stiffness"] * np.maximum(p.get("stiffness_ratio_negative", 1.0), 1.0)
+
+
+def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    """Return the coefficients of a side's backbone, and the energy under it, in its yield drifts and yield forces."""
+    (_, d2, d3), (_, f2, f3) = corners(p, 3)
+    second, third = (f2 - 1) / (d2 - 1), (f3 - f2) / (d3 - d2)
+    side = {
+        "second_length": d2 - 1,
+        "second_slope": second,
+        "third_slope": third,
+        "third_length": np.where(third > 0, NEVER, d3 - d2),
+        "second_is_gone": np.where((second < 0) & (f2 == 0), d2, NEVER),
+        "third_is_gone": np.where((third < 0) & (f3 == 0), d3, NEVER),
+    }
+    return side, 0.5 + (d2 - 1) * (1 + f2) / 2 + (d3 - d2) * (f2 + f3) / 2

@@ -1,7 +1,7 @@
-"""The law of Ibarra, Medina and Krawinkler (2005) with bilinear hysteresis, by the rules of OpenSees' IMKBilin.
+"""The law of Ibarra, Medina and Krawinkler (2005) with bilinear hysteresis, with the rules of OpenSees' IMKBilin.
 
-The storey moves along its unloading stiffness until it meets the backbone of the side it moves to. A side's backbone
-deteriorates whenever the force changes its sign towards it.
+The force moves with the unloading stiffness until it meets the backbone of the side that the storey moves to. The
+backbone of a side deteriorates whenever the force changes its sign towards this side.
 """
 
 import enum
@@ -11,17 +11,23 @@ from typing import Any
 import warp as wp
 
 from warpdyn.engine.device.extrema import maximum, minimum
-from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import energy_rules, on_lines, spring_of
-from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, IbarraMedinaKrawinklerBilinear
+from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import energy_rules, on_lines, side_rules, spring_of
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import (
+    Coefficient as C,
+    IbarraMedinaKrawinklerBilinear,
+    row_of,
+)
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions
 from warpdyn.engine.laws.spring import Spring
 
-ALL = wp.constant(wp.float64(2.0))  # a loss of strength to the residual force, or of slope with all strength
+ALL = wp.constant(
+    wp.float64(2.0)
+)  # loss of strength down to the residual force, or loss of all strength (stored as a loss of slope)
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; that of the family comes first."""
+    """The memory, in yield drifts and yield forces; the values of `Common` come first."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
@@ -35,13 +41,14 @@ class M(Layout):
     STRENGTH_LOSS_BELOW = enum.auto()
     SLOPE_LOSS_BELOW = enum.auto()
     CAPPING_LOSS_BELOW = enum.auto()
-    LIFT = enum.auto()  # of the hardening line of the present side above where strength alone puts it
+    LIFT = enum.auto()  # rise of the present hardening line above the line that the strength alone gives
 
 
-def _law(name: str, POWERS: bool) -> Spring:
+def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
     """Return the law; without powers its exponent of deterioration is 1."""
-    names = IbarraMedinaKrawinklerBilinear.rows["ibarra_medina_krawinkler_bilinear" + "_power" * POWERS]
-    EXPONENT = wp.constant(len(names) - 1)
+    names, exponent, first_negative = row_of(IbarraMedinaKrawinklerBilinear, POWERS, ASYMMETRIC)
+    EXPONENT = wp.constant(exponent)
+    of_side = side_rules(name, first_negative)
     deterioration, after_turning = energy_rules(POWERS)
 
     def turns_back(x_before: Any, f_before: Any):
@@ -63,22 +70,22 @@ def _law(name: str, POWERS: bool) -> Spring:
         return u != memory[M.DRIFT] and (turns or crosses)
 
     def following(BY_RULES: bool) -> Callable:
-        """Return the function that follows the path, by all rules, or of storeys that stay on their line."""
+        """Return the function that follows the path: by all rules, or for storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)
             one = type(drift)(1.0)
             two = type(drift)(2.0)
-            # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
+            # Warp defines a constant where it is first used. In a branch, it would be undefined after the branch.
             all_of_it = type(drift)(ALL)
-            residual = c[C.RESIDUAL_FORCE]
             exponent = one
             if POWERS:
                 exponent = c[EXPONENT]
-            # All of a step is seen from the side that the storey moves to.
+            # The whole step is seen from the side that the storey moves to.
             u = drift * c[C.INVERSE_YIELD_DRIFT]
             moving = u != memory[M.DRIFT]
             up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.FORCE] >= zero)
+            yields, hardening, falling_slope, height, residual, ultimate, rate = of_side(up, c)
             side = wp.where(up, one, -one)
             x = side * u
             x_before = side * memory[M.DRIFT]
@@ -93,9 +100,9 @@ def _law(name: str, POWERS: bool) -> Spring:
             on_backbone = memory[M.STATE] >= type(drift)(4.0)
             seen = wp.where(on_backbone, memory[M.STATE] - type(drift)(4.0), memory[M.STATE])
             lift = memory[M.LIFT]
-            strength = wp.where(strength_loss > one, residual, one - strength_loss)
-            slope = maximum(c[C.HARDENING_SLOPE] - slope_loss, zero)
-            capping = c[C.CAPPING_HEIGHT] - capping_loss
+            strength = wp.where(strength_loss > yields, residual, yields - strength_loss)
+            slope = maximum(hardening - slope_loss, zero)
+            capping = height - capping_loss
             fails = bool(False)
             if BY_RULES:
                 if moving and on_backbone and turns_back(x_before, f_before):
@@ -105,41 +112,41 @@ def _law(name: str, POWERS: bool) -> Spring:
             stiffness = one - stiffness_loss
             force = f_before + stiffness * (x - x_before)
             if not BY_RULES:
-                # What rounding alone takes past no force crosses it in the next step.
+                # A force that passes zero by rounding alone crosses zero in the next step.
                 nears = not on_backbone and f_before <= zero and seen > zero
                 force = wp.where(nears, minimum(force, zero), force)
             if BY_RULES:
                 if moving and not on_backbone and f_before <= zero and force >= zero and seen > zero:
                     spent = maximum(energy - energy_before, zero)
                     fails = fails or spent > c[C.STRENGTH_CAPACITY] - energy or spent > c[C.CAPPING_CAPACITY] - energy
-                    weakening = one - c[C.DETERIORATION_RATE] * deterioration(
-                        spent, c[C.STRENGTH_CAPACITY] - energy, exponent
-                    )
+                    weakening = one - rate * deterioration(spent, c[C.STRENGTH_CAPACITY] - energy, exponent)
+                    lowering = one - rate * deterioration(spent, c[C.CAPPING_CAPACITY] - energy, exponent)
+                    if ASYMMETRIC:  # the rate may be above 1
+                        weakening = maximum(weakening, zero)
+                        lowering = maximum(lowering, zero)
                     strength *= weakening
                     slope *= weakening
-                    capping *= one - c[C.DETERIORATION_RATE] * deterioration(
-                        spent, c[C.CAPPING_CAPACITY] - energy, exponent
-                    )
+                    capping *= lowering
                     energy_before = energy
                     intercept = strength - slope * strength
-                    steepness = slope + c[C.FALLING_SLOPE] * maximum(strength - residual, zero)
+                    steepness = slope + falling_slope * maximum(strength - residual, zero)
                     cap_drift = wp.where(steepness > zero, (capping - intercept) / steepness, zero)
                     cap_force = intercept + slope * cap_drift
                     lift = zero
-                    strength_loss = one - strength
+                    strength_loss = yields - strength
                     if cap_force <= residual:
                         strength = residual
-                        strength_loss = all_of_it
+                        strength_loss = all_of_it * yields
                         slope = zero
                         capping = residual
-                    # The hardening line starts from where the storey comes to the residual force, if that is above it.
+                    # If the hardening line is too steep, it starts where the storey reaches the residual force.
                     way = cap_drift - x_before - (residual - f_before) / stiffness
                     if cap_force > residual and way > zero and slope * way > cap_force - residual:
                         slope = (cap_force - residual) / way
                         lift = cap_force - slope * cap_drift - (strength - slope * strength)
-                    slope_loss = wp.where(slope_loss > one, slope_loss, c[C.HARDENING_SLOPE] - slope)
-                    capping_loss = c[C.CAPPING_HEIGHT] - capping
-            falling = c[C.FALLING_SLOPE] * maximum(strength - residual, zero)
+                    slope_loss = wp.where(slope_loss > one, slope_loss, hardening - slope)
+                    capping_loss = height - capping
+            falling = falling_slope * maximum(strength - residual, zero)
             bound, tangent = on_lines(x, strength - slope * strength + lift, slope, capping, falling, residual)
             is_lost = slope_loss > one
             other_is_lost = other_slope_loss > one
@@ -149,10 +156,10 @@ def _law(name: str, POWERS: bool) -> Spring:
             if moving and force > bound:
                 force = bound
                 on_backbone = True
-            elif moving or not on_backbone:  # it may rise from no force to the backbone that it was on
+            elif moving or not on_backbone:  # the force may rise from zero to the backbone that it left
                 tangent = stiffness
             is_at_residual = wp.where(falling > zero, capping - falling * x <= residual, force == residual)
-            loses = moving and (x >= c[C.ULTIMATE_DRIFT] or (on_backbone and force <= zero))
+            loses = moving and (x >= ultimate or (on_backbone and force <= zero))
             if loses or fails:
                 force = zero
                 tangent = zero
@@ -197,11 +204,12 @@ def _law(name: str, POWERS: bool) -> Spring:
                 stiffness = type(memory[M.DRIFT])(0.5)
         return stiffness, holds
 
-    functions = following(True), following(False), leaves_line, unloading
+    functions = following(True), following(False), leaves_line, unloading, of_side
     return spring_of(name, *functions, len(M), None, len(names))
 
 
 SPRINGS = {
     "ibarra_medina_krawinkler_bilinear": _law("imk_bilinear", False),
     "ibarra_medina_krawinkler_bilinear_power": _law("imk_bilinear_power", True),
+    "ibarra_medina_krawinkler_bilinear_asymmetric": _law("imk_bilinear_asymmetric", True, True),
 }

@@ -1,8 +1,8 @@
-"""What the laws of Ibarra, Medina and Krawinkler (2005) share: energy that is spent, and what it takes away.
+"""Common rules of the laws of Ibarra, Medina and Krawinkler (2005): backbones, and deterioration by energy.
 
-All is in units of the yield drift and of the yield force, which makes the initial stiffness 1. A backbone has the
-hardening line and the capping line, which falls. The energies that exhaust a storey are infinite where nothing
-deteriorates.
+Drifts and forces are in units of the positive side's yield drift and yield force, so the initial stiffness is 1. A
+backbone consists of the hardening line and the falling capping line. The energy that exhausts a storey is infinite if
+nothing deteriorates.
 """
 
 import enum
@@ -13,31 +13,61 @@ import warp as wp
 
 from warpdyn.engine.device.exponentials import power_of
 from warpdyn.engine.device.extrema import maximum, minimum
-from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, Negative as N
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-SMALLEST = wp.constant(wp.float64(1e-30))  # divisors, where the quotient has no say
+SMALLEST = wp.constant(wp.float64(1e-30))  # least divisor, for quotients that are not used
 
 
 class Common(Layout):
-    """The memory that every kind begins with, in yield drifts and yield forces."""
+    """The first values of the memory of every kind, in yield drifts and yield forces."""
 
     DRIFT = enum.auto()  # of the last step
     FORCE = enum.auto()
     STIFFNESS_LOSS = enum.auto()  # of unloading
-    ENERGY = enum.auto()  # taken so far
-    ENERGY_BEFORE = enum.auto()  # taken before the last change of the force's sign
+    ENERGY = enum.auto()  # that the storey has taken so far
+    ENERGY_BEFORE = enum.auto()  # that it had taken before the last change of the force's sign
+
+
+def side_rules(name: str, FIRST_NEGATIVE: int | None) -> Callable:
+    """Return the function of the backbone of the side that a storey moves to, `(is_up, c) -> values`.
+
+    The values are yield force, hardening slope, falling slope, height of the capping line, residual force, ultimate
+    drift, and deterioration rate.
+
+    Args:
+        name: Start of the device function's name.
+        FIRST_NEGATIVE: Index of the first coefficient of the negative side; None if both sides are the same.
+    """
+    ASYMMETRIC = FIRST_NEGATIVE is not None
+    FIRST = wp.constant(FIRST_NEGATIVE or 0)
+
+    def of_side(is_up: bool, c: Any):
+        yields = type(c[0])(1.0)
+        hardening, falling, height = c[C.HARDENING_SLOPE], c[C.FALLING_SLOPE], c[C.CAPPING_HEIGHT]
+        residual, ultimate, rate = c[C.RESIDUAL_FORCE], c[C.ULTIMATE_DRIFT], c[C.DETERIORATION_RATE]
+        if ASYMMETRIC:
+            yields = wp.where(is_up, yields, c[FIRST + N.YIELD_FORCE])
+            hardening = wp.where(is_up, hardening, c[FIRST + N.HARDENING_SLOPE])
+            falling = wp.where(is_up, falling, c[FIRST + N.FALLING_SLOPE])
+            height = wp.where(is_up, height, c[FIRST + N.CAPPING_HEIGHT])
+            residual = wp.where(is_up, residual, c[FIRST + N.RESIDUAL_FORCE])
+            ultimate = wp.where(is_up, ultimate, c[FIRST + N.ULTIMATE_DRIFT])
+            rate = wp.where(is_up, rate, c[FIRST + N.DETERIORATION_RATE])
+        return yields, hardening, falling, height, residual, ultimate, rate
+
+    return device_functions(name, of_side)["of_side"]
 
 
 def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
-    """Return the functions of what energy takes away; without powers, which are slow, the exponent is 1.
+    """Return the functions of deterioration; without powers, which are slow, the exponent is 1.
 
     Returns:
-        `(spent, left, exponent) -> share` that is lost where so much was spent of what had been left.
-        `(force, stiffness, energy, energy_before, exponent, c) -> stiffness` with which a storey that turns back
-        unloads, and whether its energy is exhausted.
+        `(spent, left, exponent) -> share`: the share that is lost if an energy was spent of the energy that was left.
+        `(force, stiffness, energy, energy_before, exponent, c) -> stiffness, is_exhausted`: the unloading stiffness of
+        a storey that turns back, and whether its energy is exhausted.
     """
 
     def deterioration(spent: Any, left: Any, exponent: Any):
@@ -54,7 +84,7 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
         spent = maximum(energy - energy_before - elastic, type(force)(0.0))
         left = c[C.UNLOADING_CAPACITY] - (energy - elastic)
         deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
-        # An excursion gives back no more than was put in, which a stiffness that is about exhausted would.
+        # An excursion gives back no more energy than it took; with an almost exhausted stiffness it would give more.
         given = maximum(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
         least = minimum(force * force / given, stiffness)
         return maximum(deteriorated, least), spent > left
@@ -64,7 +94,7 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
 
 @wp.func
 def on_lines(drift: Any, intercept: Any, slope: Any, capping: Any, falling: Any, residual: Any):
-    """Return the force of a backbone at a drift to its own side, and its slope."""
+    """Return the force and the slope of a backbone at a drift, both positive on the side of the backbone."""
     hardening = intercept + slope * drift
     capped = capping - falling * drift
     force = maximum(minimum(hardening, capped), residual)
@@ -78,21 +108,23 @@ def spring_of(
     go_on: Callable,
     leaves_line: Callable,
     unloading: Callable,
+    of_side: Callable,
     memory: int,
     values_on_line: int | None,
     coefficients: int,
 ) -> Spring:
-    """Return the storey law of functions that follow the path, not yet Warp's.
+    """Return the storey law of Python functions that follow the path.
 
     Args:
-        name: What the device functions' names begin with.
+        name: Start of the device functions' names.
         follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
-        go_on: The same of a storey that stays on its line.
+        go_on: The same for a storey that stays on its line.
         leaves_line: `(drift, memory, c) -> bool`, true if the storey turns or passes a corner on its way there.
-        unloading: `(memory, c) -> stiffness` with which the storey would unload, and whether it still can.
-        memory: Number of its values.
-        values_on_line: Number of its first values that may change along a line; None for all.
-        coefficients: Number of theirs.
+        unloading: `(memory, c) -> stiffness, holds`: the present unloading stiffness, and whether energy is left.
+        of_side: As `side_rules` returns it.
+        memory: Number of values of the memory.
+        values_on_line: Number of values, from the first on, that may change along a line; None: all.
+        coefficients: Number of coefficients.
     """
 
     follow, unloading, leaves_line = device_functions(name, follow, unloading, leaves_line).values()
@@ -125,13 +157,12 @@ def spring_of(
     def elastic_energy(drift: Any, memory: Any, c: Any):
         stiffness, holds = unloading(memory, c)
         zero = type(drift)(0.0)
-        # A stiffness that is about exhausted would give back more than was put in, on a way that has no end: the way
-        # ends with the force, or at the ultimate drift of the other side.
+        # With an almost exhausted stiffness, unloading would give back more energy than was put in. Unloading ends at
+        # zero force, or at the ultimate drift of the other side.
         force = wp.abs(memory[Common.FORCE])
         side = wp.where(memory[Common.FORCE] < zero, -type(drift)(1.0), type(drift)(1.0))
-        way = minimum(
-            force / maximum(stiffness, type(drift)(SMALLEST)), c[C.ULTIMATE_DRIFT] + side * memory[Common.DRIFT]
-        )
+        _yields, _hardening, _falling, _height, _residual, ultimate, _rate = of_side(memory[Common.FORCE] < zero, c)
+        way = minimum(force / maximum(stiffness, type(drift)(SMALLEST)), ultimate + side * memory[Common.DRIFT])
         energy = minimum(way * (force - type(drift)(0.5) * stiffness * way), memory[Common.ENERGY])
         return wp.where(holds, maximum(energy, zero) * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT], zero)
 

@@ -1,4 +1,4 @@
-"""The rows of Ibarra's, Medina's and Krawinkler's laws."""
+"""The rows of the laws of Ibarra, Medina and Krawinkler."""
 
 from warpdyn.engine.laws.ibarra_medina_krawinkler import bilinear_rules, peak_oriented_rules
 

@@ -1,29 +1,35 @@
 """Storeys after Ibarra, Medina and Krawinkler (2005), as modified by Lignos and Krawinkler (2011).
 
-A backbone, the same both ways, rises from yield to a capping point, falls to the residual force and ends at the
-ultimate drift, where the storey loses its strength. Energy deteriorates it: each time the force changes its sign, the
-backbone of the side it changes to loses the shares D (E_i / (Lambda Fy - E))^c of its yield force and hardening slope
-and of the force of its capping line, and its farthest peak moves on by such a share; each time the storey turns back,
-the unloading stiffness loses a share, without D. E is the energy taken so far, E_i that since the last change of sign;
-each of the four has a Lambda of its own, a drift. 0 means none, of Lambda and of the ultimate drift.
+A backbone rises from yield to a capping point, falls to the residual force and ends at the ultimate drift, where the
+storey loses its strength. The negative side has the backbone of the positive side, except for the parameters whose
+names end in `_negative`; the initial stiffness is the same. An ultimate drift or a Lambda of 0 means infinity.
 
-The rules are those of OpenSees' IMKBilin, IMKPeakOriented and IMKPinching (of 2022 and 2023), so that the unloading
-stiffness of a bilinear storey that has come to its residual force is half the initial one, and one that has lost its
-strength one way has the residual force the other way; the others lose all at once.
+Energy deteriorates the storey. Let E be the energy that the storey has taken so far, Ei that since the last change of
+the force's sign, and beta = (Ei / (Lambda Fy - E))^c. Each mode of deterioration has its own Lambda, a drift; Fy is the
+yield force of the positive side.
 
-Ours differ on purpose:
+- Each time the force changes its sign, the side that it changes to loses the share D beta of its yield force and
+  hardening slope and of the force of its capping line, and its farthest peak moves out by the share D beta.
+- Each time the storey turns back, the unloading stiffness loses the share beta, without D.
 
-- Once more energy was spent than was left of Lambda Fy, the storey is exhausted and its force is gone, as Ibarra and
-  others have it. OpenSees' go on for ever, and deteriorate no more, if a single excursion takes E beyond Lambda Fy.
-- A storey never reloads more steeply than at its initial stiffness. OpenSees' forces jump where the peak that they go
-  for lies close to where the force changed its sign, or behind it.
-- The residual force bounds a backbone everywhere. With OpenSees' IMKPeakOriented and IMKPinching it does so beyond the
-  capping point alone, and the force jumps where deterioration has taken hardening below it.
-- Without deterioration, Lambda is 0; OpenSees needs a large one. An excursion that has given back more than it took
-  deteriorates nothing; OpenSees raises the negative energy to the exponent, which with 1.5 gives no number at all.
-- A storey that turns back from its backbone gives back no more than was put in since the force last changed its sign:
-  where the unloading stiffness is about exhausted it is as low as that allows. In OpenSees it comes close to zero, and
-  the storey pushes on for hundreds of yield drifts.
+The rules are those of OpenSees' IMKBilin, IMKPeakOriented and IMKPinching (of 2022 and 2023). So the unloading
+stiffness of a bilinear storey that has reached its residual force is half the initial one. If a bilinear storey has
+lost its strength in one direction, it keeps the residual force in the other; the other kinds lose all strength at once.
+
+Differences from OpenSees:
+
+- Once more energy was spent than was left of Lambda Fy, the storey is exhausted and has no force, as in the paper.
+  OpenSees' storeys continue without further deterioration if a single excursion takes E beyond Lambda Fy.
+- A storey never reloads more steeply than with its initial stiffness. OpenSees' forces jump if the peak aimed at is
+  close to the point where the force changed its sign, or behind it.
+- The residual force bounds a backbone everywhere. With OpenSees' IMKPeakOriented and IMKPinching it does so only beyond
+  the capping point, and the force jumps if deterioration has lowered the hardening part below it.
+- Without deterioration, Lambda is 0; OpenSees needs a large one. An excursion that has given back more energy than it
+  took deteriorates nothing; OpenSees raises the negative energy to the exponent, which is NaN for an exponent of 1.5.
+- A storey that turns back from its backbone gives back no more energy than it took since the force last changed its
+  sign: an unloading stiffness that is almost exhausted is limited by that. In OpenSees it approaches zero, and the
+  storey pushes on for hundreds of yield drifts.
+- A rate D above 1 lowers a strength to zero at most. In OpenSees strengths can become negative.
 """
 
 from __future__ import annotations
@@ -33,25 +39,27 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.engine.laws.backbone import named_as_negative, negative_side
 from warpdyn.engine.laws.bounds import first_place, place_of
-from warpdyn.engine.laws.law import YIELD_FORCE, Law, Layout, Values, shared
+from warpdyn.engine.laws.law import YIELD_FORCE, Law, Layout, Values, negative, shared
 from warpdyn.engine.laws.parameter import Parameter
 
 
 class Coefficient(Layout):
-    """What the device functions read, in yield drifts and yield forces.
+    """Coefficients of the device functions, in units of the positive side's yield drift and yield force.
 
-    A row has as many of them as its kind needs, and the exponent of deterioration behind them where that is not 1.
+    A row has those that its kind needs, then the exponent of deterioration if that may differ from 1, then the
+    coefficients of the negative side if that may differ.
     """
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
     HARDENING_SLOPE = enum.auto()
     FALLING_SLOPE = enum.auto()  # of the capping line
-    CAPPING_HEIGHT = enum.auto()  # of that line at no drift
+    CAPPING_HEIGHT = enum.auto()  # force of the capping line at zero drift
     RESIDUAL_FORCE = enum.auto()
     ULTIMATE_DRIFT = enum.auto()
-    STRENGTH_CAPACITY = enum.auto()  # energy that exhausts a storey; infinite where nothing deteriorates
+    STRENGTH_CAPACITY = enum.auto()  # energy that exhausts a storey; infinite without deterioration
     CAPPING_CAPACITY = enum.auto()
     UNLOADING_CAPACITY = enum.auto()
     DETERIORATION_RATE = enum.auto()  # D
@@ -60,16 +68,30 @@ class Coefficient(Layout):
     PINCHING_DRIFT_SHARE = enum.auto()  # 1 - kappaD
 
 
+class Negative(Layout):
+    """Coefficients of the negative side, in units of the positive side."""
+
+    YIELD_FORCE = enum.auto()
+    HARDENING_SLOPE = enum.auto()
+    FALLING_SLOPE = enum.auto()
+    CAPPING_HEIGHT = enum.auto()
+    RESIDUAL_FORCE = enum.auto()
+    ULTIMATE_DRIFT = enum.auto()
+    DETERIORATION_RATE = enum.auto()
+
+
 def _capacity(of: str, opensees: str) -> Parameter:
-    words = f"energy over yield force that exhausts the {of}, 0 for no deterioration"
+    words = f"energy over yield force that exhausts the {of}, 0: no deterioration"
     return Parameter("m", words, low=0.0, opensees=opensees)
 
 
 PLASTIC_DRIFT = Parameter("m", "drift from yield to the capping point", low=0.0, low_open=True, opensees="Up")
-POST_CAPPING_DRIFT = Parameter("m", "drift from the capping point to no force", low=0.0, low_open=True, opensees="Upc")
+POST_CAPPING_DRIFT = Parameter(
+    "m", "drift from the capping point to zero force", low=0.0, low_open=True, opensees="Upc"
+)
 CAPPING_FORCE = Parameter("1", "ratio of the force at the capping point to the yield force", low=1.0, opensees="FmaxFy")
 RESIDUAL_FORCE = Parameter("1", "ratio of residual to yield force", low=0.0, high=1.0, high_open=True, opensees="ResF")
-ULTIMATE_DRIFT = Parameter("m", "drift at which all strength is lost, 0 for none", low=0.0, opensees="Uu")
+ULTIMATE_DRIFT = Parameter("m", "drift at which all strength is lost, 0: never", low=0.0, opensees="Uu")
 STRENGTH_CAPACITY = _capacity("yield force", "LAMBDA_S")
 POST_CAPPING_CAPACITY = _capacity("post-capping strength", "LAMBDA_C")
 UNLOADING_CAPACITY = _capacity("unloading stiffness", "LAMBDA_K")
@@ -79,29 +101,40 @@ PINCHING_FORCE = Parameter(
 )
 PINCHING_DRIFT = Parameter("1", "share of the plastic drift before the pinching point", 0.0, 1.0, opensees="kappaD")
 EXPONENT = Parameter("1", "exponent c of deterioration", low=1.0, opensees="c_S, c_C, c_A and c_K")
-RATE = Parameter("1", "rate D of deterioration", low=0.0, low_open=True, high=1.0, opensees="D_pos and D_neg")
+RATE = Parameter("1", "rate D of deterioration", low=0.0, low_open=True, high=2.0, opensees="D_pos")
 
 
 def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
-    """Return the rows of a kind of storey: without powers, of which CPUs take one at a time, and with them."""
+    """Return the rows of a kind of storey: without powers, which are slow on CPUs, with them, and with two sides."""
     names = Coefficient.names(count)
+    power = (*names, "deterioration_exponent")
     return {
         f"ibarra_medina_krawinkler_{kind}": names,
-        f"ibarra_medina_krawinkler_{kind}_power": (*names, "deterioration_exponent"),
+        f"ibarra_medina_krawinkler_{kind}_power": power,
+        f"ibarra_medina_krawinkler_{kind}_asymmetric": (*power, *(f"{name}_negative" for name in Negative.names())),
     }
+
+
+def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, ...], int, int | None]:
+    """Return a row's coefficients, and the indices of the exponent and of the negative side's first coefficient."""
+    names = law.rows[law.name + ("_asymmetric" if asymmetric else "_power" * powers)]
+    common = len(law.rows[law.name])
+    return names, common if powers else common - 1, common + 1 if asymmetric else None
 
 
 def _row(law: type[Law], p: Values) -> str:
     """Return the row of storeys: that without powers if all of them have the exponent 1."""
-    linear, power = law.rows
+    linear, power, asymmetric = law.rows
+    if any(name.endswith("_negative") for name in p) or np.any(p["deterioration_rate"] > 1):
+        return asymmetric
     return linear if np.all(p["deterioration_exponent"] == 1) else power
 
 
 class IbarraMedinaKrawinklerBilinear(Law):
     """A storey with a capping point and cyclic deterioration, bilinear (OpenSees: IMKBilin).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); the help of its module has the rules,
-    and where OpenSees differs. The stiffness is OpenSees' Ke.
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
+    and the differences from OpenSees. The stiffness is OpenSees' Ke.
 
     Example:
         >>> wd.laws.IbarraMedinaKrawinklerBilinear(
@@ -121,6 +154,15 @@ class IbarraMedinaKrawinklerBilinear(Law):
     unloading_deterioration_drift: ArrayLike = shared(UNLOADING_CAPACITY, default=0.0)
     deterioration_exponent: ArrayLike = shared(EXPONENT, default=1.0)
     deterioration_rate: ArrayLike = shared(RATE, default=1.0)
+    yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="Fy_neg")
+    plastic_drift_to_capping_negative: ArrayLike = negative(
+        PLASTIC_DRIFT, "plastic_drift_to_capping", opensees="Up_neg"
+    )
+    post_capping_drift_negative: ArrayLike = negative(POST_CAPPING_DRIFT, "post_capping_drift", opensees="Upc_neg")
+    capping_force_ratio_negative: ArrayLike = negative(CAPPING_FORCE, "capping_force_ratio", opensees="FmaxFy_neg")
+    residual_force_ratio_negative: ArrayLike = negative(RESIDUAL_FORCE, "residual_force_ratio", opensees="ResF_neg")
+    ultimate_drift_negative: ArrayLike = negative(ULTIMATE_DRIFT, "ultimate_drift", opensees="Uu_neg")
+    deterioration_rate_negative: ArrayLike = negative(RATE, "deterioration_rate", opensees="D_neg")
 
     opensees = ("IMKBilin",)
     rows = _rows("bilinear", Coefficient.RELOADING_CAPACITY)
@@ -138,8 +180,12 @@ class IbarraMedinaKrawinklerBilinear(Law):
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         found = _coefficients(p, row)
-        # Its capping line falls the less the weaker the storey is.
-        return found | {"falling_slope": found["falling_slope"] / (1 - p["residual_force_ratio"])}
+        # The fall of its capping line is in proportion to the strength above the residual force.
+        found["falling_slope"] = found["falling_slope"] / (1 - p["residual_force_ratio"])
+        if "falling_slope_negative" in found:
+            above = found["yield_force_negative"] - found["residual_force_negative"]
+            found["falling_slope_negative"] = found["falling_slope_negative"] / above
+        return found
 
     @staticmethod
     def problem(p: Values) -> str | None:
@@ -149,8 +195,8 @@ class IbarraMedinaKrawinklerBilinear(Law):
 class IbarraMedinaKrawinklerPeakOriented(Law):
     """A storey with a capping point and cyclic deterioration that reloads towards peaks (OpenSees: IMKPeakOriented).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); the help of its module has the rules,
-    and where OpenSees differs. The stiffness is OpenSees' Ke.
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
+    and the differences from OpenSees. The stiffness is OpenSees' Ke.
 
     Example:
         >>> wd.laws.IbarraMedinaKrawinklerPeakOriented(
@@ -171,6 +217,15 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
     reloading_deterioration_drift: ArrayLike = shared(RELOADING_CAPACITY, default=0.0)
     deterioration_exponent: ArrayLike = shared(EXPONENT, default=1.0)
     deterioration_rate: ArrayLike = shared(RATE, default=1.0)
+    yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="Fy_neg")
+    plastic_drift_to_capping_negative: ArrayLike = negative(
+        PLASTIC_DRIFT, "plastic_drift_to_capping", opensees="Up_neg"
+    )
+    post_capping_drift_negative: ArrayLike = negative(POST_CAPPING_DRIFT, "post_capping_drift", opensees="Upc_neg")
+    capping_force_ratio_negative: ArrayLike = negative(CAPPING_FORCE, "capping_force_ratio", opensees="FmaxFy_neg")
+    residual_force_ratio_negative: ArrayLike = negative(RESIDUAL_FORCE, "residual_force_ratio", opensees="ResF_neg")
+    ultimate_drift_negative: ArrayLike = negative(ULTIMATE_DRIFT, "ultimate_drift", opensees="Uu_neg")
+    deterioration_rate_negative: ArrayLike = negative(RATE, "deterioration_rate", opensees="D_neg")
 
     opensees = ("IMKPeakOriented",)
     rows = _rows("peak_oriented", Coefficient.PINCHING_FORCE_RATIO)
@@ -197,8 +252,8 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
 class IbarraMedinaKrawinklerPinching(Law):
     """A storey with a capping point and cyclic deterioration that pinches (OpenSees: IMKPinching).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011); the help of its module has the rules,
-    and where OpenSees differs. The stiffness is OpenSees' Ke.
+    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
+    and the differences from OpenSees. The stiffness is OpenSees' Ke.
 
     Example:
         >>> law = wd.laws.IbarraMedinaKrawinklerPinching(
@@ -225,6 +280,15 @@ class IbarraMedinaKrawinklerPinching(Law):
     pinching_drift_ratio: ArrayLike = shared(PINCHING_DRIFT)
     deterioration_exponent: ArrayLike = shared(EXPONENT, default=1.0)
     deterioration_rate: ArrayLike = shared(RATE, default=1.0)
+    yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="Fy_neg")
+    plastic_drift_to_capping_negative: ArrayLike = negative(
+        PLASTIC_DRIFT, "plastic_drift_to_capping", opensees="Up_neg"
+    )
+    post_capping_drift_negative: ArrayLike = negative(POST_CAPPING_DRIFT, "post_capping_drift", opensees="Upc_neg")
+    capping_force_ratio_negative: ArrayLike = negative(CAPPING_FORCE, "capping_force_ratio", opensees="FmaxFy_neg")
+    residual_force_ratio_negative: ArrayLike = negative(RESIDUAL_FORCE, "residual_force_ratio", opensees="ResF_neg")
+    ultimate_drift_negative: ArrayLike = negative(ULTIMATE_DRIFT, "ultimate_drift", opensees="Uu_neg")
+    deterioration_rate_negative: ArrayLike = negative(RATE, "deterioration_rate", opensees="D_neg")
 
     opensees = ("IMKPinching",)
     rows = _rows("pinching", len(Coefficient))
@@ -252,38 +316,54 @@ class IbarraMedinaKrawinklerPinching(Law):
 
 
 def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-    """Return what all kinds read, in units of yield drift and force."""
+    """Return the coefficients that all kinds read, in units of the positive side's yield drift and yield force."""
     rate = p["stiffness"] / p["yield_force"]
 
     def capacity(name: str) -> np.ndarray:
         return np.where(p[name] > 0, p[name] * rate, np.inf)
 
-    peak, to_capping = p["capping_force_ratio"], p["plastic_drift_to_capping"] * rate
-    falling = peak / (p["post_capping_drift"] * rate)
     found = {
         "inverse_yield_drift": rate,
         "yield_force": p["yield_force"],
-        "hardening_slope": (peak - 1) / to_capping,
-        "falling_slope": falling,
-        "capping_height": peak + falling * (1 + to_capping),
-        "residual_force": p["residual_force_ratio"],
-        "ultimate_drift": capacity("ultimate_drift"),
+        **_side(p, rate, 1.0),
         "strength_capacity": capacity("strength_deterioration_drift"),
         "capping_capacity": capacity("post_capping_deterioration_drift"),
         "unloading_capacity": capacity("unloading_deterioration_drift"),
-        "deterioration_rate": p["deterioration_rate"],
     }
     if "bilinear" not in row:
         found["reloading_capacity"] = capacity("reloading_deterioration_drift")
-    if row.endswith("_power"):
+    if row.endswith(("_power", "_asymmetric")):
         found["deterioration_exponent"] = p["deterioration_exponent"]
+    if row.endswith("_asymmetric"):
+        below = negative_side(p)
+        force = below["yield_force"] / p["yield_force"]
+        side = {"yield_force": force, **_side(below, rate, force)}
+        found |= {f"{name}_negative": value for name, value in side.items()}
     return found
 
 
+def _side(p: Values, rate: np.ndarray, force: float | np.ndarray) -> dict[str, np.ndarray]:
+    """Return the coefficients of a side whose yield force is `force` times that of the positive side."""
+    peak, to_capping = p["capping_force_ratio"] * force, p["plastic_drift_to_capping"] * rate
+    falling = peak / (p["post_capping_drift"] * rate)
+    return {
+        "hardening_slope": (peak - force) / to_capping,
+        "falling_slope": falling,
+        "capping_height": peak + falling * (force + to_capping),
+        "residual_force": p["residual_force_ratio"] * force,
+        "ultimate_drift": np.where(p["ultimate_drift"] > 0, p["ultimate_drift"] * rate, np.inf),
+        "deterioration_rate": p["deterioration_rate"],
+    }
+
+
 def _problem(p: Values) -> str | None:
-    """Return what is wrong between the parameters of a backbone."""
+    """Return a sentence on a contradiction between the parameters of a storey, or None."""
+    return _side_problem(p) or named_as_negative(_side_problem(negative_side(p)), p)
+
+
+def _side_problem(p: Values) -> str | None:
     read = ("stiffness", "yield_force", "plastic_drift_to_capping", "capping_force_ratio", "ultimate_drift")
-    # A building's other parameters, such as its damping ratio, have shapes of their own.
+    # Other parameters of the building, such as the damping ratio, have other shapes.
     p = dict(zip(read, np.broadcast_arrays(*(p[name] for name in read)), strict=True))
     yield_drift = p["yield_force"] / p["stiffness"]
     rise = 1 + p["plastic_drift_to_capping"] / yield_drift
@@ -293,9 +373,9 @@ def _problem(p: Values) -> str | None:
             "capping_force_ratio",
             p["capping_force_ratio"] >= rise,
             rise,
-            "below {:g}, or hardening is no less than elastic",
+            "below {:g}, or the hardening part is as stiff as the elastic one",
         ),
-        ("ultimate_drift", low, yield_drift, "0 for none, or above the yield drift of {:g} m"),
+        ("ultimate_drift", low, yield_drift, "0 (strength is never lost), or above the yield drift of {:g} m"),
     ):
         if np.any(bad):
             place = first_place(bad)

@@ -1,9 +1,9 @@
-"""The laws of Ibarra, Medina and Krawinkler (2005) that reload towards peaks, by the rules of OpenSees' materials.
+"""The laws of Ibarra, Medina and Krawinkler (2005) that reload towards peaks, with the rules of OpenSees' materials.
 
-IMKPeakOriented: once the force has changed its sign the storey goes for the last peak of that side if the way there is
-steeper, else for the farthest one. IMKPinching: it first goes for a point that lies lower. Whenever the force changes
-its sign towards a side, that side's backbone deteriorates and its farthest peak moves on. The force of the farthest
-peak is the backbone's.
+IMKPeakOriented: once the force has changed its sign, the storey reloads towards the last peak of that side if the line
+to it is steeper than the line to the farthest peak, otherwise towards the farthest peak. IMKPinching: the storey first
+reloads towards a lower point. Whenever the force changes its sign towards a side, the backbone of this side
+deteriorates and its farthest peak moves out. The force at the farthest peak is that of the backbone.
 """
 
 import enum
@@ -13,11 +13,18 @@ from typing import Any
 import warp as wp
 
 from warpdyn.engine.device.extrema import maximum, minimum
-from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import SMALLEST, energy_rules, on_lines, spring_of
+from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import (
+    SMALLEST,
+    energy_rules,
+    on_lines,
+    side_rules,
+    spring_of,
+)
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import (
     Coefficient as C,
     IbarraMedinaKrawinklerPeakOriented,
     IbarraMedinaKrawinklerPinching,
+    row_of,
 )
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.spring import Spring
@@ -28,14 +35,14 @@ ELASTIC, UNLOADING, TO_PINCH, TO_LAST, TO_FARTHEST, ON_BACKBONE, FAILED = (
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; that of the family comes first, the last two only with pinching."""
+    """The memory, in yield drifts and yield forces: `Common`, then others; the last two exist only with pinching."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
     STIFFNESS_LOSS = enum.auto()
     ENERGY = enum.auto()
     ENERGY_BEFORE = enum.auto()
-    BRANCH = enum.auto()  # signed by its side
+    BRANCH = enum.auto()  # negative on the negative side
     STRENGTH_LOSS_ABOVE = enum.auto()  # of the positive side's yield force
     CAPPING_LOSS_ABOVE = enum.auto()
     FARTHEST_ABOVE = enum.auto()  # drift of the farthest peak
@@ -50,10 +57,10 @@ class M(Layout):
     PINCHING_FORCE = enum.auto()
 
 
-# Peaks are kept as they are: an offset's rounding would tell apart what is the same. 0 stands for first yield, at 1.
+# Peaks are stored without an offset, whose rounding would make equal peaks differ. 0 means the first yield point.
 @wp.func
-def recalled(value: Any):
-    return wp.where(value == type(value)(0.0), type(value)(1.0), value)
+def recalled(value: Any, yields: Any):
+    return wp.where(value == type(value)(0.0), yields, value)
 
 
 @wp.func
@@ -61,12 +68,13 @@ def kept(value: Any):
     return wp.where(value == type(value)(0.0), type(value)(SMALLEST), value)
 
 
-def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
+def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
     """Return the law, with or without pinching; without powers its exponent of deterioration is 1."""
     deterioration, after_turning = energy_rules(POWERS)
     law = IbarraMedinaKrawinklerPinching if PINCHES else IbarraMedinaKrawinklerPeakOriented
-    names = law.rows[law.name + "_power" * POWERS]
-    EXPONENT = wp.constant(len(names) - 1)
+    names, exponent, first_negative = row_of(law, POWERS, ASYMMETRIC)
+    EXPONENT = wp.constant(exponent)
+    of_side = side_rules(name, first_negative)
     values = len(M) if PINCHES else int(M.PINCHING_DRIFT)
 
     def leaves_line(drift: Any, memory: Any, c: Any):
@@ -79,16 +87,17 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         x = side * u
         f_before = side * memory[M.FORCE]
         way = side * memory[M.BRANCH]
-        x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_ABOVE], memory[M.LAST_DRIFT_BELOW]))
+        yields, _hardening, _falling, _height, _residual, _ultimate, _rate = of_side(up, c)
+        x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_ABOVE], memory[M.LAST_DRIFT_BELOW]), yields)
         branch = wp.abs(way)
         crosses = (
             f_before <= zero
             and f_before + (type(drift)(1.0) - memory[M.STIFFNESS_LOSS]) * (x - side * memory[M.DRIFT]) >= zero
         )
-        passes = branch == elastic and x > type(drift)(1.0)
+        passes = branch == elastic and x > yields
         passes = passes or (branch == unloading and (crosses or (f_before > zero and x > x_last)))
         passes = passes or (way == to_last and x > x_last)
-        farthest = recalled(wp.where(up, memory[M.FARTHEST_ABOVE], memory[M.FARTHEST_BELOW]))
+        farthest = recalled(wp.where(up, memory[M.FARTHEST_ABOVE], memory[M.FARTHEST_BELOW]), yields)
         passes = passes or (way == to_farthest and x > farthest)
         if PINCHES:
             passes = passes or (way == to_pinch and x > memory[M.PINCHING_DRIFT])
@@ -96,7 +105,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         return u != memory[M.DRIFT] and (turns or passes)
 
     def following(BY_RULES: bool) -> Callable:
-        """Return the function that follows the path, by all rules, or of storeys that stay on their line."""
+        """Return the function that follows the path: by all rules, or for storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)
@@ -104,7 +113,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             exponent = one
             if POWERS:
                 exponent = c[EXPONENT]
-            # Warp sets a constant where it is first read: inside a branch, it would not be set for what comes after.
+            # Warp defines a constant where it is first used. In a branch, it would be undefined after the branch.
             elastic = type(drift)(ELASTIC)
             unloading = type(drift)(UNLOADING)
             on_backbone = type(drift)(ON_BACKBONE)
@@ -112,7 +121,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             to_pinch = type(drift)(TO_PINCH)
             to_last = type(drift)(TO_LAST)
             to_farthest = type(drift)(TO_FARTHEST)
-            # All of a step is seen from the side that the storey moves to.
+            # The whole step is seen from the side that the storey moves to.
             u = drift * c[C.INVERSE_YIELD_DRIFT]
             moving = u != memory[M.DRIFT]
             up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.BRANCH] >= zero)
@@ -122,12 +131,16 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             f_before = side * memory[M.FORCE]
             strength_loss = wp.where(up, memory[M.STRENGTH_LOSS_ABOVE], memory[M.STRENGTH_LOSS_BELOW])
             capping_loss = wp.where(up, memory[M.CAPPING_LOSS_ABOVE], memory[M.CAPPING_LOSS_BELOW])
-            farthest = recalled(wp.where(up, memory[M.FARTHEST_ABOVE], memory[M.FARTHEST_BELOW]))
-            x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_ABOVE], memory[M.LAST_DRIFT_BELOW]))
-            f_last = recalled(wp.where(up, memory[M.LAST_FORCE_ABOVE], memory[M.LAST_FORCE_BELOW]))
-            other_farthest = recalled(wp.where(up, memory[M.FARTHEST_BELOW], memory[M.FARTHEST_ABOVE]))
-            other_x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_BELOW], memory[M.LAST_DRIFT_ABOVE]))
-            other_f_last = recalled(wp.where(up, memory[M.LAST_FORCE_BELOW], memory[M.LAST_FORCE_ABOVE]))
+            yields, hardening, falling, height, residual, ultimate, rate = of_side(up, c)
+            other_yields = one
+            if ASYMMETRIC:
+                other_yields, _o1, _o2, _o3, _o4, _o5, _o6 = of_side(not up, c)
+            farthest = recalled(wp.where(up, memory[M.FARTHEST_ABOVE], memory[M.FARTHEST_BELOW]), yields)
+            x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_ABOVE], memory[M.LAST_DRIFT_BELOW]), yields)
+            f_last = recalled(wp.where(up, memory[M.LAST_FORCE_ABOVE], memory[M.LAST_FORCE_BELOW]), yields)
+            other_farthest = recalled(wp.where(up, memory[M.FARTHEST_BELOW], memory[M.FARTHEST_ABOVE]), other_yields)
+            other_x_last = recalled(wp.where(up, memory[M.LAST_DRIFT_BELOW], memory[M.LAST_DRIFT_ABOVE]), other_yields)
+            other_f_last = recalled(wp.where(up, memory[M.LAST_FORCE_BELOW], memory[M.LAST_FORCE_ABOVE]), other_yields)
             x_pinch = zero
             f_pinch = zero
             if PINCHES:
@@ -150,9 +163,9 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             stiffness = maximum(one - stiffness_loss, type(drift)(SMALLEST))
             unloaded = f_before + stiffness * (x - x_before)
             if not BY_RULES:
-                # What rounding alone takes past no force crosses it in the next step.
+                # A force that passes zero by rounding alone crosses zero in the next step.
                 unloaded = wp.where(f_before <= zero, minimum(unloaded, zero), unloaded)
-            # Where the line of a branch begins, and where the storey begins to load along it.
+            # Start of the line of the branch; further below, the point from which the storey loads along this line.
             x_from = x_before
             f_from = f_before
             if BY_RULES:
@@ -166,30 +179,25 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                         or spent > c[C.RELOADING_CAPACITY] - energy
                     )
                     strength_loss += (
-                        (one - strength_loss)
-                        * c[C.DETERIORATION_RATE]
-                        * deterioration(spent, c[C.STRENGTH_CAPACITY] - energy, exponent)
+                        (one - strength_loss) * rate * deterioration(spent, c[C.STRENGTH_CAPACITY] - energy, exponent)
                     )
                     capping_loss += (
-                        (one - capping_loss)
-                        * c[C.DETERIORATION_RATE]
-                        * deterioration(spent, c[C.CAPPING_CAPACITY] - energy, exponent)
+                        (one - capping_loss) * rate * deterioration(spent, c[C.CAPPING_CAPACITY] - energy, exponent)
                     )
-                    farthest += (
-                        farthest
-                        * c[C.DETERIORATION_RATE]
-                        * deterioration(spent, c[C.RELOADING_CAPACITY] - energy, exponent)
-                    )
+                    farthest += farthest * rate * deterioration(spent, c[C.RELOADING_CAPACITY] - energy, exponent)
+                    if ASYMMETRIC:  # the rate may be above 1
+                        strength_loss = minimum(strength_loss, one)
+                        capping_loss = minimum(capping_loss, one)
                     energy_before = energy
                     x_from = x_before - f_before / stiffness
                     f_from = zero
             x_loading = x_from
             f_loading = f_from
-            strength = one - strength_loss
-            slope = c[C.HARDENING_SLOPE] * strength
-            capping = c[C.CAPPING_HEIGHT] * (one - capping_loss)
+            strength = yields * (one - strength_loss)
+            slope = hardening * (one - strength_loss)
+            capping = height * (one - capping_loss)
             intercept = strength - slope * strength
-            f_farthest, _ = on_lines(farthest, intercept, slope, capping, c[C.FALLING_SLOPE], c[C.RESIDUAL_FORCE])
+            f_farthest, _ = on_lines(farthest, intercept, slope, capping, falling, residual)
             if BY_RULES:
                 if starts:
                     fails = fails or f_farthest <= zero
@@ -200,7 +208,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                         x_pinch = c[C.PINCHING_DRIFT_SHARE] * (farthest - f_farthest / stiffness)
                         f_pinch = c[C.PINCHING_FORCE_RATIO] * f_farthest * (x_pinch - x_from) / (farthest - x_from)
                         branch = wp.where(x_from < x_pinch, to_pinch, branch)
-                if branch == elastic and x > one:
+                if branch == elastic and x > yields:
                     branch = on_backbone
                 if branch == unloading and f_before > zero and x > x_last:
                     branch = to_farthest
@@ -233,7 +241,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             tangent = (f_to - f_from) / maximum(x_to - x_from, type(drift)(SMALLEST))
             force = f_to - tangent * (x_to - x)
             if branch == on_backbone:
-                force, tangent = on_lines(x, intercept, slope, capping, c[C.FALLING_SLOPE], c[C.RESIDUAL_FORCE])
+                force, tangent = on_lines(x, intercept, slope, capping, falling, residual)
             steepest = f_loading + (x - x_loading)
             if force > steepest:
                 force = steepest
@@ -243,7 +251,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
                 tangent = stiffness
             if not moving:
                 force = f_before
-            fails = fails or (moving and x >= c[C.ULTIMATE_DRIFT]) or (branch == on_backbone and force <= zero)
+            fails = fails or (moving and x >= ultimate) or (branch == on_backbone and force <= zero)
             if fails:
                 branch = failed
                 force = zero
@@ -286,14 +294,15 @@ def _law(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             holds = not fails
         return stiffness, holds
 
-    return spring_of(
-        name, following(True), following(False), leaves_line, unloading, values, int(M.STRENGTH_LOSS_ABOVE), len(names)
-    )
+    functions = following(True), following(False), leaves_line, unloading, of_side
+    return spring_of(name, *functions, values, int(M.STRENGTH_LOSS_ABOVE), len(names))
 
 
 SPRINGS = {
     "ibarra_medina_krawinkler_peak_oriented": _law("imk_peak_oriented", False, False),
     "ibarra_medina_krawinkler_peak_oriented_power": _law("imk_peak_oriented_power", False, True),
+    "ibarra_medina_krawinkler_peak_oriented_asymmetric": _law("imk_peak_oriented_asymmetric", False, True, True),
+    "ibarra_medina_krawinkler_pinching_asymmetric": _law("imk_pinching_asymmetric", True, True, True),
     "ibarra_medina_krawinkler_pinching": _law("imk_pinching", True, False),
     "ibarra_medina_krawinkler_pinching_power": _law("imk_pinching_power", True, True),
 }

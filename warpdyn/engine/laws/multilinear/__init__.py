@@ -1,1 +1,1 @@
-"""Storeys of several corners with kinematic hardening."""
+"""Storeys with several corners and kinematic hardening."""

@@ -1,8 +1,13 @@
 """Trilinear and quadrilinear backbones with kinematic hardening (OpenSees: MultiLinear).
 
-OpenSees' points e1 s1, e2 s2, ... are the corners: the first is that of `yield_force`; the further ones are given by
-drift over yield drift and force over yield force, so that a backbone keeps its shape where stiffness and yield force
-are scattered. `hardening_ratio` leads on from the last corner.
+OpenSees' points e1 s1, e2 s2, ... are the corners. The first corner is at `yield_force`; the others are given by drift
+over yield drift and force over yield force, so a backbone keeps its shape if stiffness and yield force are scattered.
+Beyond the last corner the slope is `hardening_ratio` times the stiffness.
+
+The negative side has the backbone of the positive side, except for the parameters whose names end in `_negative`; the
+stiffness and the hardening ratio are the same. Each of the springs in parallel that make up the storey then yields at a
+different drift in each direction: the spring that yields first in one direction also yields first in the other.
+OpenSees has no such material; its ElasticPP with two yield strains is one of these springs.
 """
 
 from __future__ import annotations
@@ -12,13 +17,14 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.engine.laws.backbone import named_as_negative, negative_side
 from warpdyn.engine.laws.bounds import above, first_bad
-from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, shared
+from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, negative, shared
 from warpdyn.engine.laws.parameter import Parameter
 
 
 class Coefficient(Layout):
-    """What the device functions read: a hardening spring, then one that yields for each corner."""
+    """Coefficients of the device functions: an elastic spring, then one yielding spring for each corner."""
 
     HARDENING_STIFFNESS = enum.auto()
     STIFFNESS_1 = enum.auto()
@@ -39,6 +45,15 @@ def _force_ratio(corner: int) -> Parameter:
     return Parameter("1", f"force {where} over yield force", low=1.0, opensees=f"s{corner} over s1")
 
 
+def _rows(corners: int) -> dict[str, tuple[str, ...]]:
+    """Return the rows of backbones with this number of corners; with two sides, 2 n - 1 springs yield for n corners."""
+    springs = [(f"stiffness_{k}", f"yield_drift_{k}", f"yield_drift_below_{k}") for k in range(1, 2 * corners)]
+    return {
+        f"multilinear_{corners}": Coefficient.names(2 * corners + 1),
+        f"multilinear_{corners}_asymmetric": ("hardening_stiffness", *(name for each in springs for name in each)),
+    }
+
+
 class Trilinear(Law):
     """A storey of two corners with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
 
@@ -52,17 +67,25 @@ class Trilinear(Law):
     force_ratio_2: ArrayLike = shared(_force_ratio(2))
     hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
 
+    yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force")
+    ductility_2_negative: ArrayLike = negative(_ductility(2), "ductility_2")
+    force_ratio_2_negative: ArrayLike = negative(_force_ratio(2), "force_ratio_2")
+
     opensees = ("MultiLinear",)
-    rows = {"multilinear_2": Coefficient.names(Coefficient.STIFFNESS_3)}
+    rows = _rows(2)
     is_linear_until_yield = True
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        return f"multilinear_2{'_asymmetric' * any(name.endswith('_negative') for name in p)}"
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        return _coefficients(p, 2)
+        return _coefficients_of_sides(p, 2) if row.endswith("_asymmetric") else _coefficients(p, 2)
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        return _problem(p, 2)
+        return _problem(p, 2) or named_as_negative(_problem(negative_side(p), 2), p)
 
 
 class Quadrilinear(Law):
@@ -81,17 +104,27 @@ class Quadrilinear(Law):
     force_ratio_3: ArrayLike = shared(_force_ratio(3))
     hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
 
+    yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force")
+    ductility_2_negative: ArrayLike = negative(_ductility(2), "ductility_2")
+    force_ratio_2_negative: ArrayLike = negative(_force_ratio(2), "force_ratio_2")
+    ductility_3_negative: ArrayLike = negative(_ductility(3), "ductility_3")
+    force_ratio_3_negative: ArrayLike = negative(_force_ratio(3), "force_ratio_3")
+
     opensees = ("MultiLinear",)
-    rows = {"multilinear_3": Coefficient.names()}
+    rows = _rows(3)
     is_linear_until_yield = True
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        return f"multilinear_3{'_asymmetric' * any(name.endswith('_negative') for name in p)}"
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        return _coefficients(p, 3)
+        return _coefficients_of_sides(p, 3) if row.endswith("_asymmetric") else _coefficients(p, 3)
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        return _problem(p, 3)
+        return _problem(p, 3) or named_as_negative(_problem(negative_side(p), 3), p)
 
 
 def _slopes(p: Values, corners: int) -> list[np.ndarray]:
@@ -107,7 +140,7 @@ def _slopes(p: Values, corners: int) -> list[np.ndarray]:
 
 
 def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
-    """Return the hardening stiffness, then for each corner what stiffness is lost there and its drift."""
+    """Return the hardening stiffness, then the stiffness lost at each corner and its drift."""
     slopes = _slopes(p, corners)
     yield_drift = p["yield_force"] / p["stiffness"]
     drifts = [yield_drift, *(p[f"ductility_{corner}"] * yield_drift for corner in range(2, corners + 1))]
@@ -117,8 +150,33 @@ def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
     return values
 
 
+def _coefficients_of_sides(p: Values, corners: int) -> dict[str, np.ndarray]:
+    """Return the coefficients of springs that yield at a different drift in each direction.
+
+    At its corners each side loses the same stiffness in total, in other steps: the springs are the parts between the
+    stiffnesses lost so far on either side.
+    """
+    sides = [_coefficients(side, corners) for side in (p, negative_side(p))]
+    lost, drift = (
+        [np.stack(np.broadcast_arrays(*(side[f"{name}_{k}"] for k in range(1, corners + 1)))) for side in sides]
+        for name in ("stiffness", "yield_drift")
+    )
+    lost[0], lost[1] = np.broadcast_arrays(*(np.cumsum(each, axis=0) for each in lost))
+    lost_so_far = np.sort(np.concatenate([lost[0], lost[1][:-1]]), axis=0)
+    stiffness = np.diff(lost_so_far, axis=0, prepend=0.0)
+    values = {"hardening_stiffness": sides[0]["hardening_stiffness"]}
+    for k in range(2 * corners - 1):
+        middle = lost_so_far[k] - stiffness[k] / 2
+        values[f"stiffness_{k + 1}"] = stiffness[k]
+        for name, side, drifts in zip(("yield_drift", "yield_drift_below"), lost, drift, strict=True):
+            corner = np.minimum((side < middle).sum(axis=0), corners - 1)
+            drifts = np.broadcast_to(drifts, side.shape)
+            values[f"{name}_{k + 1}"] = np.take_along_axis(drifts, corner[None], axis=0)[0]
+    return values
+
+
 def _problem(p: Values, corners: int) -> str | None:
-    """Return what is wrong with a backbone, which must lead on and bend down at each corner."""
+    """Return a sentence on a contradiction in a backbone, which must not fall and must bend down at each corner."""
     ductility = np.ones_like(p["yield_force"])
     force: float | np.ndarray = 1.0
     for corner in range(2, corners + 1):
@@ -127,13 +185,13 @@ def _problem(p: Values, corners: int) -> str | None:
         problem = first_bad(further <= ductility, names[0], further, "above", ductility, f"that of corner {corner - 1}")
         if problem:
             return problem
-        # The line after the last corner may not fall (hardening_ratio), so that none before it can.
+        # The hardening ratio is at least 0, so no line before the last corner may fall.
         problem = first_bad(stronger < force, names[1], stronger, "at least", force, f"that of corner {corner - 1}")
         if problem:
             return problem
         slope = _slopes(p, corners)[corner - 2]
         straight = force + slope * (further - ductility)
-        reason = f"which lies on the line that leads to corner {corner - 1}"
+        reason = f"on the line that leads to corner {corner - 1}"
         problem = first_bad(above(stronger, straight), names[1], stronger, "at most", straight, reason)
         if problem:
             return problem

@@ -1,6 +1,6 @@
-"""The backbone of four points and the paths of three straight parts that Pinching4's storeys go along.
+"""The backbone of four points, and the paths of three straight parts of Pinching4's storeys.
 
-All of it is over the yield drift and the yield force, and of a storey that moves ahead.
+Drifts and forces are in units of the positive side's yield drift and yield force, for a storey that moves ahead.
 """
 
 from typing import Any
@@ -8,7 +8,8 @@ from typing import Any
 import warp as wp
 
 from warpdyn.engine.device.extrema import clamped, maximum, minimum
-from warpdyn.engine.laws.pinching4.parameters import Coefficient as C
+from warpdyn.engine.laws.pinching4.parameters import Coefficient as C, Negative as N
+from warpdyn.engine.laws.row_functions import device_functions
 
 SLACK = wp.constant(wp.float64(1e-6))
 FAR = wp.constant(wp.float64(1e16))
@@ -16,7 +17,7 @@ FAR = wp.constant(wp.float64(1e16))
 
 @wp.func
 def pinching4_backbone(x: Any, c: Any):
-    """Force at a drift ahead, the backbone's slope before it, and where that ends."""
+    """Force of the backbone at a drift, the slope just before it, and the drift at which this part ends."""
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
     third = second - c[C.SECOND_LENGTH]
@@ -37,25 +38,87 @@ def pinching4_backbone(x: Any, c: Any):
     return force, slope, wp.where(second <= zero, one, end)
 
 
+def side_functions(name: str, FIRST_NEGATIVE: int | None) -> tuple[wp.Function, wp.Function]:
+    """Return the functions of a side of a storey.
+
+    Args:
+        name: Start of the device functions' names.
+        FIRST_NEGATIVE: Index of the first coefficient of the negative side; None if both sides are the same.
+
+    Returns:
+        `(x, is_up, c) -> force, slope, end` of the backbone, as `pinching4_backbone`. `(is_up, c) -> values`: yield
+        drift, drift at the third corner, reloading drift and force, and the forces unloaded to, before and beyond the
+        third corner.
+    """
+    ASYMMETRIC = FIRST_NEGATIVE is not None
+    FIRST = wp.constant(FIRST_NEGATIVE or 0)
+
+    def backbone(x: Any, is_up: bool, c: Any):
+        if ASYMMETRIC:
+            zero = type(x)(0.0)
+            yields = wp.where(is_up, type(x)(1.0), c[FIRST + N.YIELD_FORCE])
+            second_length = wp.where(is_up, c[C.SECOND_LENGTH], c[FIRST + N.SECOND_LENGTH])
+            third_length = wp.where(is_up, c[C.THIRD_LENGTH], c[FIRST + N.THIRD_LENGTH])
+            fourth_length = wp.where(is_up, c[C.FOURTH_LENGTH], c[FIRST + N.FOURTH_LENGTH])
+            second_slope = wp.where(is_up, c[C.SECOND_SLOPE], c[FIRST + N.SECOND_SLOPE])
+            third_slope = wp.where(is_up, c[C.THIRD_SLOPE], c[FIRST + N.THIRD_SLOPE])
+            fourth_slope = wp.where(is_up, c[C.FOURTH_SLOPE], c[FIRST + N.FOURTH_SLOPE])
+            second = x - yields
+            third = second - second_length
+            fourth = third - third_length
+            force = minimum(x, yields) + second_slope * clamped(second, zero, second_length)
+            force += third_slope * clamped(third, zero, third_length)
+            force += fourth_slope * clamped(fourth, zero, fourth_length)
+            slope = wp.where(fourth <= fourth_length, fourth_slope, zero)
+            slope = wp.where(fourth <= zero, third_slope, slope)
+            slope = wp.where(third <= zero, second_slope, slope)
+            slope = wp.where(second <= zero, type(x)(1.0), slope)
+            end = wp.where(fourth <= fourth_length, yields + second_length + third_length + fourth_length, type(x)(FAR))
+            end = wp.where(fourth <= zero, yields + second_length + third_length, end)
+            end = wp.where(third <= zero, yields + second_length, end)
+            return force, slope, wp.where(second <= zero, yields, end)
+        return pinching4_backbone(x, c)
+
+    def of_side(is_up: bool, c: Any):
+        yields = type(c[0])(1.0)
+        third_corner = yields + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH]
+        drift, force = c[C.RELOADING_DRIFT], c[C.RELOADING_FORCE]
+        unloaded, beyond = c[C.UNLOADED_FORCE], c[C.UNLOADED_FORCE_BEYOND]
+        if ASYMMETRIC:
+            yields = wp.where(is_up, yields, c[FIRST + N.YIELD_FORCE])
+            below = c[FIRST + N.YIELD_FORCE] + c[FIRST + N.SECOND_LENGTH] + c[FIRST + N.THIRD_LENGTH]
+            third_corner = wp.where(is_up, third_corner, below)
+            drift = wp.where(is_up, drift, c[FIRST + N.RELOADING_DRIFT])
+            force = wp.where(is_up, force, c[FIRST + N.RELOADING_FORCE])
+            unloaded = wp.where(is_up, unloaded, c[FIRST + N.UNLOADED_FORCE])
+            beyond = wp.where(is_up, beyond, c[FIRST + N.UNLOADED_FORCE_BEYOND])
+        return yields, third_corner, drift, force, unloaded, beyond
+
+    functions = device_functions(name, backbone, of_side)
+    return functions["backbone"], functions["of_side"]
+
+
 @wp.func
-def pinching4_corners(x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: Any, is_up: Any, c: Any):
+def pinching4_corners(
+    x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: Any, is_up: Any, reloading_drift: Any, reloading_force: Any
+):
     """Two corners, as (x1, f1, x2, f2), of the path from a turn (x0, f0) to the point aimed at (x3, f3).
 
-    `low` is the force of the backbone that unloading goes to, times its ratio.
+    `low` is the force at which unloading ends.
     """
     zero, one, half = type(x0)(0.0), type(x0)(1.0), type(x0)(0.5)
-    f2 = f3 * c[C.RELOADING_FORCE]
-    x2 = minimum(x3 * c[C.RELOADING_DRIFT], x3 - (f3 - f2) / stiffness)  # reloading is never stiffer than unloading
+    f2 = f3 * reloading_force
+    x2 = minimum(x3 * reloading_drift, x3 - (f3 - f2) / stiffness)  # reloading is never stiffer than unloading
     f1 = low
     x1 = x0 + (f1 - f0) / stiffness
     is_straight = (x0 >= zero) or (x2 < x0)
     is_low = x1 < x0
     run, rise = x2 - x1, f2 - f1
     steeper = rise - stiffness * run
-    # Corners above each other are a steep part, whatever their rounding.
+    # If both corners are at about the same drift, rounding must not decide whether the middle part is steep.
     is_steep = wp.where(run > -type(x0)(SLACK), steeper > zero, steeper < zero)
     is_straight = is_straight or (is_steep and not is_low)
-    # Where the parts overlap, or the middle one falls, one corner moves between its neighbours, or both to one height.
+    # If the parts overlap or the middle one falls, one corner moves between its neighbours, or both to one force.
     overlaps = (not is_low) and ((run < zero) or (rise * run < zero) or (run == zero and rise < zero))
     first_moves = is_low or (overlaps and x1 > zero)
     second_moves = overlaps and (not first_moves) and x2 < zero
@@ -71,7 +134,7 @@ def pinching4_corners(x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: A
     x2 = wp.where(both_move, x3 - (f3 - f2) * last, wp.where(second_moves, beyond_x, x2))
     x1 = wp.where(first_moves, between_x, x1)
     f1 = wp.where(first_moves, between_f, f1)
-    # A path that still goes back or falls is a straight line, by way of the origin where the line is too soft.
+    # A path that still goes back or falls becomes a straight line, through the origin if that line is too soft.
     falls = (x1 < x0) or (f1 < f0) or (x2 < x1) or (f2 < f1) or (x3 < x2) or (f3 < f2)
     chord = f3 - f0
     secant = wp.where(is_up, chord * x0 > f0 * (x3 - x0), chord * x3 < f3 * (x3 - x0))
@@ -86,7 +149,7 @@ def pinching4_corners(x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: A
 
 @wp.func
 def pinching4_release(x: Any, xa: Any, fa: Any, xb: Any, fb: Any):
-    """Energy given back from a drift on along one part of a path, until it comes to no force."""
+    """Energy given back along one part of a path, from a drift to the point of zero force."""
     zero = type(x)(0.0)
     length, rise = xb - xa, fb - fa
     start = maximum(x, xa)

@@ -1,8 +1,9 @@
 """Four-point backbone with pinching, and with damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-Everything is over the yield drift and the yield force, and mirrored so that the storey moves ahead: one set of rules
-serves both directions. A storey is on its backbone, or on a path of three straight parts from where it last turned to
-the farthest point ahead. Up to the last corner a turn works out what damage has come to: nothing asks for it before.
+Drifts and forces are in units of the positive side's yield drift and yield force, and mirrored so that the storey moves
+ahead: one set of rules serves both directions. A storey is on its backbone, or on a path of three straight parts from
+its last turning point to the farthest point ahead. Damage is computed at turning points, which alone use it; beyond the
+last corner of the backbone it does not change.
 """
 
 import enum
@@ -15,44 +16,44 @@ from warpdyn.engine.device.extrema import maximum, minimum
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.pinching4.backbone_and_paths import (
     SLACK,
-    pinching4_backbone,
     pinching4_corners,
     pinching4_release,
+    side_functions,
 )
-from warpdyn.engine.laws.pinching4.parameters import Coefficient as C, Pinching4
+from warpdyn.engine.laws.pinching4.parameters import Coefficient as C, Negative as N, Pinching4
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-# The storey is elastic, whatever its direction, until it passes this.
+# The storey is elastic in both directions until its drift passes this value.
 ELASTIC = wp.constant(wp.float64(1e-4))
-# Paths aim at yield or farther: anything less tells the backbone from them.
+# A drift aimed at on a path is at least the smaller yield drift; less than that means: the storey is on its backbone.
 ON_BACKBONE = wp.constant(wp.float64(0.5))
 ON_PATH = wp.constant(wp.float64(0.75))
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; what follows LINE_END only with damage, CYCLES only by cycles."""
+    """The memory, in yield drifts and yield forces; after LINE_END only with damage, CYCLES only with cycle damage."""
 
     DRIFT = enum.auto()  # of the last step
     FORCE = enum.auto()
-    HEADING = enum.auto()  # drift aimed at on a path, 1/2 on the backbone, signed; 0 before anything moved
+    HEADING = enum.auto()  # signed: the drift aimed at on a path, 1/2 on the backbone; 0 before the first step
     TURN_DRIFT = enum.auto()  # of the last turn
     TURN_FORCE = enum.auto()
-    DEMAND_ABOVE = enum.auto()  # how far beyond yield
+    DEMAND_ABOVE = enum.auto()  # largest drift beyond yield
     DEMAND_BELOW = enum.auto()
     LINE_SLOPE = enum.auto()  # of the straight part that the storey is on
     LINE_END = enum.auto()
-    STIFFNESS_LOSS = enum.auto()  # as of the last turn
+    STIFFNESS_LOSS = enum.auto()  # at the last turn
     STRENGTH_LOSS = enum.auto()
-    WAITING_STIFFNESS_LOSS = enum.auto()  # as of when the storey last went beyond its last corner
+    WAITING_STIFFNESS_LOSS = enum.auto()  # when the drift last passed the last corner
     WAITING_GROWTH = enum.auto()  # of the drift aimed at
     WAITING_STRENGTH_LOSS = enum.auto()
     ENERGY = enum.auto()
-    CYCLES = enum.auto()  # times four farthest drifts
+    CYCLES = enum.auto()  # number of cycles times 4 times the farthest drift
 
 
 class Damage(Layout):
-    """The coefficients of a kind of damage, from its limit on."""
+    """The coefficients of a kind of damage, counted from its limit."""
 
     LIMIT = enum.auto()
     BY_DRIFT = enum.auto()
@@ -63,7 +64,7 @@ class Damage(Layout):
 
 @wp.func
 def pinching4_heading(x: Any, memory: Any):
-    """Direction of a step, away from the middle before anything moved, and whether the storey turned to it."""
+    """Direction of a step, and whether the storey turned; the first step leads away from zero drift."""
     zero, one = type(x)(0.0), type(x)(1.0)
     before = wp.where(memory[M.HEADING] == zero, zero, wp.sign(memory[M.HEADING]))
     turned = before * (x - memory[M.DRIFT]) < zero
@@ -72,24 +73,29 @@ def pinching4_heading(x: Any, memory: Any):
 
 @wp.func
 def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhausted: bool, c: Any):
-    """Loss or growth by its coefficients, from the first of them on."""
+    """Loss or growth of a kind of damage, by its coefficients from `first` on."""
     lost = c[first + Damage.BY_DRIFT] * power_of(reach, c[first + Damage.DRIFT_EXPONENT])
     more = c[first + Damage.BY_USE] * power_of(spent, c[first + Damage.USE_EXPONENT])
     lost = minimum(wp.where(counts, lost + more, lost), c[first])
     return wp.where(is_exhausted, c[first], lost)
 
 
-def _pinching4(damage: str | None) -> Spring:
+def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
     """Return the law without damage, or with damage by "energy" or by "cycle"."""
     DAMAGES, BY_CYCLES, name = damage is not None, damage == "cycle", f"pinching4_{damage}_damage"
     VALUES = len(M) if BY_CYCLES else int(M.CYCLES) if DAMAGES else int(M.STIFFNESS_LOSS)
-    row = name if DAMAGES else "pinching4"
+    row = (name if DAMAGES else "pinching4") + "_asymmetric" * ASYMMETRIC
+    name += "_asymmetric" * ASYMMETRIC
+    backbone, of_side = side_functions(name, len(Pinching4.rows[row]) - len(N) if ASYMMETRIC else None)
 
     def losses(memory: Any, c: Any):
-        """Loss of stiffness, growth of the drift aimed at and loss of strength as of the last step."""
+        """Loss of stiffness, growth of the drift aimed at and loss of strength after the last step."""
         zero, one = type(memory[M.DRIFT])(0.0), type(memory[M.DRIFT])(1.0)
         stored = type(memory[M.DRIFT])(0.5) * memory[M.FORCE] * memory[M.FORCE] / (one - memory[M.STIFFNESS_LOSS])
         above, below = one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]
+        if ASYMMETRIC:
+            yields, _third, _drift, _force, _unloaded, _beyond = of_side(False, c)
+            below = yields + memory[M.DEMAND_BELOW]
         farthest = maximum(above, below)
         spent = maximum(memory[M.ENERGY] - stored, zero) * c[C.INVERSE_ENERGY]
         counts = memory[M.ENERGY] > stored
@@ -97,8 +103,8 @@ def _pinching4(damage: str | None) -> Spring:
             spent = memory[M.CYCLES] / (type(memory[M.DRIFT])(4.0) * farthest)
             counts = True
         is_exhausted = memory[M.ENERGY] * c[C.INVERSE_ENERGY] >= one
-        strong, _slope, _end = pinching4_backbone(above, c)
-        weak, _steep, _there = pinching4_backbone(below, c)
+        strong, _slope, _end = backbone(above, True, c)
+        weak, _steep, _there = backbone(below, False, c)
         secant = (one - memory[M.STRENGTH_LOSS]) * maximum(strong / above, weak / below)
         softer = pinching4_loss(
             C.STIFFNESS_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
@@ -110,7 +116,9 @@ def _pinching4(damage: str | None) -> Spring:
         weaker = pinching4_loss(
             C.STRENGTH_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
         )
-        stands = wp.abs(memory[M.DRIFT]) * c[C.INVERSE_LAST_DUCTILITY] >= one  # beyond the last corner damage waits
+        stands = (
+            wp.abs(memory[M.DRIFT]) * c[C.INVERSE_LAST_DUCTILITY] >= one
+        )  # damage does not change beyond the last corner
         softer = wp.where(stands, memory[M.WAITING_STIFFNESS_LOSS], softer)
         growth = wp.where(stands, memory[M.WAITING_GROWTH], growth)
         return softer, growth, wp.where(stands, memory[M.WAITING_STRENGTH_LOSS], weaker)
@@ -131,12 +139,21 @@ def _pinching4(damage: str | None) -> Spring:
         way, turned = pinching4_heading(x, memory)
         is_up = way > zero
         here = way * x
-        was_on_path = wp.abs(memory[M.HEADING]) > type(x)(ON_PATH)
-        ahead = one + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
+        on_path, heading_on_backbone = type(x)(ON_PATH), type(x)(ON_BACKBONE)
+        if ASYMMETRIC:
+            yields_below, _third, _drift, _force, _unloaded, _beyond = of_side(False, c)
+            on_path *= minimum(one, yields_below)
+            heading_on_backbone *= minimum(one, yields_below)
+        was_on_path = wp.abs(memory[M.HEADING]) > on_path
+        yields, third_corner, reloading_drift, reloading_force, unloaded, unloaded_beyond = of_side(is_up, c)
+        yields_left = one
+        if ASYMMETRIC:
+            yields_left, _third, _drift, _force, _unloaded, _beyond = of_side(not is_up, c)
+        ahead = yields + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
         left = wp.where(is_up, memory[M.DEMAND_BELOW], memory[M.DEMAND_ABOVE])
         aim = wp.where(turned, ahead, wp.abs(memory[M.HEADING]))
-        # A turn from the backbone is a new demand on the side that the storey leaves.
-        demand = maximum(left, -way * memory[M.DRIFT] - one)
+        # A turn from the backbone may increase the demand on the side that the storey leaves.
+        demand = maximum(left, -way * memory[M.DRIFT] - yields_left)
         stiffness, strength = one, one
         if DAMAGES:
             softer, growth, weaker = (
@@ -148,7 +165,7 @@ def _pinching4(damage: str | None) -> Spring:
             if turned or stands:
                 softer, growth, weaker = losses(memory, c)
             aim = wp.where(turned, ahead * (one + growth), aim)
-            demand = maximum(demand, (one + left) * (one + growth) - one)
+            demand = maximum(demand, (yields_left + left) * (one + growth) - yields_left)
         demand = wp.where(turned and not was_on_path, demand, left)
         on_backbone = here > aim or not (turned or was_on_path)
         renews = turned and not (was_on_path and on_backbone)
@@ -156,15 +173,13 @@ def _pinching4(damage: str | None) -> Spring:
             stiffness_loss = wp.where(renews, softer, memory[M.STIFFNESS_LOSS])
             strength_loss = wp.where(renews, weaker, memory[M.STRENGTH_LOSS])
             stiffness, strength = one - stiffness_loss, one - strength_loss
-        target, _slope, _end = pinching4_backbone(aim, c)
+        target, _slope, _end = backbone(aim, is_up, c)
         x_turn = wp.where(turned, memory[M.DRIFT], memory[M.TURN_DRIFT])
         f_turn = wp.where(turned, memory[M.FORCE], memory[M.TURN_FORCE])
         x0, f0 = way * x_turn, way * f_turn
-        low = strength * wp.where(
-            ahead > one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH], c[C.UNLOADED_FORCE_BEYOND], c[C.UNLOADED_FORCE]
-        )
+        low = strength * wp.where(ahead > third_corner, unloaded_beyond, unloaded)
         top = strength * target
-        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, top, low, stiffness, is_up, c)
+        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, top, low, stiffness, is_up, reloading_drift, reloading_force)
         is_first = here < x1
         is_last = here >= x2
         xa = wp.where(is_first, x0, wp.where(is_last, x2, x1))
@@ -173,31 +188,35 @@ def _pinching4(damage: str | None) -> Spring:
         length = end - xa
         slope = (wp.where(is_last, top, wp.where(is_first, f1, f2)) - fa) / wp.where(length == zero, one, length)
         force = fa + (here - xa) * slope
-        full, steep, corner = pinching4_backbone(here, c)
+        full, steep, corner = backbone(here, is_up, c)
         force = wp.where(on_backbone, strength * full, force)
         slope = wp.where(on_backbone, strength * steep, slope)
         end = wp.where(on_backbone, corner, end)
-        # Whatever the path, no step is stiffer than the first one: one that lags goes that way until it has caught up.
+        # No part of a path is stiffer than the first part of the backbone: a force that lags behind its path follows
+        # with that stiffness until it has caught up.
         steepest = way * memory[M.FORCE] + (here - way * memory[M.DRIFT])
         lags = force > steepest
         behind = (force - steepest) / wp.where(slope < one, one - slope, one)
         end = wp.where(lags and slope < one, minimum(end, here + behind), end)
         slope = wp.where(lags, one, slope)
         force = minimum(force, steepest)
-        is_elastic = memory[M.HEADING] == zero and here <= type(x)(ELASTIC)
+        elastic = type(x)(ELASTIC)
+        if ASYMMETRIC:
+            elastic *= maximum(yields, yields_left)
+        is_elastic = memory[M.HEADING] == zero and here <= elastic
         if DAMAGES:
-            # A part ends where damage begins to wait: just before it, whatever the rounding.
+            # A part ends just before the drift beyond which damage does not change, so that rounding does not matter.
             last = (one - type(x)(SLACK)) / c[C.INVERSE_LAST_DUCTILITY]
             end = wp.where(here < last, minimum(end, last), wp.where(stands, end, here))
         after = type(memory)()
         after[M.DRIFT] = x
         after[M.FORCE] = way * force
-        after[M.HEADING] = wp.where(is_elastic, zero, way * wp.where(on_backbone, type(x)(ON_BACKBONE), aim))
+        after[M.HEADING] = wp.where(is_elastic, zero, way * wp.where(on_backbone, heading_on_backbone, aim))
         after[M.TURN_DRIFT] = x_turn
         after[M.TURN_FORCE] = f_turn
         after[M.DEMAND_ABOVE] = wp.where(is_up, memory[M.DEMAND_ABOVE], demand)
         after[M.DEMAND_BELOW] = wp.where(is_up, demand, memory[M.DEMAND_BELOW])
-        # These two stay as they are along a line: rounding must not change them.
+        # These two values are constant along a line: rounding must not change them.
         is_new = leaves_line(drift, memory, c)
         after[M.LINE_SLOPE] = wp.where(is_new, minimum(slope, one), memory[M.LINE_SLOPE])
         after[M.LINE_END] = wp.where(is_new, wp.where(is_elastic, x, way * end), memory[M.LINE_END])
@@ -212,8 +231,11 @@ def _pinching4(damage: str | None) -> Spring:
                 x - memory[M.DRIFT]
             )
             if BY_CYCLES:
-                farther = maximum(one + after[M.DEMAND_ABOVE], one + after[M.DEMAND_BELOW]) / maximum(
-                    one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]
+                below = one
+                if ASYMMETRIC:
+                    below = yields_below
+                farther = maximum(one + after[M.DEMAND_ABOVE], below + after[M.DEMAND_BELOW]) / maximum(
+                    one + memory[M.DEMAND_ABOVE], below + memory[M.DEMAND_BELOW]
                 )
                 after[M.CYCLES] = memory[M.CYCLES] * farther + wp.abs(x - memory[M.DRIFT])
         return after, slope
@@ -242,31 +264,34 @@ def _pinching4(damage: str | None) -> Spring:
         return after
 
     def tangent_on_line(drift: Any, memory: Any, c: Any):
-        # Before anything moved there is no line yet.
+        # There is no line before the first step.
         slope = wp.where(memory[M.HEADING] == type(drift)(0.0), type(drift)(1.0), memory[M.LINE_SLOPE])
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 
     def elastic_energy(drift: Any, memory: Any, c: Any):
-        # What the path gives back that the storey is on, if it unloads, or else the path if it turned now.
+        # Energy that unloading gives back: along the present path, or along the path if the storey turned now.
         zero, one = type(drift)(0.0), type(drift)(1.0)
         way = wp.where(memory[M.FORCE] > zero, -one, one)
         is_up = way > zero
-        unloads = way * memory[M.HEADING] > type(drift)(ON_PATH)
-        ahead = one + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
+        on_path = type(drift)(ON_PATH)
+        if ASYMMETRIC:
+            yields_below, _third, _drift, _force, _unloaded, _beyond = of_side(False, c)
+            on_path *= minimum(one, yields_below)
+        unloads = way * memory[M.HEADING] > on_path
+        yields, third_corner, reloading_drift, reloading_force, unloaded, unloaded_beyond = of_side(is_up, c)
+        ahead = yields + wp.where(is_up, memory[M.DEMAND_ABOVE], memory[M.DEMAND_BELOW])
         aim, stiffness, strength = ahead, one, one
         if DAMAGES:
             softer, growth, weaker = losses(memory, c)
             aim = wp.where(unloads, way * memory[M.HEADING], ahead * (one + growth))
             stiffness = one - wp.where(unloads, memory[M.STIFFNESS_LOSS], softer)
             strength = one - wp.where(unloads, memory[M.STRENGTH_LOSS], weaker)
-        target, _slope, _end = pinching4_backbone(aim, c)
+        target, _slope, _end = backbone(aim, is_up, c)
         here, end = way * memory[M.DRIFT], strength * target
         x0 = wp.where(unloads, way * memory[M.TURN_DRIFT], here)
         f0 = way * wp.where(unloads, memory[M.TURN_FORCE], memory[M.FORCE])
-        low = strength * wp.where(
-            ahead > one + c[C.SECOND_LENGTH] + c[C.THIRD_LENGTH], c[C.UNLOADED_FORCE_BEYOND], c[C.UNLOADED_FORCE]
-        )
-        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, end, low, stiffness, is_up, c)
+        low = strength * wp.where(ahead > third_corner, unloaded_beyond, unloaded)
+        x1, f1, x2, f2 = pinching4_corners(x0, f0, aim, end, low, stiffness, is_up, reloading_drift, reloading_force)
         energy = pinching4_release(here, x0, f0, x1, f1) + pinching4_release(here, x1, f1, x2, f2)
         return c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT] * (energy + pinching4_release(here, x2, f2, aim, end))
 
@@ -294,4 +319,7 @@ SPRINGS = {
     "pinching4": _pinching4(None),
     "pinching4_energy_damage": _pinching4("energy"),
     "pinching4_cycle_damage": _pinching4("cycle"),
+    "pinching4_asymmetric": _pinching4(None, True),
+    "pinching4_energy_damage_asymmetric": _pinching4("energy", True),
+    "pinching4_cycle_damage_asymmetric": _pinching4("cycle", True),
 }

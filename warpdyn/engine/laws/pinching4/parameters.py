@@ -1,23 +1,27 @@
 """Four-point storeys with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-GEM's vulnerability toolkit has such storeys with reloading ratios of 0.5 and 0.25 and an unloading ratio of 0.05, the
-defaults here, and no damage or that of `GEM_DAMAGE`. Forces and drifts are alike both ways. Use is the energy spent
-over the energy under the backbone times the energy factor, or the number of cycles.
+GEM's vulnerability toolkit uses such storeys with reloading ratios of 0.5 and 0.25 and an unloading ratio of 0.05 (the
+defaults here), without damage or with the damage of `GEM_DAMAGE`. The negative side has the parameters of the positive
+side, except for those whose names end in `_negative`; the initial stiffness is the same. Damage depends on the largest
+ductility and on the use of the storey: the energy spent, divided by the energy factor times the energy under the larger
+backbone, or the number of cycles.
 
-An exponent of 0, which GEM's toolkit gives for all damage, makes damage a switch: whatever is not 0, to the power of 0,
-is 1, so that the first drift beyond the backbone's first part, or the first energy spent, does all of it at once, and
-the last digit decides when. Single records then come out up to 40 % apart in float32, in float64 and in OpenSees at two
-steps; a warning says so, and shares of many records still hold. Exponents of 1 make damage grow.
+An exponent of 0, which GEM's toolkit gives for all damage, makes damage a switch: any number except 0 to the power of 0
+is 1. The first drift beyond the backbone's first part, or the first energy spent, then does all of the damage at once,
+and rounding decides when. Results of single records differ by up to 40 % between float32, float64 and OpenSees at two
+steps; fractions over many records are reliable. A warning reports this. With exponents of 1, damage grows gradually.
 
-These differ from OpenSees on purpose:
+Differences from OpenSees:
 
-- A level part of the backbone is level. OpenSees takes the line of the next part that is not.
-- Beyond its last corner a backbone that does not rise is level. In OpenSees it rises by 1e-7 of its force a last drift.
-- The unloading ratio must be below the reloading one. Elsewhere OpenSees reloads to the force of the last corner.
-- No part of a path is stiffer than the first part of the backbone. In OpenSees those from small turns can be.
-- The unloading ratio has a lower bound: cycles to a peak of a lower force than the corner's would give energy.
-- A turn takes effect at once. OpenSees takes the old loss of stiffness and strength in part for one more step.
-- A storey that lost its force for good has none. OpenSees divides 0 by 0 there, and where `reloading_drift` is 1.
+- A level part of the backbone is level. OpenSees continues the line of the next part that is not level.
+- Beyond its last corner a backbone that does not rise is level. In OpenSees it rises by 1e-7 of its force per last
+  drift.
+- The unloading ratio must be below the reloading ratio. Otherwise OpenSees reloads to the force of the last corner.
+- No part of a path is stiffer than the first part of the backbone. In OpenSees paths from small turns can be.
+- The unloading ratio has a lower bound. Without it, cycles to a peak whose force is below the corner's would give
+  energy.
+- A turn takes effect at once. OpenSees uses the old loss of stiffness and strength in part for one more step.
+- A storey that has lost its force stays without force. OpenSees divides 0 by 0 there, and if `reloading_drift` is 1.
 """
 
 from __future__ import annotations
@@ -27,9 +31,17 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws.backbone import backbone_problem, corners, ductility, falls, force_ratio
+from warpdyn.engine.laws.backbone import (
+    backbone_problem,
+    corners,
+    ductility,
+    falls,
+    force_ratio,
+    named_as_negative,
+    negative_side,
+)
 from warpdyn.engine.laws.bounds import first_bad, first_place, place_of
-from warpdyn.engine.laws.law import YIELD_FORCE, Law, Layout, Values, parameter, shared
+from warpdyn.engine.laws.law import YIELD_FORCE, Law, Layout, Values, negative, parameter, shared
 from warpdyn.engine.laws.parameter import Parameter
 
 NEVER = 1e16  # yield drifts
@@ -67,8 +79,24 @@ _LIMIT = {
 }
 
 
+class Negative(Layout):
+    """Coefficients of the negative side, in units of the positive side; they come last in a row that has them."""
+
+    YIELD_FORCE = enum.auto()
+    SECOND_LENGTH = enum.auto()
+    THIRD_LENGTH = enum.auto()
+    FOURTH_LENGTH = enum.auto()
+    SECOND_SLOPE = enum.auto()
+    THIRD_SLOPE = enum.auto()
+    FOURTH_SLOPE = enum.auto()
+    RELOADING_DRIFT = enum.auto()
+    RELOADING_FORCE = enum.auto()
+    UNLOADED_FORCE = enum.auto()
+    UNLOADED_FORCE_BEYOND = enum.auto()
+
+
 class Coefficient(Layout):
-    """What the device functions read, in yield drifts and yield forces; with damage all, else the first twelve."""
+    """Coefficients of the device functions, in units of the positive side; without damage only the first twelve."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
@@ -80,8 +108,8 @@ class Coefficient(Layout):
     FOURTH_SLOPE = enum.auto()
     RELOADING_DRIFT = enum.auto()
     RELOADING_FORCE = enum.auto()
-    UNLOADED_FORCE = enum.auto()  # of peaks up to the third corner
-    UNLOADED_FORCE_BEYOND = enum.auto()  # of peaks beyond it
+    UNLOADED_FORCE = enum.auto()  # for peaks up to the third corner
+    UNLOADED_FORCE_BEYOND = enum.auto()  # for peaks beyond the third corner
     STIFFNESS_DAMAGE_LIMIT = enum.auto()
     STIFFNESS_DAMAGE_BY_DRIFT = enum.auto()
     STIFFNESS_DAMAGE_BY_USE = enum.auto()
@@ -98,15 +126,30 @@ class Coefficient(Layout):
     STRENGTH_DAMAGE_DRIFT_EXPONENT = enum.auto()
     STRENGTH_DAMAGE_USE_EXPONENT = enum.auto()
     INVERSE_LAST_DUCTILITY = enum.auto()
-    INVERSE_ENERGY = enum.auto()  # of what may be spent
+    INVERSE_ENERGY = enum.auto()  # 1 over the energy that may be spent
+
+
+_NEGATIVE = tuple(f"{name}_negative" for name in Negative.names())
+RELOADING_DRIFT = Parameter(
+    "1", "drift where reloading stiffens over that aimed at", low=0.0, high=1.0, high_open=True, opensees="rDispP"
+)
+RELOADING_FORCE = Parameter(
+    "1", "force where reloading stiffens over that aimed at", low=0.0, high=1.0, opensees="rForceP"
+)
+UNLOADING_FORCE = Parameter(
+    "1",
+    "force at the end of unloading over that at the third corner, or fourth",
+    low=-1.0,
+    high=1.0,
+    opensees="uForceP",
+)
 
 
 class Pinching4(Law):
     """A four-point storey with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-    `warpdyn.engine.laws.pinching4.parameters` says where OpenSees differs. The defaults are those of GEM's
-    vulnerability toolkit, without damage. Exponents of 0, as GEM's, make damage a switch that rounding throws: a
-    warning says so.
+    The help of its module lists the rules and the differences from OpenSees. The defaults are those of GEM's
+    vulnerability toolkit, without damage. With exponents of 0, as GEM's, damage is a switch: a warning reports it.
 
     Example:
         >>> law = wd.laws.Pinching4(
@@ -129,26 +172,9 @@ class Pinching4(Law):
     force_ratio_3: ArrayLike = shared(force_ratio(3), opensees="ePf3 over ePf1")
     ductility_4: ArrayLike = shared(ductility(4), opensees="ePd4 over ePd1")
     force_ratio_4: ArrayLike = shared(force_ratio(4), opensees="ePf4 over ePf1")
-    reloading_drift: ArrayLike = parameter(
-        "1",
-        "drift where reloading stiffens over that aimed at",
-        low=0.0,
-        high=1.0,
-        high_open=True,
-        default=0.5,
-        opensees="rDispP",
-    )
-    reloading_force: ArrayLike = parameter(
-        "1", "force where reloading stiffens over that aimed at", low=0.0, high=1.0, default=0.25, opensees="rForceP"
-    )
-    unloading_force: ArrayLike = parameter(
-        "1",
-        "force unloaded to over that at the third corner, or fourth",
-        low=-1.0,
-        high=1.0,
-        default=0.05,
-        opensees="uForceP",
-    )
+    reloading_drift: ArrayLike = shared(RELOADING_DRIFT, default=0.5)
+    reloading_force: ArrayLike = shared(RELOADING_FORCE, default=0.25)
+    unloading_force: ArrayLike = shared(UNLOADING_FORCE, default=0.05)
     stiffness_damage_by_drift: ArrayLike = shared(_BY_DRIFT["stiffness"], default=0.0, opensees="gK1")
     stiffness_damage_by_use: ArrayLike = shared(_BY_USE["stiffness"], default=0.0, opensees="gK2")
     stiffness_damage_drift_exponent: ArrayLike = shared(_DRIFT_EXPONENT["stiffness"], default=1.0, opensees="gK3")
@@ -176,69 +202,76 @@ class Pinching4(Law):
         "1", "whether damage goes by cycles (1) or energy (0)", low=0, high=1, default=0.0, opensees="dmgType"
     )
 
+    yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="eNf1")
+    ductility_2_negative: ArrayLike = negative(ductility(2), "ductility_2", opensees="eNd2 over eNd1")
+    force_ratio_2_negative: ArrayLike = negative(force_ratio(2), "force_ratio_2", opensees="eNf2 over eNf1")
+    ductility_3_negative: ArrayLike = negative(ductility(3), "ductility_3", opensees="eNd3 over eNd1")
+    force_ratio_3_negative: ArrayLike = negative(force_ratio(3), "force_ratio_3", opensees="eNf3 over eNf1")
+    ductility_4_negative: ArrayLike = negative(ductility(4), "ductility_4", opensees="eNd4 over eNd1")
+    force_ratio_4_negative: ArrayLike = negative(force_ratio(4), "force_ratio_4", opensees="eNf4 over eNf1")
+    reloading_drift_negative: ArrayLike = negative(RELOADING_DRIFT, "reloading_drift", opensees="rDispN")
+    reloading_force_negative: ArrayLike = negative(RELOADING_FORCE, "reloading_force", opensees="rForceN")
+    unloading_force_negative: ArrayLike = negative(UNLOADING_FORCE, "unloading_force", opensees="uForceN")
+
     opensees = ("Pinching4",)
     rows = {
         "pinching4": Coefficient.names(Coefficient.STIFFNESS_DAMAGE_LIMIT),
         "pinching4_energy_damage": Coefficient.names(),
         "pinching4_cycle_damage": Coefficient.names(),
+        "pinching4_asymmetric": Coefficient.names(Coefficient.STIFFNESS_DAMAGE_LIMIT) + _NEGATIVE,
+        "pinching4_energy_damage_asymmetric": Coefficient.names() + _NEGATIVE,
+        "pinching4_cycle_damage_asymmetric": Coefficient.names() + _NEGATIVE,
     }
 
     @classmethod
     def spring(cls, p: Values) -> str:
+        side = "_asymmetric" * any(name.endswith("_negative") for name in p)
         if not any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE):
-            return "pinching4"
-        return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage"
+            return f"pinching4{side}"
+        return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage{side}"
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """Damage takes effect at reversals, and where it goes by cycles, each reversal is a part of one."""
-        return cls.spring(p) != "pinching4"
+        """Damage takes effect at reversals; if it counts cycles, each reversal is a part of a cycle."""
+        return "damage" in cls.spring(p)
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        return cls.counts_reversals(p) or falls(p, 4)
+        return cls.counts_reversals(p) or falls(p, 4) or falls(negative_side(p), 4)
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        drift, force = corners(p, 4)
-        length, rise = (np.diff(values, axis=0) for values in (drift, force))
-        slope = rise / length
+        side, energy, last = _side(p)
         values = {
             "inverse_yield_drift": p["stiffness"] / p["yield_force"],
             "yield_force": p["yield_force"],
-            "second_length": length[0],
-            "third_length": length[1],
-            "fourth_length": np.where(slope[2] > 0, NEVER, length[2]),
-            "second_slope": slope[0],
-            "third_slope": slope[1],
-            "fourth_slope": slope[2],
+            **side,
             "reloading_drift": p["reloading_drift"],
             "reloading_force": p["reloading_force"],
-            "unloaded_force": p["unloading_force"] * force[2],
-            "unloaded_force_beyond": p["unloading_force"] * force[3],
         }
-        if row == "pinching4":
-            return values
-        energy = 0.5 + sum(
-            (f + g) / 2 * (e - d) for d, e, f, g in zip(drift, drift[1:], force, force[1:], strict=False)
-        )
-        damage = {name: p[name] for name in Coefficient.names() if "_damage_" in name}
-        inverse = {"inverse_last_ductility": 1 / drift[3], "inverse_energy": 1 / (p["energy_factor"] * energy)}
-        return values | damage | inverse
+        of_negative: dict[str, np.ndarray] = {}
+        if row.endswith("_asymmetric"):
+            below = negative_side(p)
+            force = below["yield_force"] / p["yield_force"]
+            other, energy_below, last_below = _side(below)
+            # The initial stiffness is the same: drifts and forces of this side are longer and larger by this ratio.
+            of_negative = {
+                name: np.minimum(value * force, NEVER) if not name.endswith("_slope") else value
+                for name, value in other.items()
+            }
+            of_negative |= {"yield_force": force, "reloading_drift": below["reloading_drift"]}
+            of_negative |= {"reloading_force": below["reloading_force"]}
+            energy = np.maximum(energy, energy_below * force**2)
+            last = np.maximum(last, last_below * force)
+        if "damage" in row:
+            values |= {name: p[name] for name in Coefficient.names() if "_damage_" in name}
+            values |= {"inverse_last_ductility": 1 / last, "inverse_energy": 1 / (p["energy_factor"] * energy)}
+        return values | {f"{name}_negative": value for name, value in of_negative.items()}
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        if problem := backbone_problem(p, 4):
+        if problem := _side_problem(p) or named_as_negative(_side_problem(negative_side(p)), p):
             return problem
-        if problem := _unloading_problem(p):
-            return problem
-        reloading, unloading = np.broadcast_arrays(p["reloading_force"], p["unloading_force"])
-        if np.any(bad := unloading >= reloading):
-            place = first_place(bad)
-            return (
-                f"unloading_force is {unloading[place]:g} ({place_of(place)}); it must be below reloading_force, "
-                f"{reloading[place]:g}"
-            )
         for kind in DAMAGE:
             for name in ("by_drift", "by_use"):
                 factor, limit = np.broadcast_arrays(p[f"{kind}_damage_{name}"], p[f"{kind}_damage_limit"])
@@ -266,13 +299,46 @@ class Pinching4(Law):
             return None
         return (
             f"{', '.join(switches)} of 0 make{'s' * (len(switches) == 1)} Pinching4's damage a switch that rounding "
-            "throws: single records may be off by tens of percent, with any step and in OpenSees too, though shares of "
-            "many records hold; an exponent of 1 makes damage grow"
+            "throws: single records may be off by tens of percent, with any step and in OpenSees too; fractions over "
+            "many records are reliable. With an exponent of 1, damage grows gradually"
         )
 
 
+def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
+    """Return a side's coefficients, the energy under its backbone and its last ductility, in its own units."""
+    drift, force = corners(p, 4)
+    length, rise = (np.diff(values, axis=0) for values in (drift, force))
+    slope = rise / length
+    values = {
+        "second_length": length[0],
+        "third_length": length[1],
+        "fourth_length": np.where(slope[2] > 0, NEVER, length[2]),
+        "second_slope": slope[0],
+        "third_slope": slope[1],
+        "fourth_slope": slope[2],
+        "unloaded_force": p["unloading_force"] * force[2],
+        "unloaded_force_beyond": p["unloading_force"] * force[3],
+    }
+    energy = 0.5 + sum((f + g) / 2 * (e - d) for d, e, f, g in zip(drift, drift[1:], force, force[1:], strict=False))
+    return values, energy, drift[3]
+
+
+def _side_problem(p: Values) -> str | None:
+    """Return a sentence on a contradiction between the parameters of a side, or None."""
+    if problem := backbone_problem(p, 4) or _unloading_problem(p):
+        return problem
+    reloading, unloading = np.broadcast_arrays(p["reloading_force"], p["unloading_force"])
+    if np.any(bad := unloading >= reloading):
+        place = first_place(bad)
+        return (
+            f"unloading_force is {unloading[place]:g} ({place_of(place)}); it must be below reloading_force, "
+            f"{reloading[place]:g}"
+        )
+    return None
+
+
 def _unloading_problem(p: Values) -> str | None:
-    """Return what is wrong with forces unloaded to below zero: symmetric cycles of some drift would give energy.
+    """Return a sentence on an unloading force that is too low, because cycles would give energy, or None.
 
     A cycle between -x and x, where the backbone's force is f, that reloads as stiffly as it unloads spends twice
     (u + r f) (x - f) in units of yield, with the force u unloaded to and the ratio r of the force reloaded to. One that

@@ -1,0 +1,1 @@
+"""Viscous dampers in series with a brace (Maxwell elements)."""

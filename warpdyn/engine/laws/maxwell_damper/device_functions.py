@@ -1,0 +1,59 @@
+"""Viscous dampers in series with a brace. The memory is the force over the damper coefficient."""
+
+import enum
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.exponentials import power_of
+from warpdyn.engine.laws.law import Layout
+from warpdyn.engine.laws.maxwell_damper.parameters import Coefficient as C, MaxwellDamper
+from warpdyn.engine.laws.row_functions import device_functions
+from warpdyn.engine.laws.spring import Spring
+
+
+class M(Layout):
+    """The memory."""
+
+    FORCE = enum.auto()  # over the damper coefficient
+
+
+def _maxwell_damper(row: str, POWER: bool) -> Spring:
+    """Return the row of linear dampers, or of dampers whose force is a power of the velocity."""
+
+    def force(drift: Any, memory: Any, c: Any):
+        return c[C.DAMPER_COEFFICIENT] * memory[M.FORCE]
+
+    def elastic_energy(drift: Any, memory: Any, c: Any):
+        return c[C.HALF_FLEXIBILITY] * memory[M.FORCE] * memory[M.FORCE]
+
+    def rate(velocity: Any, memory: Any, c: Any):
+        of_damper = memory[M.FORCE]
+        if POWER:
+            of_damper = wp.sign(memory[M.FORCE]) * power_of(wp.abs(memory[M.FORCE]), c[C.INVERSE_EXPONENT])
+        slope = type(memory)()
+        slope[M.FORCE] = c[C.STIFFNESS_RATIO] * (velocity - of_damper)
+        return slope
+
+    def relaxation_rate(velocity: Any, memory: Any, c: Any):
+        fastest = c[C.STIFFNESS_RATIO]
+        if POWER:
+            one = type(velocity)(1.0)
+            fastest *= c[C.INVERSE_EXPONENT] * power_of(wp.abs(memory[M.FORCE]), c[C.INVERSE_EXPONENT] - one)
+        return fastest
+
+    # Quasi-static: the force has relaxed.
+    def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+        return type(memory)()
+
+    def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+        return type(drift)(0.0)
+
+    functions = device_functions(row, force, elastic_energy, rate, relaxation_rate, memory_after, tangent)
+    return Spring(return_mapping=None, coefficients=len(MaxwellDamper.rows[row]), memory=len(M), **functions)
+
+
+DEVICE_SPRINGS = {
+    "maxwell_damper": _maxwell_damper("maxwell_damper", False),
+    "maxwell_damper_power": _maxwell_damper("maxwell_damper_power", True),
+}

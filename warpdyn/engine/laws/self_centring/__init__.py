@@ -1,0 +1,1 @@
+"""Self-centring (flag-shaped) storeys."""
