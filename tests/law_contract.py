@@ -9,6 +9,7 @@ import itertools
 
 import numpy as np
 import warp as wp
+from law_rows import VARIANTS
 
 import warpdyn as wd
 from warpdyn.engine.kernels.kernel_cache import loaded
@@ -84,7 +85,7 @@ def paths() -> np.ndarray:
 @functools.cache
 def contract_kernel(row: str) -> wp.Kernel:
     """Return the kernel that takes storeys of a row along drifts and asks all of its device functions at each step."""
-    spring = spring_row(row)
+    spring = spring_row(VARIANTS[row])
     MEMORY = max(1, spring.memory)
     ADVANCES, MAPS, GLIDES = (
         function is not None for function in (spring.memory_after, spring.return_mapping, spring.memory_on_line)
@@ -202,7 +203,7 @@ def change_by_noise(name: str, row: str) -> float:
 def coefficients_read(row: str) -> set[int] | None:
     """Return the places of the coefficients that a row's device functions read; None if places are worked out."""
     found: set[int] = set()
-    functions = [value for value in vars(spring_row(row)).values() if isinstance(value, wp.Function)]
+    functions = [value for value in vars(spring_row(VARIANTS[row])).values() if isinstance(value, wp.Function)]
     is_fixed = all([_read(function, found, set()) for function in functions])
     return found if is_fixed else None
 

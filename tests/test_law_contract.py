@@ -8,7 +8,7 @@ import doctest
 import importlib
 import inspect
 import re
-import textwrap
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -29,12 +29,12 @@ from law_contract import (
     drawn_storeys,
     paths,
 )
+from law_rows import VARIANTS
 
 import warpdyn as wd
 from warpdyn import laws
-from warpdyn.engine.laws import DEVICES, LAWS, springs
-from warpdyn.engine.laws.law import StoreyElement
-from warpdyn.engine.laws.springs import DEVICE_SPRINGS, SPRINGS
+from warpdyn.engine.laws import LAWS
+from warpdyn.engine.laws.springs import spring_row
 
 UNITS = re.compile(r"1|(N|m|s|kg|rad)(-?\d)?( (N|m|s|kg|rad)(-?\d)?)*")
 EVERY = pytest.mark.parametrize("name", ELEMENTS)
@@ -89,16 +89,11 @@ def test_the_class_is_documented(name):
     assert runner.summarize().attempted > 0
 
 
-def test_every_row_belongs_to_a_law():
-    assert set(SPRINGS) == {row for law in LAWS.values() for row in law.rows}
-    assert set(DEVICE_SPRINGS) == {row for device in DEVICES.values() for row in device.rows}
-
-
 @EVERY_ROW
 def test_coefficients_are_what_the_device_functions_read(name, row):
     element = ELEMENTS[name]
     names, p = element.rows[row], drawn_storeys(name, row)
-    assert len(set(names)) == len(names) == springs.spring_row(row).coefficients
+    assert len(set(names)) == len(names) == spring_row(VARIANTS[row]).coefficients
     read = coefficients_read(row)
     if read is not None:
         assert read <= set(range(len(names))), "coefficients are read that are not given"
@@ -109,15 +104,15 @@ def test_coefficients_are_what_the_device_functions_read(name, row):
     assert found.shape == (len(names), STOREYS)
     assert not np.isnan(found).any()
     lacking = {key: value for key, value in element.named_coefficients(p, row).items() if key != names[-1]}
-    shorter = type("Shorter", (element,), {"named_coefficients": staticmethod(lambda p, row: lacking)})
+    shorter = type("_Shorter", (element,), {"named_coefficients": staticmethod(lambda p, row: lacking)})
     with pytest.raises(TypeError, match=f"differs in .*{names[-1]}"):
         shorter.coefficients(p, row)
 
 
-def test_a_row_that_reads_another_number_of_coefficients_is_refused(monkeypatch):
-    monkeypatch.setattr(LAWS["bilinear"], "rows", {"bilinear": ("hardening_stiffness", "yield_drift")})
-    with pytest.raises(TypeError, match="row 'bilinear' reads 3 coefficients; 'bilinear' names 2"):
-        springs._find_rows.__wrapped__("bilinear")  # the tables in use stay as they are
+def test_device_functions_that_read_another_number_of_coefficients_are_refused():
+    fewer = replace(VARIANTS["bilinear"], coefficients=("hardening_stiffness", "yield_drift"))
+    with pytest.raises(TypeError, match="'bilinear' read 3 coefficients; their law names hardening_stiffness, yield"):
+        spring_row(fewer)
 
 
 @LAW_ROWS
@@ -135,7 +130,7 @@ def test_all_is_finite_and_forces_agree(name, row):
         assert np.isfinite(values).all(), key
     # Kept force, and the trial force of laws that map their memory, are the force of the accepted step.
     np.testing.assert_allclose(found["held"], found["force"], rtol=0, atol=ROUNDING)
-    spring = springs.spring_row(row)
+    spring = spring_row(VARIANTS[row])
     if spring.rate is None:
         np.testing.assert_allclose(found["trial"], found["force"], rtol=0, atol=ROUNDING)
     if spring.return_mapping is not None:
@@ -146,7 +141,7 @@ def test_all_is_finite_and_forces_agree(name, row):
 @EVERY_ROW
 def test_lines_are_the_rules_where_nothing_is_decided(name, row):
     found = answers(name, row)
-    spring = springs.spring_row(row)
+    spring = spring_row(VARIANTS[row])
     assert (spring.memory_on_line is None) == (spring.leaves_line is None) == (spring.tangent_on_line is None)
     if spring.memory_on_line is None:
         return
@@ -180,7 +175,7 @@ def test_tangents_are_slopes(name, row):
     missed = np.abs(found["tangent"] - slope) / STIFFNESS
     # Chords lose to rounding, and a step that ends on a corner has another slope behind. A rate law's tangent is that
     # of its equation, the chord that of one step of RK4 along it.
-    limit = 2e-2 if springs.spring_row(row).rate is not None else 1e-4
+    limit = 2e-2 if spring_row(VARIANTS[row]).rate is not None else 1e-4
     assert (missed < limit).mean() > 0.97
     assert np.median(missed) < 1e-5
 
@@ -194,94 +189,6 @@ def test_the_public_face_shows_the_same_forces(name, row):
         found.storey_force - beside, answers(name, row)["force"], rtol=0, atol=1e-6 * YIELD_FORCE
     )
     assert np.isfinite(found.dissipated_energy).all()
-
-
-PARAMETERS = '''
-    """A toy law."""
-
-    import enum
-
-    from numpy.typing import ArrayLike
-
-    from warpdyn.engine.laws.law import Law, Layout, parameter
-
-
-    class Coefficient(Layout):
-        """What the device functions read."""
-
-        STIFFNESS = enum.auto()
-        SOFTENING = enum.auto()
-
-
-    class Cubic(Law):
-        """A storey that softens with the cube of its drift, F = k d - s d^3.
-
-        Example:
-            >>> Cubic(softening=1e3)
-            Cubic(softening=1000.0)
-        """
-
-        softening: ArrayLike = parameter("N m-3", "softening of the storey", low=0.0)
-
-        rows = {"cubic": Coefficient.names()}
-
-        @staticmethod
-        def named_coefficients(p, row):
-            return {"stiffness": p["stiffness"], "softening": p["softening"]}
-'''
-DEVICE_FUNCTIONS = '''
-    """Device functions of a toy law."""
-
-    from typing import Any
-
-    import warp as wp
-
-    from warpdyn.engine.laws.cubic.parameters import Coefficient as C
-    from warpdyn.engine.laws.spring import Spring
-
-
-    @wp.func
-    def cubic_force(drift: Any, memory: Any, c: Any):
-        return c[C.STIFFNESS] * drift - c[C.SOFTENING] * drift * drift * drift
-
-
-    @wp.func
-    def cubic_recoverable(drift: Any, memory: Any, c: Any):
-        half, quarter = type(drift)(0.5), type(drift)(0.25)
-        return (half * c[C.STIFFNESS] - quarter * c[C.SOFTENING] * drift * drift) * drift * drift
-
-
-    @wp.func
-    def cubic_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
-        return c[C.STIFFNESS] - type(drift)(3.0) * c[C.SOFTENING] * drift * drift
-
-
-    SPRINGS = {"cubic": Spring(cubic_force, None, cubic_recoverable, coefficients=len(C), tangent=cubic_tangent)}
-'''
-
-
-@pytest.mark.meant_as_given("no_damping", "strongest_motion")
-def test_a_law_is_one_folder(tmp_path, monkeypatch):
-    folder = tmp_path / "cubic"
-    folder.mkdir()
-    for name, text in {"__init__": "", "parameters": PARAMETERS, "device_functions": DEVICE_FUNCTIONS}.items():
-        (folder / f"{name}.py").write_text(textwrap.dedent(text).lstrip())
-    monkeypatch.setattr(laws, "__path__", [*laws.__path__, str(tmp_path)])
-    (new,) = set(laws.find(laws.Law)) - set(LAWS)
-    monkeypatch.setitem(LAWS, new, laws.find(laws.Law)[new])
-    monkeypatch.setitem(
-        SPRINGS, new, importlib.import_module("warpdyn.engine.laws.cubic.device_functions").SPRINGS[new]
-    )
-    cubic = LAWS["cubic"]
-    assert issubclass(cubic, StoreyElement)
-    drift = np.array([0.0, 0.01, -0.02])
-    building = wd.ShearBuilding([2e3, 1e3], 4e5, 3.0, law=cubic(softening=[1e8, 0.0]))
-    force = wd.storey_hysteresis(building, drift).storey_force.values
-    np.testing.assert_allclose(force[:, 0], 4e5 * drift - 1e8 * drift**3, rtol=1e-14)
-    np.testing.assert_allclose(force[:, 1], 4e5 * drift, rtol=1e-14)
-    motion = wd.GroundMotion(0.5 * np.sin(np.arange(100) * 0.2), 0.02)
-    run = wd.simulate(wd.Scene(building, motion), structures=2, step=0.005, device="cpu")
-    assert run.status.values.tolist() == [0, 0]
 
 
 @pytest.mark.parametrize(

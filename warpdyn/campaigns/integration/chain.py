@@ -36,16 +36,15 @@ class ChainDynamics(Dynamics):
         super().__init__(structure, representative)
         values = {**structure.parameters, **representative}
         inherent = structure.inherent_damping
-        self.law = structure.storey_law.spring(values)
+        self.law = structure.storey_law.rules(values)
         self.viscous_dampers = kind_of_dampers(structure.devices, values)
-        is_linear = self.viscous_dampers == "linear"
-        self.fitting_law = structure.law.replace("+viscous_damper", "") if is_linear else structure.law
+        self.forces = structure.storey_law.forces(has_power_dampers=self.viscous_dampers == "power")
         self.damping = inherent.kernel
         self.physics = physics_of(structure.parameters)
         self.has_drift_capacity = bool(capacities_of(structure.parameters))
         self.counts_reversals = structure.storey_law.counts_reversals(values)
         # Under gravity a storey that has yielded may lose its stiffness.
-        falls_over = bool(self.physics) and self.law != "elastic"
+        falls_over = bool(self.physics) and not structure.storey_law.has_only_linear_springs
         self.is_sensitive = falls_over or structure.storey_law.is_sensitive(values)
         # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta, which has no dashpots;
         # its ratio is that of modes of the frequencies that the building has, with P-Delta. OpenSees does the same.
@@ -79,7 +78,7 @@ class ChainDynamics(Dynamics):
             over = ratios > 1
             rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
             decay = rates.min(axis=0)
-        if self.law != "elastic" or self.viscous_dampers == "power":
+        if not self.forces.is_linear:
             stiffest = effective_stiffness(parameters, law.stiffest(parameters))
             highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
             if inherent.follows_tangent:
@@ -122,9 +121,7 @@ class ChainDynamics(Dynamics):
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)
         # Structures are contiguous in memory, as kernels read them and as they were drawn.
-        coefficients = np.stack(
-            [values.T for values in self.structure.storey_law.coefficients(parameters, self.law)], axis=1
-        )
+        coefficients = np.stack([values.T for values in self.structure.storey_law.coefficients(parameters)], axis=1)
         packed = {
             "mass": mass.T,
             "inverse_mass": 1 / mass.T,

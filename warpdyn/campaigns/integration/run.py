@@ -107,10 +107,10 @@ def build_run(scene: Scene, structures: int, integration: Integration, execution
     """
     check_kind("simulate", "a Scene", scene, Scene)
     excitation, dynamics = scene.excitation, dynamics_of(scene)
-    law, damping = dynamics.fitting_law, scene.structure.damping
-    integration = integration.settled(law, scene.structure, is_gpu=execution.is_gpu)
+    forces, damping = dynamics.forces, scene.structure.damping
+    integration = integration.settled(forces, scene.structure, is_gpu=execution.is_gpu)
     method, row = integration.method, METHODS[integration.method]
-    check_fits(method, law, damping)
+    check_fits(method, forces, damping)
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if structures * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(

@@ -8,7 +8,7 @@ from typing import Any, Self
 
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.methods.defaults import MEASURED_DAMPING_RATIO, default_method
-from warpdyn.engine.methods.table import METHODS
+from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
 from warpdyn.model.structures.shear_building import ShearBuilding
@@ -87,17 +87,17 @@ class Integration:
         found = cls(target_error=target_error, left_open=left_open, **settled)
         return replace(found, divides_steps=found.on_unstable == "substep" and not found.is_stepped)
 
-    def settled(self, law: str, structure: Structure, *, is_gpu: bool) -> Self:
+    def settled(self, forces: StoreyForces, structure: Structure, *, is_gpu: bool) -> Self:
         """Return the settings with the default method of a structure, where neither method nor step is given.
 
         Args:
-            law: Law of the structure that the method must fit.
+            forces: Storey forces that the method must fit.
             structure: The nominal structure.
             is_gpu: Whether it is run on a GPU.
         """
         if "method" not in self.left_open or self.target_error is not None:
             return self
-        default = default_method(law, measured_dampings(structure), is_gpu=is_gpu)
+        default = default_method(forces, measured_dampings(structure), is_gpu=is_gpu)
         chosen: dict[str, Any] = {"method": default.method, "refinement": default.steps, "reason": default.reason}
         return replace(self, left_open=(), **chosen)
 

@@ -12,7 +12,7 @@ import warp as wp
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
-from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.laws.springs import StoreyRules, spring_row
 from warpdyn.engine.methods.kinds import ExplicitMethod, product
 from warpdyn.engine.methods.stability_limits import relaxation_limit
 from warpdyn.engine.methods.table import METHODS
@@ -28,7 +28,7 @@ class Plan:
     Args:
         family: "chain" (storeys in series) or "dense" (full matrices).
         dofs: Degrees of freedom.
-        law: Row of SPRINGS ("elastic" for the dense family).
+        law: Device functions of the storeys (elastic for the dense family).
         damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
             (dense); "classical" or "general" where the method is exact.
         load: Row of LOADS.
@@ -50,7 +50,7 @@ class Plan:
 
     family: str
     dofs: int
-    law: str
+    law: StoreyRules
     damping: str
     load: str
     recorders: tuple[str, ...]

@@ -57,9 +57,9 @@ OF_MEMORY = ("return_mapping", "memory_on_line", "rate", "memory_after")
 SUMS = ("force", "force_at_accepted_state", "elastic_energy", "tangent_on_line")
 
 
-def _function_name(row: str) -> str:
-    """Return what the functions of a row are called: several rows share a force, and names must differ."""
-    return row.replace("+", "_beside_").replace("|", "_or_")
+def _function_name(rules: str) -> str:
+    """Return the name that begins the names of all functions of a combination, such as "bilinear_beside_gap"."""
+    return rules.replace("+", "_beside_").replace("|", "_or_")
 
 
 def _device_function(name: str, function: Callable) -> Callable:
@@ -101,10 +101,10 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
     )
 
 
-def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> Spring:
+def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
     """Return the law of a storey that has both: their forces add up."""
     FIRST_C, C, FIRST_M, M = one.coefficients, other.coefficients, one.memory, other.memory
-    name = _function_name(f"{one_name}+{other_name}")
+    name = _function_name(rules)
 
     # The first law's own values stand where it looks for them; those of the other are moved there.
     def coefficients_of_other(c: Any):
@@ -163,10 +163,10 @@ def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> 
     return _row(name, one, other, combine, FIRST_C + C, FIRST_M + M)
 
 
-def one_or_other(one_name: str, one: Spring, other_name: str, other: Spring) -> Spring:
+def one_or_other(rules: str, one: Spring, other: Spring) -> Spring:
     """Return the law of storeys of which some have the one, where the first coefficient is 0, and some the other."""
     C = max(one.coefficients, other.coefficients)
-    name = _function_name(f"{one_name}|{other_name}")
+    name = _function_name(rules)
 
     def own_coefficients(c: Any):
         own = type(c)()

@@ -55,6 +55,8 @@ class Parameter:
             is_open = value is None if name == "default" else isinstance(value, float) and abs(value) == np.inf
             if not is_open:
                 real_number(f"Parameter.{name}", value)
+        if self.low > self.high or (self.low == self.high and (self.low_open or self.high_open)):
+            raise ValueError(f"no value is allowed: low is {self.low:g} and high is {self.high:g}; exchange them")
 
     def violations(self, values: np.ndarray) -> np.ndarray:
         """Return where values are not finite or out of bounds, as a mask of their shape."""

@@ -93,6 +93,7 @@ class BaberNoori(BoucWen):
     )
 
     opensees = ("BWBN",)
+    has_rate = True
     rows = {
         "baber_noori": Coefficient.names(Coefficient.TOTAL_SLIP),
         "baber_noori_1": Coefficient.names(Coefficient.TOTAL_SLIP),

@@ -54,7 +54,7 @@ class ElasticPerfectlyPlastic(Law):
     yield_force: ArrayLike = shared(YIELD_FORCE, opensees="epsyP times E")
 
     opensees = ("ElasticPP",)
-    rows = {"bilinear": Coefficient.names()}
+    variants = Bilinear.variants
     is_linear_until_yield = True
 
     @staticmethod

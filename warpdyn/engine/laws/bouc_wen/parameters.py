@@ -44,6 +44,7 @@ class BoucWen(Law):
     exponent: ArrayLike = parameter("1", "Bouc-Wen exponent n", low=0.0, low_open=True, default=1.0, opensees="n")
 
     opensees = ("BoucWen",)
+    has_rate = True
     rows = {
         "bouc_wen_1_elastic_unloading": Coefficient.names(Coefficient.BETA_RATE),
         "bouc_wen_1": Coefficient.names(Coefficient.EXPONENT),

@@ -116,7 +116,7 @@ def gap_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
     return gap_return_mapping(drift, memory, c)
 
 
-DEVICE_SPRINGS = {
+SPRINGS = {
     "friction_damper": Spring(
         friction_damper_force,
         friction_damper_return_mapping,

@@ -150,6 +150,7 @@ class ViscousDamper(Device):
     )
 
     opensees = ("Viscous",)
+    is_dashpot = True
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:

@@ -25,7 +25,7 @@ class Elastic(Law):
 
     opensees = ("Elastic",)
     rows = {"elastic": Coefficient.names()}
-    is_linear_until_yield = True
+    is_linear = is_linear_until_yield = True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws.bilinear.parameters import Coefficient
+from warpdyn.engine.laws.bilinear.parameters import Bilinear
 from warpdyn.engine.laws.bounds import first_place, place_of
 from warpdyn.engine.laws.law import YIELD_FORCE, Law, Values, parameter, shared
 
@@ -24,7 +24,7 @@ class LeadRubberBearing(Law):
     post_yield_stiffness: ArrayLike = parameter("N m-1", "stiffness of the bearings after yield", low=0.0)
 
     opensees = ("elastomericBearingPlasticity",)
-    rows = {"bilinear": Coefficient.names()}
+    variants = Bilinear.variants
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -65,7 +65,7 @@ class FrictionPendulum(Law):
     weight: ArrayLike = parameter("N", "weight that the sliding bearings carry", low=0.0, low_open=True)
 
     opensees = ("singleFPBearing",)
-    rows = {"bilinear": Coefficient.names()}
+    variants = Bilinear.variants
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
