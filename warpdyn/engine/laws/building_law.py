@@ -44,6 +44,11 @@ class BuildingLaw:
         return "+".join(["|".join(law.name for law in self.laws), *(device.name for device in self.devices)])
 
     @property
+    def written(self) -> dict[str, str]:
+        """Texts of the laws and devices that are not warpdyn's own, by name."""
+        return {each.name: each.written for each in (*self.laws, *self.devices) if each.written}
+
+    @property
     def has_only_linear_springs(self) -> bool:
         """Whether the springs of all laws and devices are linear; viscous dampers have no springs."""
         return all(law.is_linear for law in self.laws) and all(device.is_dashpot for device in self.devices)

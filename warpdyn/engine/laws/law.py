@@ -153,6 +153,7 @@ class StoreyElement:
         is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
             `yield_force` over the stiffness (or always, without a `yield_force`).
         has_rate: Whether the memory has a rate, which is integrated with the motion.
+        exceptions: Checks of `wd.laws.certify` with a wider bound, each with the bound and the reason.
         kind: "law" or "device".
         is_device: Whether it is a device.
         is_dashpot: Whether its force depends on the velocity alone, so that it has no variants.
@@ -178,6 +179,7 @@ class StoreyElement:
     is_linear: ClassVar[bool] = False
     is_linear_until_yield: ClassVar[bool] = False
     has_rate: ClassVar[bool] = False
+    exceptions: ClassVar[Mapping[str, tuple[float, str]]] = MappingProxyType({})
     kind: ClassVar[str] = "law"
     is_device: ClassVar[bool] = False
     is_dashpot: ClassVar[bool] = False

@@ -12,6 +12,7 @@ from warpdyn.engine.laws import DEVICES, LAWS
 from warpdyn.engine.laws.building_law import missing_at
 from warpdyn.engine.laws.law import Device, Law, StoreyElement
 from warpdyn.foundations.core.checks import real_numbers
+from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
 
 Given = str | StoreyElement | type[StoreyElement]
@@ -90,6 +91,30 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
                 )
             of_storeys[storey] = np.broadcast_to(values, len(law))[storey]
     return kinds, own
+
+
+def check_written(texts: Mapping[str, str], where: str) -> None:
+    """Check that users' laws and devices of a description are defined, and warn if their text has changed.
+
+    Args:
+        texts: Text of each law or device by name.
+        where: The place of the description, for messages.
+
+    Raises:
+        ValueError: If one of them is not defined.
+    """
+    for name, text in texts.items():
+        known: type[StoreyElement] | None = LAWS.get(name) or DEVICES.get(name)
+        if known is None:
+            raise ValueError(
+                f"{where} has the law or device {name!r}, which is not part of warpdyn: define its class first. Its "
+                f"device functions were:\n{text}"
+            )
+        if known.written != text:
+            warn_caller(
+                f"{where}: the class of {name!r} has changed since the description was written, so results differ; its "
+                "text is in the description under 'written_laws'"
+            )
 
 
 def _only_value(name: str, value: float | tuple[float, ...], storey: int) -> float:

@@ -90,7 +90,7 @@ def spring_row(rules: StoreyRules) -> Spring:
 
         return one_or_other(str(rules), spring_row(rules.first), spring_row(rules.other))
     if rules.written is not None:
-        from warpdyn.engine.laws.written.functions import written_spring
+        from warpdyn.engine.laws.written.device_functions import written_spring
 
         return written_spring(rules.name, rules.written)
     spring: Spring = importlib.import_module(rules.module).SPRINGS[rules.name]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warpdyn.engine.laws.lookup import check_written
 from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise, intensity_measures, pair_measures
@@ -157,6 +158,7 @@ class Rebuilding:
                 f"from_json(): {where} was a {kind!r}, which is not warpdyn's own: build this scene from its own parts"
             )
         _check_keys(rest, where, (), BUILDING_KEYS)
+        check_written(rest.pop("written_laws", {}), f"from_json(): {where}")
         law, own_laws = rest.pop("law"), rest.pop("storey_laws", None)
         devices, added = tuple(rest.pop("devices", ())), rest.pop("added_storeys", ())
         chosen: dict[str, Any] = {

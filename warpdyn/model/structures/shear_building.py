@@ -257,6 +257,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         said |= {"added_storeys": added.tolist()} if added.size else {}
         chosen = {"damping_modes": self.damping_modes, "damped_storeys": self.damped_storeys}
         said |= {name: list(numbers) for name, numbers in chosen.items() if numbers}
+        if texts := self.storey_law.written:
+            said["written_laws"] = texts
         return said | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
 
     def told(self) -> list[tuple[object, ...]]:

@@ -79,7 +79,8 @@ def check_function(function: Captured, memory: tuple[str, ...]) -> None:
             raise at(each, f"{name} assigns to its argument {each.id}: use another name")
         written = each.value if isinstance(each, ast.Attribute | ast.Subscript) else None
         if written is not None and not isinstance(each.ctx, ast.Load) and getattr(written, "id", "") in arguments:  # type: ignore[attr-defined]
-            instead = f"return the new values, as in `return force, {', '.join(memory) or 'slip'}`"
+            new = f"return the new values, as in `return force, {', '.join(memory) or 'slip'}`"
+            instead = "compute other coefficients in derived(p)" if getattr(written, "id", "") == "c" else new
             raise at(each, f"{name} changes {ast.unparse(each)}: {instead}")
         if isinstance(each, ast.FunctionDef | ast.Lambda | ast.ListComp | ast.Try | ast.With) and each is not node:
             raise at(each, f"{name} contains {type(each).__name__}, which a kernel cannot run: write a device function")
@@ -112,8 +113,8 @@ def returned(node: ast.Return) -> list[ast.expr]:
 
 
 def at(node: ast.AST, text: str) -> TypeError:
-    """Return an error with the line of the function, counted from its first."""
-    return TypeError(f"{text} (line {getattr(node, 'lineno', 1)} of the function)")
+    """Return an error with the line of the author's file or notebook cell."""
+    return TypeError(f"{text} (line {getattr(node, 'lineno', 1)})")
 
 
 def _always_returns(body: list[ast.stmt]) -> bool:

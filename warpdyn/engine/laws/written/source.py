@@ -77,6 +77,7 @@ def captured(name: str, function: Callable[..., Any]) -> Captured:
     if not isinstance(node, ast.FunctionDef):
         raise TypeError(f"{name} must be written with def")
     code = function.__code__
+    ast.increment_lineno(node, code.co_firstlineno - 1)
     cells = zip(code.co_freevars, function.__closure__ or (), strict=True)
     scope = {**vars(builtins), **function.__globals__}
     for free, cell in cells:

@@ -6,6 +6,7 @@ functions of it. The tangent is a difference quotient in the direction of the la
 
 # No `from __future__ import annotations`: warp reads annotations as live types.
 
+import ast
 import importlib
 import linecache
 from typing import Any, cast
@@ -46,6 +47,8 @@ def written_spring(name: str, written: Written) -> Spring:
         functions |= _of_follow(name, functions["follow"], len(written.memory))
     if "return_mapping" in functions and "memory_after" not in functions:
         functions |= _mapped(name, functions["return_mapping"])
+    # A rate of decay that reads no memory, or warpdyn's own estimate, is computed once per step.
+    once = "rate" in functions and not _reads_memory(written, "relaxation_rate")
     if "rate" in functions:
         if "relaxation_rate" not in functions:
             functions |= _relaxation(name, functions["rate"], len(written.memory))
@@ -57,7 +60,14 @@ def written_spring(name: str, written: Written) -> Spring:
         functions |= _elastic_energy(name, functions["force"], written.coefficients.index(HALF_FLEXIBILITY))
     functions.setdefault("return_mapping", None)
     fields = {field: function for field, function in functions.items() if field in Spring.__dataclass_fields__}
-    return Spring(**fields, coefficients=len(written.coefficients), memory=len(written.memory))
+    sizes = {"coefficients": len(written.coefficients), "memory": len(written.memory)}
+    return Spring(**fields, **sizes, relaxes_by_velocity=once)
+
+
+def _reads_memory(written: Written, name: str) -> bool:
+    """Return whether a function of a law reads the memory; False if the law does not have it."""
+    found = [node for node in ast.parse(written.text).body if getattr(node, "name", "") == name]
+    return any(isinstance(each, ast.Name) and each.id == "memory" for node in found for each in ast.walk(node))
 
 
 def _built(name: str, written: Written) -> dict[str, Any]:
