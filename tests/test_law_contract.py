@@ -13,7 +13,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from law_contract import (
-    CHORD,
     ELEMENTS,
     NOISE,
     ROWS,
@@ -23,16 +22,17 @@ from law_contract import (
     YIELD_FORCE,
     answers,
     change_by_noise,
-    coefficients_of,
     coefficients_read,
     drawn_building,
     drawn_storeys,
-    paths,
+    storeys_of,
 )
 from law_rows import VARIANTS
 
 import warpdyn as wd
 from warpdyn import laws
+from warpdyn.campaigns.running.certification.certify import certificate
+from warpdyn.campaigns.running.certification.checks import Checks, path_checks
 from warpdyn.engine.laws import LAWS
 from warpdyn.engine.laws.springs import spring_row
 
@@ -40,8 +40,7 @@ UNITS = re.compile(r"1|(N|m|s|kg|rad)(-?\d)?( (N|m|s|kg|rad)(-?\d)?)*")
 EVERY = pytest.mark.parametrize("name", ELEMENTS)
 EVERY_ROW = pytest.mark.parametrize(("name", "row"), ROWS)
 LAW_ROWS = pytest.mark.parametrize(("name", "row"), [pair for pair in ROWS if pair[0] in LAWS])
-# Forces are rounded where lines begin, up to a hundred yield drifts away.
-ROUNDING = 1e-9 * YIELD_FORCE
+SHOWN = ("bilinear", "bouc_wen_1", "takeda", "gap")  # one for each kind of memory, and a device
 
 
 @LAW_ROWS
@@ -100,7 +99,7 @@ def test_coefficients_are_what_the_device_functions_read(name, row):
         of_other_rows = [coefficients_read(other) for other in element.rows if other != row]
         unread = set(range(len(names))) - read
         assert all(any(place in (other or ()) for other in of_other_rows) for place in unread), "some are never read"
-    found = coefficients_of(element, p, row)
+    found = storeys_of(name, row).coefficients
     assert found.shape == (len(names), STOREYS)
     assert not np.isnan(found).any()
     lacking = {key: value for key, value in element.named_coefficients(p, row).items() if key != names[-1]}
@@ -115,76 +114,29 @@ def test_device_functions_that_read_another_number_of_coefficients_are_refused()
         spring_row(fewer)
 
 
-@LAW_ROWS
-def test_a_small_drift_is_elastic(name, row):
-    drift = 1e-9 * YIELD_DRIFT
-    force = wd.storey_hysteresis(drawn_building(name, row), [drift, -drift, 0]).storey_force.values
-    # What a power of such a drift leaves of the slope.
-    np.testing.assert_allclose(force[:2].T, STIFFNESS * drift * np.array([[1, -1]] * STOREYS), rtol=1e-2)
-
-
 @EVERY_ROW
-def test_all_is_finite_and_forces_agree(name, row):
-    found = answers(name, row)
-    for key, values in found.items():
-        assert np.isfinite(values).all(), key
-    # Kept force, and the trial force of laws that map their memory, are the force of the accepted step.
-    np.testing.assert_allclose(found["held"], found["force"], rtol=0, atol=ROUNDING)
-    spring = spring_row(VARIANTS[row])
-    if spring.rate is None:
-        np.testing.assert_allclose(found["trial"], found["force"], rtol=0, atol=ROUNDING)
-    if spring.return_mapping is not None:
-        assert found["unlike_advance"].max() == 0
-    assert found["recoverable"].min() > -1e-9 * YIELD_FORCE * YIELD_DRIFT
+def test_paths(name, row):
+    storeys = storeys_of(name, row)
+    checks = Checks(storeys.element)
+    path_checks(storeys, checks)
+    assert not [check.cells() for check in checks.found if not check.passed]
+    if spring_row(storeys.rules).leaves_line is not None:
+        assert (answers(name, row)["leaves_line"] == 0).mean() > 0.3  # lines are followed
 
 
-@EVERY_ROW
-def test_lines_are_the_rules_where_nothing_is_decided(name, row):
-    found = answers(name, row)
-    spring = spring_row(VARIANTS[row])
-    assert (spring.memory_on_line is None) == (spring.leaves_line is None) == (spring.tangent_on_line is None)
-    if spring.memory_on_line is None:
-        return
-    lines = found["leaves_line"] == 0
-    assert lines.mean() > 0.3
-    assert found["unlike_mapping"][lines].max() < 1e-9
-    # Where a line begins or ends in a step, each of the two slopes there may be given.
-    missed = np.abs(found["tangent_on_line"] - found["tangent"])[lines]
-    assert (missed < 1e-6 * STIFFNESS).mean() > 0.999
-
-
-@EVERY_ROW
-def test_force_is_continuous(name, row):
-    """No step is stiffer than the law says, and falls come from softening alone: shorter steps are smaller."""
-    element, found = ELEMENTS[name], answers(name, row)
-    stiffest = np.broadcast_to(element.stiffest(drawn_storeys(name, row)), (1, STOREYS))
-    steps = np.diff(found["drift"], axis=0)
-    rises = np.diff(found["force"], axis=0) * np.sign(steps)
-    rises[found["force"][1:] == 0] = 0  # a storey that is exhausted loses its force at once
-    assert (rises - stiffest * np.abs(steps)).max() < 1e-3 * YIELD_FORCE
-    chord = np.abs(found["force"] - found["behind"])
-    chord[found["force"] == 0] = 0
-    assert np.quantile(chord, 0.999) < 100 * STIFFNESS * CHORD
-
-
-@EVERY_ROW
-def test_tangents_are_slopes(name, row):
-    found = answers(name, row)
-    way = np.where(np.diff(found["drift"], axis=0, prepend=0.0) < 0, -CHORD, CHORD)
-    slope = (found["force"] - found["behind"]) / way
-    missed = np.abs(found["tangent"] - slope) / STIFFNESS
-    # Chords lose to rounding, and a step that ends on a corner has another slope behind. A rate law's tangent is that
-    # of its equation, the chord that of one step of RK4 along it.
-    limit = 2e-2 if spring_row(VARIANTS[row]).rate is not None else 1e-4
-    assert (missed < limit).mean() > 0.97
-    assert np.median(missed) < 1e-5
+@pytest.mark.parametrize(
+    ("name", "row"), [pytest.param(*pair, marks=() if pair[1] in SHOWN else pytest.mark.thorough) for pair in ROWS]
+)
+def test_certificates(name, row):
+    report = certificate(name, storeys_of(name, row))
+    assert report.passed, str(report)
 
 
 @EVERY_ROW
 def test_the_public_face_shows_the_same_forces(name, row):
     building = drawn_building(name, row)
-    found = wd.storey_hysteresis(building, paths())
-    beside = 0.0 if name in LAWS else STIFFNESS * paths()
+    found = wd.storey_hysteresis(building, storeys_of(name, row).path())
+    beside = 0.0 if name in LAWS else STIFFNESS * storeys_of(name, row).path()
     np.testing.assert_allclose(
         found.storey_force - beside, answers(name, row)["force"], rtol=0, atol=1e-6 * YIELD_FORCE
     )

@@ -245,6 +245,32 @@ print(wd.storey_hysteresis(own, [0.0, 0.01, -0.02])["storey_force"].values[:, 0]
     assert there.stdout == here.stdout, there.stderr
 
 
+CLUSTER = """
+import sys
+sys.path.insert(0, {folder!r})
+exec(compile(open({file!r}).read(), {file!r}, "exec"))  # as in a notebook: classes of __main__
+import distributed, numpy as np
+assert Kinematic.__module__ == "__main__"
+wave = 2.5 * np.sin(np.arange(200) * 0.3)
+own = wd.ShearBuilding([1e5] * 2, 4e7, 3.0, law=Kinematic(yield_force=2e5, hardening_ratio=0.05), damping="rayleigh",
+    damping_ratio=0.03)
+scene = wd.Scene(own, wd.GroundMotion(wave, 0.02), {{"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2))}})
+here = wd.simulate(scene, structures=40, device="cpu")
+with distributed.LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+    with distributed.Client(cluster) as client:
+        there = wd.simulate(scene, structures=40, cluster=client)
+ours, theirs = (run["peak_storey_drift_ratio"] for run in (here, there))
+print(np.array_equal(ours, theirs), float(ours.max()) > 0.005)
+"""
+
+
+def test_a_law_of_a_notebook_runs_on_a_dask_cluster():
+    pytest.importorskip("distributed")
+    program = CLUSTER.format(folder=str(Path(__file__).parent), file=written_laws.__file__)
+    ran = subprocess.run([sys.executable, "-W", "ignore", "-c", program], capture_output=True, text=True, check=False)
+    assert ran.stdout.split() == ["True", "True"], ran.stderr
+
+
 def test_plans_can_be_compared_and_pickled():
     variant = Kinematic.variants[next(iter(Kinematic.variants))]
     assert pickle.loads(pickle.dumps(variant)) == variant
