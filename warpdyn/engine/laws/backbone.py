@@ -1,4 +1,4 @@
-"""Backbones by their corners: each a ductility and a force over those of yield, the first corner."""
+"""Backbones given by corners: drifts and forces divided by those of yield, which is the first corner."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from warpdyn.engine.laws.bounds import first_place, place_of
 from warpdyn.engine.laws.law import Values
 from warpdyn.engine.laws.parameter import Parameter
 
-# The last corner of a backbone that has fallen may lie so much higher than the one before it: GEM's capacity curves end
-# with a residual strength that rises by 1 %, as rounded in their tables.
+# The force of the last corner may be higher than that of the one before by this factor after the backbone has fallen:
+# GEM's capacity curves end with a residual strength that rises by 1 %, as rounded in their tables.
 LARGEST_LAST_RISE = 1.0101
 
 
@@ -26,7 +26,7 @@ def force_ratio(corner: int) -> Parameter:
 
 
 def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return ductilities and force ratios of the backbone's corners, that of yield first."""
+    """Return ductilities and force ratios of the backbone's corners; the first corner is yield."""
     numbers = range(2, count + 1)
     names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
     one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
@@ -34,21 +34,22 @@ def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def falls(p: Values, count: int) -> bool:
-    """Return whether a backbone of so many corners may fall from one of them to the next, in any storey.
+    """Return whether the force may fall from one corner to the next in any storey.
 
     Args:
-        p: Parameters, each [storey] or [value, storey], where each parameter may have another number of values.
-        count: Number of corners, that of yield included.
+        p: Parameters, each [storey] or [value, storey]; numbers of values may differ.
+        count: Number of corners, including yield.
     """
     forces = [np.ones((1, 1)), *(np.atleast_2d(p[f"force_ratio_{i}"]) for i in range(2, count + 1))]
     return any((after.min(axis=0) < before.max(axis=0)).any() for before, after in itertools.pairwise(forces))
 
 
 def backbone_problem(p: Values, count: int) -> str | None:
-    """Return what is wrong with a backbone of so many corners.
+    """Return a sentence on a fault of a backbone with `count` corners, or None.
 
-    One must lie beyond another, no part be steeper than the first, and none rise after one that falls: reloading to a
-    peak on it would cut the trough, and unloading give more than was put in. The last may rise by 1 %.
+    Drifts must increase, no part may be steeper than the first, and after a falling part no part may rise: otherwise
+    reloading to a peak would cross the backbone, and unloading would return more energy than was put in. The last part
+    may rise by 1 %.
     """
     drift, force = corners(p, count)
     for i in range(1, count):
@@ -70,6 +71,6 @@ def backbone_problem(p: Values, count: int) -> str | None:
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most force_ratio_{i}, "
-                f"{force[i - 1][place]:g}: a backbone that has begun to fall may not rise again, but for 1 % at its end"
+                f"{force[i - 1][place]:g}: a backbone that has fallen may not rise again, except by 1 % at its end"
             )
     return None

@@ -93,7 +93,7 @@ def shared(parameter: Parameter, *, default: float | None = None, opensees: str 
 
     Args:
         parameter: The parameter.
-        default: Its default in this law [its units].
+        default: Its default in this law [`units`].
         opensees: OpenSees' name of it in this law.
 
     Example:
@@ -142,7 +142,7 @@ class StoreyElement:
     Attributes:
         name: Name in a scene: the name of the class in lower case, with underscores between words.
         parameters: Parameters in addition to the storey stiffness, each one value or one per storey.
-        memory: Names of the values that device functions in the class body remember, 0 at rest; () for none.
+        memory: Names of the values that device functions in the class body remember, 0 at rest.
         rows: Names of its sets of device functions, each with the names of the coefficients that they read.
         variants: The same sets as objects; a class that shares those of another law gives `variants` instead of `rows`.
         device_functions: Module with the table SPRINGS of the device functions; "" for the module `device_functions` in
@@ -258,7 +258,7 @@ class StoreyElement:
         """
         known, shape = {**p, **cls.derived(p)}, np.shape(p["stiffness"])
         if HALF_FLEXIBILITY in cls.rows[row]:
-            # Law: of the storey's stiffness. Device: of its own.
+            # Flexibility of the storey for a law, of the device for a device.
             stiffness = np.broadcast_to(cls.stiffest(p) if cls.is_device else p["stiffness"], shape)
             known[HALF_FLEXIBILITY] = np.divide(0.5, stiffness, out=np.zeros(shape), where=stiffness > 0)
         return {name: np.broadcast_to(known[name], shape) for name in cls.rows[row]}
@@ -329,7 +329,7 @@ class Law(StoreyElement):
 
 
 class Device(StoreyElement):
-    """A device that is parallel to a storey's law, with its own parameters; storeys without it have a strength of 0.
+    """A device that is parallel to a storey's law, with additional parameters; storeys without it have a strength of 0.
 
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)

@@ -15,7 +15,7 @@ from warpdyn.foundations.files.packaged import packaged_rows
 ERRORS, COSTS = "default_methods.csv", "default_method_costs.csv"
 FALLBACK = "rk4"
 # A method replaces RK4 if its errors are at most MOST_ERROR times those of RK4 and its cost is at most MOST_COST of
-# RK4's. Costs scatter by some per cent, so that a smaller gain is none.
+# RK4's. Measured costs scatter by some per cent, so a smaller gain is not significant.
 MOST_ERROR, MOST_COST = 1.2, 0.9
 # Damping ratio of the measured buildings. With less damping of the higher modes, methods of second order lose more
 # accuracy than RK4: with 2 % instead of 5 % of Rayleigh damping the ratios of the errors are 1.3 to 2 times as large.
@@ -94,7 +94,7 @@ def measured_costs() -> dict[tuple[str, str, int], dict[str, float]]:
 def default_method(
     forces: StoreyForces, dampings: tuple[str, ...] = ("none",), *, is_gpu: bool = False
 ) -> DefaultMethod:
-    """Return the method that integrates structures of a law where the caller names neither method nor step.
+    """Return the method that `simulate` uses if the caller names neither method nor step.
 
     It is RK4, unless the tables have a cheaper method whose errors are at most `MOST_ERROR` times those of RK4. In a
     building of several laws or kinds of damping, the largest of the measured errors counts, and the least of the

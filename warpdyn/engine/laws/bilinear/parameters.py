@@ -11,7 +11,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """What the device functions read: a hardening spring stands beside one that yields."""
+    """Coefficients of the device functions: a hardening spring is parallel to one that yields."""
 
     HARDENING_STIFFNESS = enum.auto()
     YIELDING_STIFFNESS = enum.auto()

@@ -10,7 +10,7 @@ from warpdyn.engine.laws.law import Law, Layout, Values
 
 
 class Coefficient(Layout):
-    """What the device functions read."""
+    """Coefficients of the device functions."""
 
     STIFFNESS = enum.auto()
 

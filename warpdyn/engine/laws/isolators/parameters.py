@@ -1,4 +1,4 @@
-"""Seismic isolators as storey laws, in the terms of those who specify them; their kernels are those of `bilinear`."""
+"""Seismic isolators as storey laws, with the parameters of their specifications and the functions of `bilinear`."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class LeadRubberBearing(Law):
 class FrictionPendulum(Law):
     """Friction pendulum bearings under a building, with the storey's stiffness before they slide.
 
-    OpenSees: singleFPBearing with Coulomb friction, under a weight that stays as it is.
+    OpenSees: singleFPBearing with Coulomb friction, under a constant weight.
 
     Example:
         >>> wd.laws.FrictionPendulum(friction_coefficient=0.06, radius=2.2, weight=9e6)
@@ -86,7 +86,7 @@ def _pendulum_stiffness(p: Values) -> np.ndarray:
 
 
 def _not_below(p: Values, name: str, values: np.ndarray, of_what: str) -> str | None:
-    """Return a sentence on the first value that is not below the initial stiffness."""
+    """Return a sentence on the first value that is not below the initial stiffness, or None."""
     values, stiffness = np.broadcast_arrays(values, p["stiffness"])
     bad = values >= stiffness
     if not bad.any():
