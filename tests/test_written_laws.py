@@ -4,6 +4,7 @@ import json
 import pickle
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from written_laws import Cubic, Kinematic, RingSpring, Slider, Wen
 
 import warpdyn as wd
 from warpdyn.engine.laws import DEVICES, LAWS
-from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.engine.methods.table import METHODS, check_fits, fitting_methods
 from warpdyn.foundations.core.description import fingerprint, to_json
 
 STIFFNESS, YIELD_FORCE = 4e7, 2e5
@@ -148,6 +149,14 @@ def test_a_too_long_step_is_detected():
                 found["status"].attrs["flag_meanings"].split().index("unstable_step")
             ]
         )
+
+
+def test_implicit_methods_do_not_fit_a_force_that_relaxes():
+    forces = replace(Wen.forces, relaxes=True)
+    kinds = {METHODS[name].kind for name in fitting_methods(forces)}
+    assert kinds == {"explicit"}
+    with pytest.raises(ValueError, match=r"'newmark_average' does not fit storeys of law 'wen' .*a force relaxes"):
+        check_fits("newmark_average", forces)
 
 
 def test_names_classes_and_objects(registered):

@@ -70,6 +70,7 @@ class BuildingLaw:
             tuple(each.name for each in named),
             self.has_only_linear_springs and not has_power_dampers,
             any(each.has_rate for each in named),
+            any(each.relaxes for each in named),
         )
 
     def storeys_of(self, law: Element) -> np.ndarray:

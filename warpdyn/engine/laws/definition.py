@@ -64,7 +64,7 @@ def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
         cls.variants = MappingProxyType({name: Variant(name, tuple(row), module) for name, row in cls.rows.items()})
     elif not cls.variants and not cls.__module__.startswith("warpdyn."):
         check_set_of_functions((), cls.memory)
-    cls.forces = StoreyForces((cls.name,), cls.is_linear, cls.has_rate)
+    cls.forces = StoreyForces((cls.name,), cls.is_linear, cls.has_rate, cls.relaxes)
     cls.written = _text_of(cls)
     if not cls.__name__.startswith("_"):
         cls.table[cls.name] = cls
@@ -82,7 +82,7 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
         if field.name in OF_STOREY:
             raise TypeError(f"parameter {field.name!r} has the name of a property that every storey has: rename it")
         try:
-            found[field.name] = known = make()
+            found[field.name] = known = make if isinstance(make, Parameter) else make()
         except (ValueError, TypeError) as error:
             raise TypeError(f"parameter {field.name!r}: {error}") from error
         if not known.units:

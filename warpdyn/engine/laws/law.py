@@ -153,6 +153,7 @@ class StoreyElement:
         is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
             `yield_force` over the stiffness (or always, without a `yield_force`).
         has_rate: Whether the memory has a rate, which is integrated with the motion.
+        relaxes: Whether the force changes with time at a constant drift, so that implicit methods do not fit.
         exceptions: Checks of `wd.laws.certify` with a wider bound, each with the bound and the reason.
         kind: "law" or "device".
         is_device: Whether it is a device.
@@ -179,6 +180,7 @@ class StoreyElement:
     is_linear: ClassVar[bool] = False
     is_linear_until_yield: ClassVar[bool] = False
     has_rate: ClassVar[bool] = False
+    relaxes: ClassVar[bool] = False
     exceptions: ClassVar[Mapping[str, tuple[float, str]]] = MappingProxyType({})
     kind: ClassVar[str] = "law"
     is_device: ClassVar[bool] = False

@@ -43,11 +43,13 @@ class StoreyForces:
         names: Names of its laws and devices.
         is_linear: Whether all forces are linear.
         has_rate: Whether the memory of a law has a rate, which is integrated with the motion.
+        relaxes: Whether a force changes with time at a constant drift.
     """
 
     names: tuple[str, ...] = ("elastic",)
     is_linear: bool = False
     has_rate: bool = False
+    relaxes: bool = False
 
     def __str__(self) -> str:
         return ", ".join(self.names)
@@ -203,12 +205,13 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
 
     The exact method needs linear forces. Lagged central difference does not fit a law whose memory has a rate: its
     force would lag behind the drift, which supplies energy until yielding bounds the motion. Damping in proportion to
-    the tangent stiffness jumps where a storey yields, so an implicit step may have no equilibrium.
+    the tangent stiffness jumps where a storey yields, so an implicit step may have no equilibrium. Implicit methods
+    integrate the memory along the increment of the drift, without time, so forces that relax do not fit.
     """
     unfit = set() if forces.is_linear else {"exact"}
     if forces.has_rate:
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
-    if damping == "rayleigh_tangent":
+    if damping == "rayleigh_tangent" or forces.relaxes:
         unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
     return tuple(name for name in METHODS if name not in unfit)
 
@@ -229,7 +232,8 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
             f"yields); these fit: {', '.join(fitting)}"
         )
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
-    reason = linear if METHODS[method].kind == "exact" else "its velocities lag behind"
+    reasons = {"exact": linear, "implicit": "its steps have no time in which a force relaxes"}
+    reason = reasons.get(METHODS[method].kind, "its velocities lag behind")
     raise ValueError(
         f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); these fit: {', '.join(fitting)}"
     )
