@@ -1,4 +1,4 @@
-"""What any law of the table must do, found by its own device functions: storeys of every row, taken along paths."""
+"""Storeys of every variant of every law and device, with parameters drawn within their bounds, along paths."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # a storey that yields at 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 STOREYS = 12
 TRIES = 20_000
-NOISE = 1e-4  # yield drifts: by so much float32 rounds the place of a floor that has moved by 1,700 of them
+NOISE = 1e-4  # yield drifts: the rounding in float32 of a displacement of 1,700 yield drifts
 ELEMENTS = LAWS | DEVICES
 ROWS = [(name, row) for name, element in ELEMENTS.items() for row in element.rows]
 
 
 def drawn_value(name: str, parameter: Parameter, defaults: float, rng: np.random.Generator) -> float:
-    """Return a value of a parameter inside its bounds, of the order that its units and bounds tell, or its default.
+    """Return a value of a parameter inside its bounds, of a usual size for its units and bounds, or its default.
 
-    It is not at a bound: a storey may be without friction there, and so without a range in which it is elastic.
+    It is not at a bound, where a storey may have no friction and no elastic range.
     """
     if parameter.default is not None and rng.random() < defaults:
         return parameter.default
@@ -45,11 +45,11 @@ def drawn_value(name: str, parameter: Parameter, defaults: float, rng: np.random
 
 @functools.cache
 def drawn_storeys(name: str, row: str) -> dict[str, np.ndarray]:
-    """Return parameters of storeys, [structure, storey], that lead a law or a device to a row."""
+    """Return parameters of storeys, [structure, storey], for which a law or device uses a variant."""
     element, rng = ELEMENTS[name], np.random.default_rng(len(name) + 100 * len(row))
     found: list[dict[str, float]] = []
     for _ in range(TRIES):
-        defaults = rng.choice([0.1, 0.5, 0.95])  # rows may be for storeys without what has a default of 0
+        defaults = rng.choice([0.1, 0.5, 0.95])  # some variants need defaults of 0
         values = {key: drawn_value(key, parameter, defaults, rng) for key, parameter in element.parameters.items()}
         given = {key: np.full((1, 1), value) for key, value in ({"stiffness": STIFFNESS} | values).items()}
         fits = not any(parameter.violations(given[key]).any() for key, parameter in element.parameters.items())

@@ -45,7 +45,7 @@ def drawn(name: str, parameter: Parameter, rng: np.random.Generator) -> float:
 
 
 def drawn_building(law: str, count: int, rng: np.random.Generator, **fixed: float) -> wd.ShearBuilding:
-    """Return a building of so many storeys, each with its own parameters that the law accepts."""
+    """Return a building with `count` storeys, each with different parameters that the law accepts."""
     storeys: list[dict[str, float]] = []
     while len(storeys) < count:
         values = {name: drawn(name, parameter, rng) for name, parameter in LAWS[law].parameters.items()} | fixed

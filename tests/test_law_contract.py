@@ -1,4 +1,4 @@
-"""The contract of storey laws and devices: what every class of `warpdyn.engine.laws` must fulfil.
+"""The contract of storey laws and devices, which every class of `warpdyn.engine.laws` must satisfy.
 
 Energy is in test_law_passivity.py, straight branches over long paths in test_law_branches.py, names and objects in
 test_law_objects.py; all of them take every law of the table.
@@ -152,5 +152,5 @@ def test_a_law_that_says_so_is_linear_until_it_yields(name, row):
     last = p["yield_force"] / p["stiffness"] if "yield_force" in p else np.full(building.storeys, YIELD_DRIFT)
     drift = 0.999 * last * np.sin(np.arange(200) * 0.37)[:, None] * np.linspace(0.1, 1, 200)[:, None]
     force = wd.storey_hysteresis(building, drift)["storey_force"].values
-    # Springs side by side add up to the stiffness but for rounding.
+    # Parallel springs add up to the stiffness except for rounding.
     np.testing.assert_allclose(force, p["stiffness"] * drift, rtol=1e-9, atol=1e-9 * (p["stiffness"] * last).max())

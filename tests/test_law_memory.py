@@ -148,7 +148,7 @@ def run(law, method, step, dtype="float64"):
 def test_a_plastic_drift_among_other_values(method, dtype):
     one, other = (run(law, method, 0.002, dtype) for law in ("bilinear", "counting"))
     assert BILINEAR_ROWS["bilinear"].memory == 1
-    # The same rules, rounded alike but for what the compiler fuses.
+    # The same rules; only fused operations differ.
     tolerance = {"float32": 1e-4, "float64": 1e-12}[dtype] * np.abs(one.displacement).max().item()
     np.testing.assert_allclose(other.displacement, one.displacement, rtol=0, atol=tolerance)
     np.testing.assert_allclose(other.hysteretic_energy, one.hysteretic_energy, rtol={"float32": 1e-3}.get(dtype, 1e-9))

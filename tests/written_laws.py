@@ -1,4 +1,4 @@
-"""Laws and devices as users write them, in a module of their own: their source must be available."""
+"""Laws and devices as users write them."""
 
 from typing import Any
 
