@@ -11,8 +11,8 @@ pytestmark = pytest.mark.fast
 
 STOREYS, TURNS, STEPS = 60, 24, 300
 YIELD_ENERGY = YIELD_FORCE * YIELD_DRIFT
-# Largest allowed fall of the dissipated energy, in Fy dy: errors of steps that cut corners. For other laws the work alone
-# is checked, because their stored energy depends on rules that are decided at the next reversal.
+# Largest allowed fall of the dissipated energy, in Fy dy: errors of steps that cut corners. Of other laws the work
+# alone is checked, because their stored energy depends on rules that are decided at the next reversal.
 FALLS = {
     "elastic": 1e-9,
     "bilinear": 1e-9,
