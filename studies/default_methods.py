@@ -187,14 +187,15 @@ def search(number: int, device: str) -> tuple[str, float, float]:
     recorders = ("drift",) if storeys > 1 or random.random() < 0.5 else ("acceleration", "drift", "residual")
     scene = build_scene(law, storeys, period, motions, levels, recorders)
     case = Case(scene, TIMED_STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
-    default = default_method(law, (scene.structure.damping,), is_gpu=device != "cpu")
+    default = default_method(scene.structure.storey_law.forces(), (scene.structure.damping,), is_gpu=device != "cpu")
     chosen = case.run(default.method, default.steps)
 
     def error_of(run: object) -> float:
         return float(quantile(case.errors(run), 0.95))  # type: ignore[arg-type]
 
     given, today = error_of(chosen), error_of(case.run(FALLBACK, 1))
-    names = [name for name in SEARCHED if name in fitting_methods(law, scene.structure.damping)]
+    fitting = fitting_methods(scene.structure.storey_law.forces(), scene.structure.damping)
+    names = [name for name in SEARCHED if name in fitting]
     within = [run for name in names for steps in SEARCHED_STEPS if error_of(run := case.run(name, steps)) <= given]
     seconds = least_seconds([chosen, *within])
     words = f"{law} {storeys} storeys {period:.2f} s {'+'.join(recorders)}: {default.method}"

@@ -23,6 +23,7 @@ from parts.benchmark.machine import processor
 from parts.default_methods.ensembles import Case, build_scene, records, seconds_of
 from peers.storey_laws import LAWS
 
+from warpdyn import laws
 from warpdyn.engine.methods.table import METHODS, fitting_methods
 
 YARDSTICK = "bilinear"
@@ -42,7 +43,7 @@ def measure(law: str, structures: int, yardstick: object) -> list[dict[str, str]
     """Return the rows of a law: relative errors of the peak drift, times over that of bilinear storeys with RK4."""
     case = case_of(law, structures)
     tried = [name for name in METHODS if not METHODS[name].is_adaptive and (law == YARDSTICK or name in SHOWN)]
-    methods = [name for name in tried if name in fitting_methods(law, "rayleigh")]
+    methods = [name for name in tried if name in fitting_methods(laws.LAWS[law].forces, "rayleigh")]
     runs = [case.run(name, 1) for name in methods]
     errors = [case.errors(run) for run in runs]
     seconds = np.min([[seconds_of(run) for run in (yardstick, *runs)] for _ in range(TIMED_RUNS)], axis=0)

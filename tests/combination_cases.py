@@ -27,6 +27,7 @@ from itertools import combinations, product
 
 import covertable
 import numpy as np
+from law_rows import SPRINGS, rules_of
 from matrices import modal_damping_matrix
 from method_sources import by_source, shown, source_of
 
@@ -37,7 +38,6 @@ from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import DTYPES, Plan
 from warpdyn.engine.laws import LAWS
-from warpdyn.engine.laws.springs import SPRINGS
 from warpdyn.engine.methods.stability_limits import stability_limit
 from warpdyn.engine.methods.table import METHODS, fitting_methods
 from warpdyn.model.structures.shear_building import DAMPING
@@ -158,7 +158,7 @@ def in_turn(table, turn):
 # Laws of few values are combined with all there is.
 FEW = [name for name, spring in SPRINGS.items() if spring.memory <= 1]
 MANY = [name for name in SPRINGS if name not in FEW]
-SOURCES = list(by_source([*fitting_methods("bouc_wen"), *METHODS]))  # those that fit every law first
+SOURCES = list(by_source([*fitting_methods(LAWS["bouc_wen"].forces), *METHODS]))  # those that fit every law first
 # These amplify what is not damped at any step, and are flagged for it.
 GROWING = [name for name, method in METHODS.items() if stability_limit(method, 0.0) == 0]
 STRUCTURES = (("chain", 1), ("chain", 2), ("chain", 5), ("dense", 1), ("dense", 3))
@@ -184,7 +184,7 @@ FACTORS_OF_MANY = {
 def methods_of(row):
     """Return the methods of a row's source that integrate its structure."""
     law, _ = springs_of_laws()[row["law"]]
-    fitting = fitting_methods(law, row["damping"])
+    fitting = fitting_methods(LAWS[law].forces, row["damping"])
     growing = GROWING if row["damping"] == "none" else ()
     return [name for name in fitting if source_of(name) == row["source"] and name not in growing]
 
@@ -253,7 +253,7 @@ def remaining_cases(met):
     for (law_at, (spring, (law, _))), (dtype_at, dtype) in product(
         enumerate(springs_of_laws().items()), enumerate(DTYPES)
     ):
-        for method_at, method in enumerate(fitting_methods(law)):
+        for method_at, method in enumerate(fitting_methods(LAWS[law].forces)):
             turn = law_at + method_at + dtype_at
             damping = in_turn(USUAL_DAMPING, turn)
             damping = "storey" if damping == "none" and method in GROWING else damping
@@ -288,7 +288,7 @@ SM90 = [
         in_turn(USUAL_DAMPING, i + j),
         spring,
         load_in_turn(j, i),
-        in_turn(fitting_methods(law) if spring in FEW else SMALL, 4 * i + j),
+        in_turn(fitting_methods(LAWS[law].forces) if spring in FEW else SMALL, 4 * i + j),
         in_turn(DTYPES, i + j),
     )
     for (i, (spring, (law, _))), (j, _) in product(enumerate(springs_of_laws().items()), enumerate(LOAD_KINDS))
@@ -375,7 +375,7 @@ def plans_of(case, is_gpu=False):
     dynamics = dynamics_of(wd.Scene(make_structure(family, dofs, damping, spring), make_excitation(load, dofs)))
     if METHODS[method].kind == "exact":
         damping = "general" if dynamics.couples_modes else "classical"
-    plan = Plan(family, dofs, spring, damping, load, tuple(sorted(RECORDERS[family])), method, dtype)
+    plan = Plan(family, dofs, rules_of(spring), damping, load, tuple(sorted(RECORDERS[family])), method, dtype)
     plan = build.fitted(plan, is_gpu)
     if is_rolled(case) and not is_gpu:
         plan = replace(plan, max_unroll=1)

@@ -6,12 +6,12 @@ import functools
 
 import numpy as np
 import warp as wp
+from law_rows import SPRINGS
 
 import warpdyn as wd
 from warpdyn.engine.kernels.kernel_cache import loaded
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws import LAWS
-from warpdyn.engine.laws.springs import SPRINGS
 
 
 @functools.cache

@@ -16,6 +16,7 @@ from warpdyn.engine.kernels.arguments import brought
 from warpdyn.engine.kernels.functions.noise import noise_of
 from warpdyn.engine.kernels.kernel_cache import loaded
 from warpdyn.engine.kernels.plan import Plan, row_types, structs
+from warpdyn.engine.laws import Elastic
 from warpdyn.foundations.core.random_numbers import key_of
 
 LANES = 2
@@ -74,7 +75,7 @@ def oscillator_variances(spectrum: wd.WhiteNoise | wd.KanaiTajimi, interval: flo
 @functools.cache
 def path_kernel(load: str, dtype: str) -> wp.Kernel:
     """Return the kernel that writes every interval's motion, as the kernels of structures read it."""
-    plan = Plan("chain", 1, "elastic", "none", load, ("drift",), "rk4", dtype, LANES, 1)
+    plan = Plan("chain", 1, Elastic.variants["elastic"], "none", load, ("drift",), "rk4", dtype, LANES, 1)
     noise, types, number = noise_of(plan), structs(dtype), getattr(wp, dtype)
     Processes, Numbers, over_interval = noise.Processes, noise.Numbers, noise.over_interval
     row, _, indices = row_types(plan)

@@ -230,7 +230,7 @@ def count_case(number, methods="default"):
     settled = errors(coarse, truth) <= SETTLED
     chosen = [None]
     if methods == "all":
-        fitting = fitting_methods(scene.structure.law, scene.structure.damping)
+        fitting = fitting_methods(scene.structure.storey_law.forces(), scene.structure.damping)
         fitting = [name for name in fitting if METHODS[name].kind != "exact"]
         chosen = [fitting[(METHODS_A_BUILDING * number + k) % len(fitting)] for k in range(METHODS_A_BUILDING)]
     for method in chosen:

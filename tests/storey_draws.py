@@ -49,7 +49,7 @@ def drawn(name: str, parameter: Parameter, rng: np.random.Generator) -> float:
 def drawn_building(
     law: str, count: int, rng: np.random.Generator, *, is_asymmetric: bool = False, **fixed: float
 ) -> wd.ShearBuilding:
-    """Return a building of so many storeys, each with its own parameters that the law accepts."""
+    """Return a building with `count` storeys, each with different parameters that the law accepts."""
     storeys: list[dict[str, float]] = []
     while len(storeys) < count:
         known = {name: each for name, each in LAWS[law].parameters.items() if not each.optional or is_asymmetric}

@@ -7,12 +7,12 @@ import functools
 import numpy as np
 import warp as wp
 import xarray as xr
+from law_rows import SPRINGS
 
 import warpdyn as wd
 from warpdyn.engine.kernels.kernel_cache import loaded
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws import LAWS
-from warpdyn.engine.laws.springs import SPRINGS
 
 CHORD = 1e-7  # of the path's largest drift
 

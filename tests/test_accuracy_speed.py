@@ -44,7 +44,7 @@ def scenes() -> dict:
 def result(scenes: dict) -> xr.Dataset:
     """The study's dataset of two ensembles, with two methods and a few steps."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(points, "fitting_methods", lambda law: METHODS)
+        patch.setattr(points, "fitting_methods", lambda forces: METHODS)
         patch.setattr(points, "STEPS", points.STEPS[:6])
         patch.setattr(study, "STEPS", points.STEPS)
         for module in ("points", "plan"):

@@ -9,7 +9,7 @@ from method_sources import shown, source_of, thorough_unless
 
 import warpdyn as wd
 from warpdyn.campaigns.integration import stability_guard
-from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.engine.methods.table import METHODS, StoreyForces, fitting_methods
 from warpdyn.foundations.core.output_variables import COLLAPSED, OK, UNSTABLE_STEP
 
 MASS, STIFFNESS, HEIGHT = [3e4, 2e4, 1e4], [2e7, 1.5e7, 8e6], [4.0, 3.0, 3.0]
@@ -31,7 +31,7 @@ def run(structure, method, **settings):
 
 
 METHOD_CASES = [
-    thorough_unless(name in ("rk4", "newmark_average"), name) for name in shown(fitting_methods("bilinear"))
+    thorough_unless(name in ("rk4", "newmark_average"), name) for name in shown(fitting_methods(StoreyForces()))
 ]
 
 

@@ -39,6 +39,7 @@ from combination_cases import (
     springs_of_laws,
 )
 from combined_rows import COMBINED, SOME, combined_structure
+from law_rows import SPRINGS, forces_of, rules_of
 from method_sources import source_of, thorough_unless
 
 import warpdyn as wd
@@ -49,7 +50,6 @@ from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.output_table import HISTORY, RECORDERS
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.kernels.queues import CpuQueue
-from warpdyn.engine.laws.springs import SPRINGS
 from warpdyn.engine.methods.table import METHODS, fitting_methods
 from warpdyn.foundations.core.output_variables import DIVERGED
 
@@ -119,7 +119,9 @@ def test_every_row_is_among_the_cases():
         make_excitation(load, 2)
     # Every law with every method that fits it in every dtype, by `pytest -m thorough`.
     cases = [*COVERING, *REMAINING]
-    fitting = {(spring, name) for spring, (law, _) in springs_of_laws().items() for name in fitting_methods(law)}
+    fitting = {
+        (spring, name) for spring, (law, _) in springs_of_laws().items() for name in fitting_methods(forces_of(law))
+    }
     product_of_all = {(*pair, dtype) for pair, dtype in product(fitting, DTYPES)}
     assert {(case[3], *case[5:]) for case in cases if case[0] == "chain"} == product_of_all
     assert {case[5:] for case in cases if case[0] == "dense"} == set(product(METHODS, DTYPES))
@@ -222,7 +224,7 @@ def test_devices(case, launched):
     scene = wd.Scene(structure, make_excitation(load, structure.storeys), tail=1.2)
     settings = {"structures": SAMPLES, "method": method, "dtype": dtype, "step": 0.0025, "device": "cpu"}
     run = wd.simulate(scene, **settings)
-    assert launched[0].law == row
+    assert launched[0].law == rules_of(row)
     assert launched[0].viscous_dampers == ("power" if "viscous_damper" in structure.devices else "none")
     assert np.all(run["status"].values == 0)
     assert np.isfinite(run["peak_storey_drift_ratio"]).all()

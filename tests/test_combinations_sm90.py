@@ -14,6 +14,7 @@ from combination_cases import (
 )
 from combined_rows import COMBINED, SOME
 from cubin import usage
+from law_rows import rules_of
 from method_sources import thorough_unless
 
 from warpdyn.engine.kernels import build
@@ -40,7 +41,7 @@ def compiled(plan, folder):
 )
 def test_sm90_of_devices(row, method, tmp_path):
     dampers = "power" if "viscous_damper" in COMBINED[row]["devices"] else "none"
-    plan = Plan("chain", 2, row, "rayleigh", "base_acceleration", ("drift", "energy"), method, "float32")
+    plan = Plan("chain", 2, rules_of(row), "rayleigh", "base_acceleration", ("drift", "energy"), method, "float32")
     taken = compiled(build.fitted(replace(plan, viscous_dampers=dampers), True), tmp_path)
     assert taken.local == 0
     assert taken.registers <= 255

@@ -11,7 +11,7 @@ from warpdyn.engine.methods.table import METHODS, fitting_methods
 pytestmark = pytest.mark.meant_as_given("damping_ratio")
 
 MASS, STIFFNESS, RATIO = np.array([2.0e5, 1.5e5, 1.0e5]), np.array([9.0e7, 7.0e7, 4.0e7]), 0.05
-TANGENT = fitting_methods("bouc_wen", "rayleigh_tangent")
+TANGENT = fitting_methods(wd.laws.BoucWen.forces, "rayleigh_tangent")
 OTHERS = [name for name in TANGENT if name not in shown(TANGENT)]
 
 

@@ -4,6 +4,7 @@ from itertools import product
 
 import numpy as np
 import pytest
+from law_rows import forces_of
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.settings import Integration, measured_dampings
@@ -62,7 +63,7 @@ def test_the_default_errs_at_most_1_2_times_as_much_as_rk4_for_every_law_and_dam
     laws = {law for law, _, _ in measured_costs()}
     assert {(law, damping) for law, damping, _, _ in known} == set(product(laws, DAMPING))  # all are measured
     for law, damping in product(wd.laws.LAWS, DAMPING):
-        found = default_method(law, (damping,), is_gpu=device == "cuda")
+        found = default_method(forces_of(law), (damping,), is_gpu=device == "cuda")
         if found.method != FALLBACK:  # whose ratio is 1
             row = known[law, damping, found.method, found.steps]
             assert max(row.median_error, row.error_95) <= 1.2
@@ -74,29 +75,29 @@ def test_a_method_is_default_exactly_where_it_is_as_accurate_and_cheaper(row):
     for device in ("cpu", "cuda"):
         cost = measured_costs()[row.law, row.method, row.steps][device]
         wins = max(row.median_error, row.error_95) <= MOST_ERROR and cost <= MOST_COST
-        found = default_method(row.law, (row.damping,), is_gpu=device == "cuda")
+        found = default_method(forces_of(row.law), (row.damping,), is_gpu=device == "cuda")
         assert found.method == (row.method if wins else FALLBACK)
 
 
 @pytest.mark.fast
 def test_the_default_is_rk4_where_nothing_is_measured(monkeypatch):
-    assert default_method("takeda", ("rayleigh",)).method == "velocity_verlet"
-    unknown = default_method("takeda+one_sided_gap", ("rayleigh",))
+    assert default_method(forces_of("takeda"), ("rayleigh",)).method == "velocity_verlet"
+    unknown = default_method(forces_of("takeda+one_sided_gap"), ("rayleigh",))
     assert (unknown.method, unknown.steps) == ("rk4", 1)
     assert "one_sided_gap" in unknown.reason
-    assert default_method("takeda", ("unknown",)).method == "rk4"
+    assert default_method(forces_of("takeda"), ("unknown",)).method == "rk4"
     monkeypatch.setattr(defaults, "measured_costs", dict)
-    assert default_method("takeda", ("rayleigh",), is_gpu=True).method == "rk4"
+    assert default_method(forces_of("takeda"), ("rayleigh",), is_gpu=True).method == "rk4"
 
 
 @pytest.mark.fast
 def test_of_several_laws_and_dampings_the_least_accurate_counts(monkeypatch):
     rows = (row_of(), row_of("pinching4"), row_of("pinching4", "storey", error=1.3), row_of(damping="storey"))
     monkeypatch.setattr(defaults, "measured_methods", lambda: rows)
-    assert default_method("takeda|pinching4", ("rayleigh",)).method == "velocity_verlet"
-    assert default_method("takeda", ("rayleigh", "storey")).method == "velocity_verlet"
-    assert default_method("pinching4", ("rayleigh", "storey")).method == "rk4"
-    assert default_method("takeda|bouc_wen", ("rayleigh",)).method == "rk4"  # of which nothing is measured
+    assert default_method(forces_of("takeda|pinching4"), ("rayleigh",)).method == "velocity_verlet"
+    assert default_method(forces_of("takeda"), ("rayleigh", "storey")).method == "velocity_verlet"
+    assert default_method(forces_of("pinching4"), ("rayleigh", "storey")).method == "rk4"
+    assert default_method(forces_of("takeda|bouc_wen"), ("rayleigh",)).method == "rk4"  # of which nothing is measured
 
 
 @pytest.mark.fast
@@ -105,7 +106,7 @@ def test_a_default_fits_the_damping(monkeypatch, implicit):
     name = "newmark_linear" if implicit else "velocity_verlet"
     monkeypatch.setattr(defaults, "measured_methods", lambda: (row_of(damping="rayleigh_tangent", method=name),))
     monkeypatch.setattr(defaults, "measured_costs", lambda: {("takeda", name, 2): {"cpu": 0.5}})
-    assert default_method("takeda", ("rayleigh_tangent",)).method == ("rk4" if implicit else name)
+    assert default_method(forces_of("takeda"), ("rayleigh_tangent",)).method == ("rk4" if implicit else name)
 
 
 def building(damping="rayleigh", storeys=3, **own):
@@ -147,8 +148,8 @@ def weakly_damped():
 def test_weakly_damped_higher_modes_are_integrated_by_rk4():
     scene = weakly_damped()
     found = Integration()
-    assert found.settled("menegotto_pinto", scene.structure, is_gpu=False).method == "rk4"
-    assert found.settled("menegotto_pinto", scene.structure, is_gpu=True).method == "rk4"
+    assert found.settled(forces_of("menegotto_pinto"), scene.structure, is_gpu=False).method == "rk4"
+    assert found.settled(forces_of("menegotto_pinto"), scene.structure, is_gpu=True).method == "rk4"
 
 
 @pytest.mark.thorough
@@ -172,7 +173,7 @@ def test_a_run_takes_the_default_and_says_why():
     scene = scene_of()
     found, rk4 = run(scene), run(scene, method="rk4")
     assert found.attrs["method"] == "velocity_verlet"
-    assert found.attrs["method_chosen_because"] == default_method("takeda", ("rayleigh",)).reason
+    assert found.attrs["method_chosen_because"] == default_method(forces_of("takeda"), ("rayleigh",)).reason
     assert "method_chosen_because" not in rk4.attrs
     assert np.array_equal(2 * found["integration_step"].values, rk4["integration_step"].values)
     again = run(scene, method="velocity_verlet", step=found.attrs["step"])  # the attributes say all that it takes
@@ -219,5 +220,5 @@ def test_buildings_of_a_portfolio_have_the_default_of_their_own_law():
 def test_a_building_of_little_damping_is_not_called_undamped():
     building = wd.ShearBuilding(2e5, 2e8, 3.0, law="bilinear", yield_force=1e6, hardening_ratio=0.05,
                                 damping="rayleigh", damping_ratio=0.02)  # fmt: skip
-    reason = default_method("bilinear", measured_dampings(building)).reason
+    reason = default_method(forces_of("bilinear"), measured_dampings(building)).reason
     assert reason.endswith("storeys of bilinear, damping none or little")

@@ -5,6 +5,7 @@ import warnings
 import numpy as np
 import pytest
 import warp as wp
+from law_rows import SPRINGS
 from method_sources import thorough_unless
 from scipy.integrate import solve_ivp
 from three_storeys import (
@@ -26,7 +27,6 @@ from three_storeys import (
 import warpdyn as wd
 from warpdyn.engine.kernels.kernel_cache import loaded
 from warpdyn.engine.kernels.output_table import RECORDERS
-from warpdyn.engine.laws.springs import SPRINGS
 
 pytestmark = pytest.mark.meant_as_given(
     "damping_ratio", "first_period", "initial_velocity", "record_step", "storey_height", "yield_base_shear_coefficient"

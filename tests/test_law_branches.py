@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import warp as wp
 from combination_cases import ROW_OF_LAW, springs_of_laws
+from law_rows import SPRINGS
 from method_sources import thorough_unless
 from storey_draws import STIFFNESS, YIELD_DRIFT, YIELD_FORCE, drawn_building, random_paths
 
@@ -14,7 +15,6 @@ from warpdyn.engine.device.processor import module_options
 from warpdyn.engine.kernels.kernel_cache import loaded
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws import LAWS
-from warpdyn.engine.laws.springs import SPRINGS
 
 STOREYS = 200
 ROWS = [name for name, spring in SPRINGS.items() if spring.leaves_line is not None]

@@ -11,8 +11,8 @@ pytestmark = pytest.mark.fast
 
 STOREYS, TURNS, STEPS = 60, 24, 300
 YIELD_ENERGY = YIELD_FORCE * YIELD_DRIFT
-# What steps of this size leave of corners that they cut, in Fy dy: by how much the dissipated energy may fall. Laws
-# that are left out say no more than that work is not negative: what they store changes with what a turn would do.
+# Largest allowed fall of the dissipated energy, in Fy dy: errors of steps that cut corners. Of other laws the work
+# alone is checked, because their stored energy depends on rules that are decided at the next reversal.
 FALLS = {
     "elastic": 1e-9,
     "bilinear": 1e-9,
@@ -25,9 +25,9 @@ FALLS = {
     "peak_oriented": 2e-3,
     "hysteretic": 0.1,
 }
-# Peak-oriented storeys of lost stiffness may reload more steeply than they unload, and give back a little more.
+# Peak-oriented storeys that lost stiffness may reload more steeply than they unload, and return a little more energy.
 REPAYING = ("ibarra_medina_krawinkler_peak_oriented", "ibarra_medina_krawinkler_pinching")
-# Damage is not held to it: where most of a strength goes at a turn, a storey may give back what it had stored before.
+# Without damage: if a reversal removes most of the strength, a storey may return energy that was stored before.
 NO_DAMAGE = {
     f"{kind}_damage_{name}": 0.0
     for kind in ("stiffness", "reloading", "strength")

@@ -1,4 +1,4 @@
-"""What laws say of themselves, against storeys driven to and fro."""
+"""The declared largest tangent stiffness of laws, compared with driven storeys."""
 
 from itertools import pairwise
 
@@ -20,7 +20,7 @@ def elastic(drift, parameters):
 
 
 def bilinear(drift, parameters):
-    """A hardening spring beside one that slides."""
+    """A hardening spring parallel to one that slides."""
     hardening, force, forces = parameters["hardening_ratio"], 0.0, []
     stiffness, strength = (1 - hardening) * STIFFNESS, (1 - hardening) * YIELD_FORCE
     for increment in np.diff(drift, prepend=drift[0]):

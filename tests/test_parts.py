@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import warp as wp
+from law_rows import rules_of
 
 import warpdyn as wd
 from warpdyn.engine.kernels import build, composition, registry, source
@@ -16,7 +17,7 @@ from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import Plan, structs
 
 EVERY = tuple(sorted(RECORDERS["chain"]))
-PLAIN = Plan("chain", 5, "bilinear", "rayleigh", "base_acceleration", ("drift",), "rk4", "float32")
+PLAIN = Plan("chain", 5, rules_of("bilinear"), "rayleigh", "base_acceleration", ("drift",), "rk4", "float32")
 
 
 def text_of(plan, is_gpu=False):
@@ -32,7 +33,7 @@ def test_every_part_is_described(part):
 
 def test_a_plain_building_has_a_short_text():
     structure = wd.ShearBuilding(
-        np.full(5, 1e5), 8e7, 3.0, law="bilinear", yield_force=4e5, hardening_ratio=0.05, damping="rayleigh",
+        np.full(5, 1e5), 8e7, 3.0, law=rules_of("bilinear"), yield_force=4e5, hardening_ratio=0.05, damping="rayleigh",
         damping_ratio=0.05,
     )  # fmt: skip
     scene = wd.Scene(structure, wd.GroundMotion(np.ones(100), 0.01), recorders=("drift",))
@@ -48,15 +49,22 @@ def test_a_plain_building_has_a_short_text():
 PLANS = [
     replace(PLAIN, recorders=EVERY),
     replace(PLAIN, recorders=EVERY, method="dormand_prince54", physics=("p_delta",), viscous_dampers="power"),
-    replace(PLAIN, recorders=EVERY, method="velocity_verlet", law="peak_oriented", load="harmonic_force"),
-    replace(PLAIN, recorders=(*EVERY, "state"), law="bouc_wen", damping="rayleigh_tangent", resumes=True),
-    replace(PLAIN, recorders=EVERY, dofs=50, law="hysteretic", load="force_history", physics=("p_delta",)),
-    replace(PLAIN, recorders=EVERY, method="newmark_average", law="pinching4", damping="modal", load="kanai_tajimi"),
-    replace(PLAIN, recorders=EVERY, method="exact", law="elastic", damping="general"),
+    replace(PLAIN, recorders=EVERY, method="velocity_verlet", law=rules_of("peak_oriented"), load="harmonic_force"),
+    replace(PLAIN, recorders=(*EVERY, "state"), law=rules_of("bouc_wen"), damping="rayleigh_tangent", resumes=True),
+    replace(PLAIN, recorders=EVERY, dofs=50, law=rules_of("hysteretic"), load="force_history", physics=("p_delta",)),
+    replace(
+        PLAIN,
+        recorders=EVERY,
+        method="newmark_average",
+        law=rules_of("pinching4"),
+        damping="modal",
+        load="kanai_tajimi",
+    ),
+    replace(PLAIN, recorders=EVERY, method="exact", law=rules_of("elastic"), damping="general"),
     Plan(
         "dense",
         3,
-        "elastic",
+        rules_of("elastic"),
         "matrix",
         "base_acceleration",
         ("acceleration", "displacement", "energy"),

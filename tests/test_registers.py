@@ -5,6 +5,7 @@ from dataclasses import replace
 import pytest
 import warp as wp
 from cubin import usage
+from law_rows import rules_of
 
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.output_table import RECORDERS
@@ -29,7 +30,9 @@ CASES = [
 
 @pytest.mark.parametrize(("storeys", "dtype", "law", "damping", "recorders"), CASES)
 def test_a_history_stays_in_registers(storeys, dtype, law, damping, recorders, tmp_path):
-    plan = build.fitted(Plan("chain", storeys, law, damping, "base_acceleration", recorders, "rk4", dtype), is_gpu=True)
+    plan = build.fitted(
+        Plan("chain", storeys, rules_of(law), damping, "base_acceleration", recorders, "rk4", dtype), is_gpu=True
+    )
     wp.compile_aot_module(build.build_kernel(plan).module, arch=90, module_dir=tmp_path, use_ptx=False)
     [binary] = tmp_path.glob("*.sm90.cubin")
     taken = usage(binary)
@@ -57,7 +60,7 @@ def test_one_that_goes_on_from_an_event_before_stays_there_too(tmp_path):
     plan = Plan(
         "chain",
         20,
-        "bouc_wen_1_elastic_unloading",
+        rules_of("bouc_wen_1_elastic_unloading"),
         "rayleigh",
         "base_acceleration",
         (*EVERY, "state"),

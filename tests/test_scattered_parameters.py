@@ -74,4 +74,4 @@ def test_scattered_beta_and_gamma_are_not_taken_for_equal():
     }
     for row, scatters in rows.items():
         for scatter in scatters:
-            assert dynamics_of(wd.Scene(building, MOTION, scatter=scatter)).law == row, scatter
+            assert str(dynamics_of(wd.Scene(building, MOTION, scatter=scatter)).law) == row, scatter

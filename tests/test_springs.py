@@ -5,10 +5,10 @@ import functools
 import numpy as np
 import pytest
 import warp as wp
+from law_rows import SPRINGS
 
 from warpdyn.engine.kernels.kernel_cache import loaded
 from warpdyn.engine.laws import LAWS
-from warpdyn.engine.laws.springs import SPRINGS
 
 # Storeys of 100 N/m that yield at 1 N and 0.01 m; a tenth of the stiffness is left after yield.
 STIFFNESS, YIELD_FORCE, YIELD_DRIFT, HARDENING = 100.0, 1.0, 0.01, 0.1

@@ -239,7 +239,7 @@ def test_bad_input_is_named():
         stable_step(rk4, [1.0, 2.0], [0.1, np.nan])
     with pytest.raises(ValueError, match=r"frequency\[1\] is 0; it must be above 0"):
         stable_step(rk4, [1.0, 0.0], 0.05)
-    with pytest.raises(ValueError, match=r"eigenvalues\[1, 0\] is 0.1\+2j 1/s: a motion that grows by itself"):
+    with pytest.raises(ValueError, match=r"eigenvalues\[1, 0\] is 0.1\+2j 1/s: a motion that grows freely"):
         stable_step_of_eigenvalues(rk4, [[-0.1 + 2j], [0.1 + 2j]], [2.0, 2.0], [0.2, 0.2])
     with pytest.raises(ValueError, match=r"eigenvalues must be finite and of shape \[structure, eigenvalue\]"):
         stable_step_of_eigenvalues(rk4, [1j, -1j], [1.0], [0.0])

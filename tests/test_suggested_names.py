@@ -60,7 +60,10 @@ CURVE = [0.03, 0.3], [2e6, 3e6]
         (lambda: wd.GroundMotion([0.0, 1.0], 0.01, component=3), "GroundMotion.component must be text, got 3"),
         (lambda: wd.DamageCounts(LIMITS, events=5), "events must be the event of each motion"),
         (lambda: wd.FreeVibration(2.0, velocity=[]), "velocity must be a row of values"),
-        (lambda: wd.laws.Takeda(yield_force=[], hardening_ratio=0.1), "yield_force must be one value or one a storey"),
+        (
+            lambda: wd.laws.Takeda(yield_force=[], hardening_ratio=0.1),
+            "yield_force must be one value or one per storey",
+        ),
         (lambda: wd.GroundMotion(np.ma.masked_array([0.0, 1.3], [0, 1]), 0.01), "is masked, so its value is unknown"),
     ],
 )

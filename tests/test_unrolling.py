@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 from conftest import quick_kernels
+from law_rows import rules_of
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.run import prepare
@@ -56,7 +57,7 @@ def test_rows_suit_the_registers(monkeypatch, is_wide):
     monkeypatch.setattr(build, "has_wide_registers", lambda: is_wide)
 
     def rows_of(storeys, law, dtype):
-        plan = Plan("chain", storeys, law, "storey", "base_acceleration", ("drift",), "rk4", dtype)
+        plan = Plan("chain", storeys, rules_of(law), "storey", "base_acceleration", ("drift",), "rk4", dtype)
         fitted = build.fitted(plan, is_gpu=False)
         return fitted.lanes, fitted.max_unroll
 

@@ -1,4 +1,4 @@
-"""A page for every storey law, isolator and device: from its class, its module's help, and what studies measured."""
+"""A page for every storey law, isolator and device: from its class, its module's help, and measurements of studies."""
 
 from __future__ import annotations
 
@@ -13,16 +13,17 @@ import xarray as xr
 from generate.law_pictures import draw_law, draw_maxwell_damper, draw_viscous_damper
 from generate.tables import prose, rows_of, table, write
 from warpdyn.engine.laws import DEVICES, LAWS, StoreyElement
-from warpdyn.engine.laws.springs import DEVICE_SPRINGS, SPRINGS
+from warpdyn.engine.laws.spring import Spring
+from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.defaults import default_method
 
-STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: of the storeys of cycles.nc
+STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N: the storeys of cycles.nc
 # Devices without force in quasi-static cycles, with their parameters in the programs of their pages.
 DAMPERS = {
     "viscous_damper": {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4},
     "maxwell_damper": {"damper_coefficient": 1.0e5, "velocity_exponent": 0.4, "brace_stiffness": 4.0e6},
 }
-EXPONENTS = (1.0, 0.4, 0.2)  # of the viscous dampers in the picture
+EXPONENTS = (1.0, 0.4, 0.2)  # viscous dampers in the picture
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum")
 
 
@@ -30,7 +31,7 @@ def write_pages(docs: Path) -> None:
     """Write the pages, their pictures and the tables of the index into docs/reference/laws/generated.
 
     Raises:
-        ValueError: If the index lacks a law or device, or has one that is gone.
+        ValueError: If the index lacks a law or device, or has one that does not exist.
     """
     folder = docs / "reference" / "laws"
     out = folder / "generated"
@@ -38,10 +39,10 @@ def write_pages(docs: Path) -> None:
     held = rows_of(docs / "validation" / "measured.csv")[1]
     with xr.open_dataset(folder / "cycles.nc") as kept:
         curves = kept.load()
-    # The toctree has the laws in an order to read.
+    # The toctree has the order for readers.
     names = re.findall(r"^generated/(\w+)$", (folder / "index.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
     if missing := set(names) ^ (LAWS | DEVICES).keys():
-        raise ValueError(f"docs/reference/laws/index.md lacks, or has of what is gone: {sorted(missing)}")
+        raise ValueError(f"docs/reference/laws/index.md lacks, or has although it does not exist: {sorted(missing)}")
     for name in names:
         write(out / f"{name}.md", page(name, curves, measured, held))
         picture(name, curves, out / f"{name}.png", folder / "cycles.nc")
@@ -56,14 +57,14 @@ def element_of(name: str) -> type[StoreyElement]:
 
 
 def parameters_of(name: str, curves: xr.Dataset) -> dict[str, float]:
-    """Return the parameters that a law's curves are drawn for."""
+    """Return the parameters of a law's curves."""
     if name in DAMPERS:
         return DAMPERS[name]
     return json.loads(str(curves.sel(element=name)["parameters"].item()))
 
 
 def picture(name: str, curves: xr.Dataset, path: Path, kept: Path) -> None:
-    """Draw the picture of a page, unless it is newer than what it is drawn from."""
+    """Draw the picture of a page, unless it is newer than its sources."""
     sources = [kept, Path(__file__).parent / "law_pictures.py"]
     if path.is_file() and path.stat().st_mtime > max(source.stat().st_mtime for source in sources):
         return
@@ -77,29 +78,34 @@ def picture(name: str, curves: xr.Dataset, path: Path, kept: Path) -> None:
 
 
 def index_table(names: list[str]) -> str:
-    """Return the table of a group of laws: name, what it is, OpenSees' name, memory."""
+    """Return the table of a group of laws: name, description, OpenSees' name, memory."""
     rows = []
     for name in names:
         element = element_of(name)
         rows.append((f"[`{name}`](generated/{name}.md)<br>{summary(element)}", opensees(element), memory(element)))
-    return table(("what it is", "OpenSees", "memory"), rows)
+    return table(("law", "OpenSees", "memory"), rows)
 
 
 def summary(element: type[StoreyElement]) -> str:
-    """Return the first sentence of a class's docstring up to its sources, and to what OpenSees calls it."""
+    """Return the first sentence of a class's docstring, without sources and OpenSees' name."""
     sentence = inspect.cleandoc(element.__doc__ or "").split("\n\n")[0].replace("\n", " ")
     return sentence.split(" (")[0].removesuffix(".")
 
 
 def opensees(element: type[StoreyElement]) -> str:
-    """Return OpenSees' names of an element, or what its docstring compares it with."""
+    """Return OpenSees' names of an element, or the material that its docstring names."""
     named = element.opensees or re.findall(r"OpenSees(?::|')\s+([A-Z]\w+)", element.__doc__ or "")[:1]
     return ", ".join(f"`{name}`" for name in named) or "none"
 
 
+def springs_of(element: type[StoreyElement]) -> list[Spring]:
+    """Return the device functions of all variants."""
+    return [spring_row(variant) for variant in element.variants.values()]
+
+
 def memory(element: type[StoreyElement]) -> str:
-    """Return how many values a storey remembers, over all variants of its device functions."""
-    counts = sorted({(SPRINGS | DEVICE_SPRINGS)[row].memory for row in element.rows})
+    """Return the number of memory values per storey, for all variants of the device functions."""
+    counts = sorted({spring.memory for spring in springs_of(element)})
     return " or ".join(map(str, counts)) if len(counts) < 3 else f"{counts[0]} to {counts[-1]}"
 
 
@@ -108,7 +114,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
     element = element_of(name)
     head, _, _ = inspect.cleandoc(element.__doc__ or "").partition("\n\nArgs:")
     kind = "devices" if name in DEVICES else "law"
-    shown = "how the storey swings out" if name in DAMPERS else "the storey's force against its drift"
+    shown = "the free vibration of the storey" if name in DAMPERS else "the storey's force against its drift"
     parts = [
         f"# {element.__name__}",
         prose(_without_help(head.split("\n\nExample:")[0])),
@@ -121,32 +127,31 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
         *_rules(element),
         *_held_to(name, held),
         *_speed(name, measured),
-        "## A program to begin from",
+        "## Example",
         f"```python\n{snippet(name, parameters_of(name, curves))}```",
         f"The file `loops.png` shows {shown}. Next: [all laws](../index.md), "
-        "[which method steps them](../../methods/index.md).",
+        "[integration methods](../../methods/index.md).",
     ]
     return "\n\n".join(parts) + "\n"
 
 
 def _without_help(text: str) -> str:
-    """Return a docstring without where it sends readers to the help of its module, which stands on the page, too."""
+    """Return a docstring that refers to a section of the page instead of the help of its module."""
     listed = r"[Tt]he help of\s+its\s+module\s+lists\s+the\s+rules\s+and\s+the\s+differences\s+from\s+OpenSees\."
     text = re.sub(listed, "The rules and the differences from OpenSees are listed below.", text)
     text = re.sub(r"`warpdyn\.laws\.\w+\.parameters`[^.]*\.\s*", "", text)
-    return re.sub(r"the help of\s+its\s+module\s+has\s+(?:the\s+rules|them),", "the rules stand below,", text)
+    return re.sub(r"([Tt])he help of\s+its\s+module\s+has\s", r"\1he section on rules has ", text)
 
 
 def _kind_of_memory(element: type[StoreyElement]) -> str:
-    springs = [(SPRINGS | DEVICE_SPRINGS)[row] for row in element.rows]
+    springs = springs_of(element)
     if not springs:
-        return "It remembers nothing: its force follows the velocity of the storey."
+        return "It has no memory: its force depends on the velocity of the storey."
     if not any(spring.memory for spring in springs):
-        return "It remembers nothing."
+        return "It has no memory."
     if any(spring.rate is not None for spring in springs):
-        how = "has a rate, which is integrated together with the motion"
-        return f"What a storey remembers ({_values(element)}) {how}."
-    return f"What a storey remembers ({_values(element)}) follows from its drift at the end of each step."
+        return f"The memory of a storey ({_values(element)}) has a rate, which is integrated together with the motion."
+    return f"The memory of a storey ({_values(element)}) follows from its drift at the end of each step."
 
 
 def _values(element: type[StoreyElement]) -> str:
@@ -156,17 +161,17 @@ def _values(element: type[StoreyElement]) -> str:
 
 def _caption(name: str) -> str:
     if name == "viscous_damper":
-        return "Forces are drawn over that at 1 m/s, for three velocity exponents."
+        return "Forces are divided by that at 1 m/s; the three curves have different velocity exponents."
     if name == "maxwell_damper":
-        return "Forces are drawn over that of the damper at 1 m/s, in harmonic motion and at a constant velocity."
+        return "Forces are divided by that of the damper at 1 m/s, in harmonic motion and at a constant velocity."
     if name in DEVICES:
-        drawn = "It shows the device alone, without its storey; drifts are over 10 mm and forces over 100 kN."
+        drawn = "It shows the device alone, without its storey; drifts are divided by 10 mm and forces by 100 kN."
     else:
-        drawn = "Its storey has a stiffness of 10 kN/mm and yields at a force of 100 kN, or a drift of 10 mm."
-    return f"The picture is drawn with the parameters of the program at the end of this page. {drawn}"
+        drawn = "The storey has a stiffness of 10 kN/mm and yields at a force of 100 kN and a drift of 10 mm."
+    return f"The picture uses the parameters of the program at the end of this page. {drawn}"
 
 
-BOUNDS_BY_OTHERS = {"gamma": "above -beta, at most beta"}  # by the values of other parameters
+BOUNDS_BY_OTHERS = {"gamma": "above -beta, at most beta"}  # bounds by other parameters
 
 
 def _parameter_table(element: type[StoreyElement]) -> str:
@@ -177,24 +182,24 @@ def _parameter_table(element: type[StoreyElement]) -> str:
         default = (known.optional or "must be given") if known.default is None else f"{known.default:g}"
         rows.append((f"`{name}`<br>{known.long_name}", f"`{known.units}`", bounds, default, known.opensees or "none"))
     if not rows:
-        return "It has none beside the storey's `stiffness` [N/m], which the building gives."
+        return "It has no parameters except the storey's `stiffness` [N/m], a parameter of the building."
     words = (
         ""
         if issubclass(element, tuple(DEVICES.values()))
-        else ("\nThe initial stiffness is the storey's `stiffness` [N/m], which the building gives.\n")
+        else ("\nThe initial stiffness is the storey's `stiffness` [N/m], a parameter of the building.\n")
     )
     return table(("parameter", "units", "allowed", "default", "OpenSees"), rows) + words
 
 
 def _rules(element: type[StoreyElement]) -> list[str]:
-    """Return what the module's help says beyond its first sentence: rules, and where OpenSees differs."""
+    """Return the module's help after its first sentence: rules, and differences from OpenSees."""
     text = inspect.cleandoc(sys.modules[element.__module__].__doc__ or "")
     _, _, further = text.partition("\n\n")
-    return ["## Rules, and where OpenSees differs", prose(further)] if further else []
+    return ["## Rules, and differences from OpenSees", prose(further)] if further else []
 
 
 def _held_to(name: str, held: list[dict[str, str]]) -> list[str]:
-    """Return what the validation report has on the law's forces."""
+    """Return the results of the validation report on the law's forces."""
     rows = [row for row in held if row["claim"].startswith("forces of") and f"`{name}`" in row["claim"]]
     if not rows:
         return []
@@ -203,7 +208,7 @@ def _held_to(name: str, held: list[dict[str, str]]) -> list[str]:
         for row in rows
     ]
     report = "[validation report](../../../validation/index.md)"
-    return ["## How right it is", f"From the {report}, which says how it was measured:\n\n" + "\n".join(lines)]
+    return ["## Verification", f"From the {report}, which describes the measurements:\n\n" + "\n".join(lines)]
 
 
 def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
@@ -212,9 +217,9 @@ def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
     if not own:
         return []
     words = (
-        "Errors of peak storey drifts, and time of the integration over that of bilinear storeys by RK4, at the same "
-        "steps for all methods: at most a hundredth of the first period of a five-storey building, and the same "
-        f"number in each step of the records. Measured by `studies/law_methods.py`: {where}."
+        "Errors of peak storey drifts, and integration time divided by that of bilinear storeys by RK4. All methods "
+        "have the same steps: at most a hundredth of the first period of a five-storey building, and a whole number "
+        f"in each step of the records. Measured by `studies/law_methods.py`: {where}."
     )
     lines = [
         (
@@ -225,17 +230,17 @@ def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
         )
         for row in own
     ]
-    head = ("method", "median error", "95 % stay below", "time")
-    found = default_method(name, ("rayleigh",))
+    head = ("method", "median error", "95 % quantile", "time")
+    found = default_method(LAWS[name].forces, ("rayleigh",))
     default = (
         f"If a scene names no method, `simulate` uses `{found.method}` on a CPU with Rayleigh damping of 5 % or more: "
         f"{found.reason} (`data/default_methods.csv`, by `studies/default_methods.py`). With less damping, `rk4`."
     )
-    return ["## Speed and error by method", words, table(head, lines), default]
+    return ["## Speed and error of methods", words, table(head, lines), default]
 
 
 def snippet(name: str, parameters: dict[str, float]) -> str:
-    """Return a program that takes a storey of a law, or an elastic one with a device, through cycles."""
+    """Return a program that draws cycles of a storey with a law, or of an elastic storey with a device."""
     given = ", ".join(f"{key}={value!r}" for key, value in parameters.items())
     element = f"wd.laws.{element_of(name).__name__}({given})"
     if len(element) > 60:
@@ -255,9 +260,9 @@ def snippet(name: str, parameters: dict[str, float]) -> str:
             'wd.plots.hysteresis(loops).savefig("loops.png")\n'
         )
     numpy = "" if name in DAMPERS else "import numpy as np\n\n"
-    beside = "devices=(element,)" if name in DEVICES else "law=element"
+    argument = "devices=(element,)" if name in DEVICES else "law=element"
     return (
         f"{numpy}import warpdyn as wd\n\nelement = {element}\n"
         "# Mass [kg], stiffness [N/m] and height [m]:\n"
-        f"storey = wd.ShearBuilding(mass=1.0e5, stiffness=1.0e7, height=3.0, {beside})\n{run}"
+        f"storey = wd.ShearBuilding(mass=1.0e5, stiffness=1.0e7, height=3.0, {argument})\n{run}"
     )

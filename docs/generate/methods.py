@@ -80,11 +80,11 @@ def _memory_limit(method: Method) -> str:
 
 def _refused(name: str) -> str:
     """Return in words what the checks of a scene refuse for a method."""
-    laws = [law for law in LAWS if name not in fitting_methods(law)]
+    laws = [law for law in LAWS if name not in fitting_methods(LAWS[law].forces)]
     if len(laws) > len(LAWS) / 2:
         return "all but linear structures and single events"
     words = ["storeys of " + ", ".join(f"`{law}`" for law in laws)] if laws else []
-    if name not in fitting_methods("bilinear", "rayleigh_tangent"):
+    if name not in fitting_methods(LAWS["bilinear"].forces, "rayleigh_tangent"):
         words.append("damping `rayleigh_tangent`")
     return "; ".join(words) or "nothing"
 

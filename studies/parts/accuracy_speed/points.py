@@ -134,7 +134,7 @@ def measure(run: Ensemble, substepped: float, reference: dict[str, np.ndarray], 
 
 def charted_rows(charted: Charted) -> list[tuple[str, str]]:
     """Return the methods and dtypes that a scene is charted with."""
-    fitting = fitting_methods(charted.scene.structure.law)
+    fitting = fitting_methods(charted.scene.structure.storey_law.forces())
     return [(name, "float32") for name in fitting] + [(name, "float64") for name in IN_FLOAT64 if name in fitting]
 
 

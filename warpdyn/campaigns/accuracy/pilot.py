@@ -119,13 +119,13 @@ def choose_method(
             "of its first event, use simulate(..., step=...), and estimate the errors of all events by checked_share="
         )
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
-    law, damping = dynamics_of(scene).fitting_law, scene.structure.damping
+    forces, damping = dynamics_of(scene).forces, scene.structure.damping
     if method is not None:
-        check_fits(method, law, damping)
+        check_fits(method, forces, damping)
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
     pilot = _Pilot(scene, target_error, seed, checked_devices(device)[0], threads)
-    fitting = fitting_methods(law, damping)
+    fitting = fitting_methods(forces, damping)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
     for name in methods:
@@ -183,7 +183,7 @@ class _Pilot:
         periods = vibration.period
         self.period = float(np.median(periods))
         finer = REFERENCE_STEPS_PER_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
-        is_linear = first.model.dynamics.fitting_law == "elastic"
+        is_linear = first.model.dynamics.forces.is_linear
         method, step = "exact" if is_linear else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
         if held > MOST_HELD:  # a stiff mode that does not contribute: take a method without stability limit

@@ -39,7 +39,7 @@ def longest_steps(
     bound = accurate_step(run.model.method, period, remembered / period, LARGEST_PHASE_ERROR)
     bound = np.maximum(bound, period / (STEPS_PER_PERIOD * run.model.refinement))
     dynamics = run.model.dynamics
-    if is_default and dynamics.law != "elastic":
+    if is_default and not dynamics.structure.storey_law.has_only_linear_springs:
         bound = np.minimum(bound, period / (FEWEST_STEPS_OF_NONLINEAR * run.model.refinement))
         stable = vibration.stable_step[row]
         if dynamics.is_sensitive:

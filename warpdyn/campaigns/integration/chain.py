@@ -9,9 +9,7 @@ import numpy as np
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.engine.kernels.output_table import HISTORY
-from warpdyn.engine.laws.building_law import name_of
-from warpdyn.engine.laws.devices.parameters import ViscousDamper, damper_values, kind_of_dampers, steepest_damping
-from warpdyn.engine.laws.elastic.parameters import Elastic
+from warpdyn.engine.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
 from warpdyn.engine.methods.stability_limits import stable_step, stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
@@ -38,18 +36,15 @@ class ChainDynamics(Dynamics):
         super().__init__(structure, representative)
         values = {**structure.parameters, **representative}
         inherent = structure.inherent_damping
-        self.law = structure.storey_law.spring(values)
+        self.law = structure.storey_law.rules(values)
         self.viscous_dampers = kind_of_dampers(structure.devices, values)
-        left_out = (ViscousDamper.name,) if self.viscous_dampers == "linear" else ()
-        devices = tuple(name for name in structure.devices if name not in left_out)
-        self.fitting_law = name_of(structure.storey_laws, devices)
+        self.forces = structure.storey_law.forces(has_power_dampers=self.viscous_dampers == "power")
         self.damping = inherent.kernel
         self.physics = physics_of(structure.parameters)
         self.has_drift_capacity = bool(capacities_of(structure.parameters))
         self.counts_reversals = structure.storey_law.counts_reversals(values)
         # Under gravity a storey that has yielded may lose its stiffness.
-        self.is_elastic = self.law == Elastic.name
-        falls_over = bool(self.physics) and not self.is_elastic
+        falls_over = bool(self.physics) and not structure.storey_law.has_only_linear_springs
         self.is_sensitive = falls_over or structure.storey_law.is_sensitive(values)
         # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta, which has no dashpots;
         # its ratio is that of modes of the frequencies that the building has, with P-Delta. OpenSees does the same.
@@ -83,7 +78,7 @@ class ChainDynamics(Dynamics):
             over = ratios > 1
             rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
             decay = rates.min(axis=0)
-        if not self.is_elastic or self.viscous_dampers == "power":
+        if not self.forces.is_linear:
             stiffest = effective_stiffness(parameters, law.stiffest(parameters))
             highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
             if inherent.follows_tangent:
@@ -127,9 +122,7 @@ class ChainDynamics(Dynamics):
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)
         # Structures are contiguous in memory, as kernels read them and as they were drawn.
-        coefficients = np.stack(
-            [values.T for values in self.structure.storey_law.coefficients(parameters, self.law)], axis=1
-        )
+        coefficients = np.stack([values.T for values in self.structure.storey_law.coefficients(parameters)], axis=1)
         packed = {
             "mass": mass.T,
             "inverse_mass": 1 / mass.T,

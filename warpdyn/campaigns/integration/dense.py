@@ -8,9 +8,10 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.laws import Elastic
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
-from warpdyn.engine.methods.table import Method
+from warpdyn.engine.methods.table import LINEAR, Method
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.modal import undamped_modes
@@ -26,7 +27,7 @@ class DenseDynamics(Dynamics):
     """
 
     structure: LinearSystem
-    law, fitting_law, damping, viscous_dampers = "elastic", "elastic", "matrix", "none"
+    law, forces, damping, viscous_dampers = Elastic.variants["elastic"], LINEAR, "matrix", "none"
     physics, needs_eigenvalues, steps_modes, has_drift_capacity = (), True, True, False
     histories = tuple(name for name in HISTORY if name != "storey_force")
 

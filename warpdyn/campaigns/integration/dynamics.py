@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from warpdyn.engine.methods.table import Method
+from warpdyn.engine.laws.springs import StoreyRules
+from warpdyn.engine.methods.table import Method, StoreyForces
 from warpdyn.foundations.core.thread_pool import STRUCTURES_AT_A_TIME, in_parts
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.structure import Structure
@@ -69,8 +70,8 @@ class Dynamics(ABC):
         representative: Values of its scattered parameters that are equal only where all values that can be drawn are.
 
     Attributes:
-        law: Row of the kernels' SPRINGS for all of the structures.
-        fitting_law: Name of the laws that a method must fit, without linear viscous dampers, which fit any method.
+        law: Device functions of the storeys of all structures.
+        forces: Properties of the storey forces that decide which methods fit.
         damping: Damping that a kernel is built with, except for the exact method.
         viscous_dampers: "none", "linear" or "power" of the velocity.
         physics: Rows of PHYSICS that the structures have.
@@ -83,8 +84,8 @@ class Dynamics(ABC):
         histories: Variables of whole histories.
     """
 
-    law: str
-    fitting_law: str
+    law: StoreyRules
+    forces: StoreyForces
     damping: str
     viscous_dampers: str
     physics: tuple[str, ...]

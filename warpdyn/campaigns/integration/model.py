@@ -88,8 +88,8 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
         raise ValueError("source() takes a scene of one structure, got a Portfolio, which runs several kernels")
     dynamics, damping = dynamics_of(scene), scene.structure.damping
     is_gpu = checked_devices(device)[0] != "cpu"
-    integration = Integration(method=method, dtype=dtype).settled(dynamics.fitting_law, scene.structure, is_gpu=is_gpu)
-    check_fits(integration.method, dynamics.fitting_law, damping)
+    integration = Integration(method=method, dtype=dtype).settled(dynamics.forces, scene.structure, is_gpu=is_gpu)
+    check_fits(integration.method, dynamics.forces, damping)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text
 

@@ -111,11 +111,11 @@ def build_run(
     """
     check_kind("simulate", "a Scene", scene, Scene)
     excitation, dynamics = scene.excitation, dynamics_of(scene)
-    law, damping = dynamics.fitting_law, scene.structure.damping
-    settled = how if isinstance(how, Settled) else how.settled(law, scene.structure, is_gpu=execution.is_gpu)
+    forces, damping = dynamics.forces, scene.structure.damping
+    settled = how if isinstance(how, Settled) else how.settled(forces, scene.structure, is_gpu=execution.is_gpu)
     integration = replace(settled, **chosen)
     method, row = integration.method, METHODS[integration.method]
-    check_fits(method, law, damping)
+    check_fits(method, forces, damping)
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if structures * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(

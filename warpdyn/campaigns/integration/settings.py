@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Self
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.laws.devices.parameters import ViscousDamper
 from warpdyn.engine.methods.defaults import FALLBACK, MEASURED_DAMPING_RATIO, default_method
-from warpdyn.engine.methods.table import METHODS
+from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
 from warpdyn.model.structures.shear_building import ShearBuilding
@@ -112,17 +112,17 @@ class Integration:
         """Whether the caller determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
-    def settled(self, law: str, structure: Structure, *, is_gpu: bool) -> Settled:
+    def settled(self, forces: StoreyForces, structure: Structure, *, is_gpu: bool) -> Settled:
         """Return the settings of a structure, with its default method if neither method nor step is given.
 
         Args:
-            law: Law of the structure that the method must fit.
+            forces: Storey forces that the method must fit.
             structure: The nominal structure.
             is_gpu: Whether it is run on a GPU.
         """
         chosen: dict[str, Any] = {"method": self.nominal_method, "dtype": self.dtype or "float32"}
         if self.method is None and self.target_error is None:
-            default = default_method(law, measured_dampings(structure), is_gpu=is_gpu)
+            default = default_method(forces, measured_dampings(structure), is_gpu=is_gpu)
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
         divides = self.on_unstable == "substep" and not self.is_stepped
         return Settled(**vars(self) | chosen, divides_steps=divides)

@@ -96,7 +96,7 @@ def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dyna
     for name, own in scenes_of(scene).items():
         dynamics = dynamics_of(own)
         with named(name):
-            check_fits(method, dynamics.fitting_law, own.structure.damping)
+            check_fits(method, dynamics.forces, own.structure.damping)
         found[name] = own, dynamics
     return found
 
@@ -147,7 +147,13 @@ def _kind(building: Structure) -> tuple:
     assert isinstance(building, ShearBuilding)
     damping = building.damping, building.damping_modes, building.damped_storeys
     own_storeys = tuple(building.own_storeys.tolist())
-    return building.storey_laws, building.devices, tuple(building.parameters), own_storeys, *damping
+    return (
+        building.storey_law.of_storeys,
+        building.storey_law.devices,
+        tuple(building.parameters),
+        own_storeys,
+        *damping,
+    )
 
 
 def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.ndarray]:

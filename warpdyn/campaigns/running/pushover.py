@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from warpdyn.engine.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.engine.kernels.auxiliary.storey_step import storey_step_kernel
 from warpdyn.engine.kernels.kernel_cache import loaded
-from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.laws.springs import StoreyRules, spring_row
 from warpdyn.foundations.core.checks import check_kind, finite_numbers
 from warpdyn.foundations.core.description import to_json
 from warpdyn.foundations.core.messages import warn_caller
@@ -28,13 +28,12 @@ SHORTEST_STEP = 2.0**-10  # as a share of a requested step
 LEAST_STIFFNESS = 1e-6  # over the initial stiffness, in place of a smaller tangent in a correction
 
 
-def _spring_and_coefficients(building: ShearBuilding) -> tuple[str, np.ndarray]:
-    """Return the building's row of SPRINGS and its coefficients [coefficient, storey]."""
+def _spring_and_coefficients(building: ShearBuilding) -> tuple[StoreyRules, np.ndarray]:
+    """Return the device functions of the building's storeys and their coefficients [coefficient, storey]."""
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
     law = building.storey_law
-    spring = law.spring(parameters)
-    coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters, spring)))
-    return spring, np.ascontiguousarray(coefficients, np.float64)
+    coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters)))
+    return law.rules(parameters), np.ascontiguousarray(coefficients, np.float64)
 
 
 def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:

@@ -15,7 +15,7 @@ from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
-from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.laws.springs import StoreyRules, spring_row
 from warpdyn.engine.methods.kinds import ExplicitMethod, product
 from warpdyn.engine.methods.stability_limits import relaxation_limit
 from warpdyn.engine.methods.table import METHODS
@@ -31,7 +31,7 @@ class Plan:
     Args:
         family: "chain" (storeys in series) or "dense" (full matrices).
         dofs: Degrees of freedom.
-        law: Row of SPRINGS ("elastic" for the dense family).
+        law: Device functions of the storeys (elastic for the dense family).
         damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
             (dense); "classical" or "general" where the method is exact.
         load: Row of LOADS.
@@ -53,7 +53,7 @@ class Plan:
 
     family: str
     dofs: int
-    law: str
+    law: StoreyRules
     damping: str
     load: str
     recorders: tuple[str, ...]

@@ -51,8 +51,8 @@ def falls(p: Values, count: int) -> bool:
     """Return whether the backbone of any storey may fall from one corner to the next.
 
     Args:
-        p: Parameters, each [storey] or [value, storey], where each parameter may have another number of values.
-        count: Number of corners, that of yield included.
+        p: Parameters, each [storey] or [value, storey]; numbers of values may differ.
+        count: Number of corners, including yield.
     """
     forces = [np.ones((1, 1)), *(np.atleast_2d(p[f"force_ratio_{i}"]) for i in range(2, count + 1))]
     return any((after.min(axis=0) < before.max(axis=0)).any() for before, after in itertools.pairwise(forces))

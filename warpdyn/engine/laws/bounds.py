@@ -1,4 +1,4 @@
-"""Bounds that one parameter of a storey law sets another."""
+"""Bounds of a parameter that depend on other parameters."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ def first_bad(bad: ArrayLike, name: str, values: ArrayLike, words: str, bounds: 
     """Return a sentence on the first value out of its bound, or None.
 
     Args:
-        bad: Where that is, shape [storey] or [structure, storey].
+        bad: Whether each value is out of its bound, shape [storey] or [structure, storey].
         name: The parameter.
         values: Its values.
-        words: How values must lie to the bounds, such as "at most".
+        words: Relation of values to bounds, such as "at most".
         bounds: The bounds.
-        reason: What the bounds are.
+        reason: Meaning of the bounds.
     """
     bad, values, bounds = np.broadcast_arrays(bad, values, bounds)
     if not np.any(bad):
@@ -30,11 +30,11 @@ def first_place(bad: np.ndarray) -> tuple[int, ...]:
 
 
 def place_of(place: tuple[int, ...]) -> str:
-    """Return where a value of these indices is; storeys are counted from 1."""
+    """Return the place of these indices in words; storeys are counted from 1."""
     *structure, storey = place
     return ", ".join([f"structure {i}" for i in structure] + [f"storey {storey + 1}"])
 
 
 def above(values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Return where values are above bounds that are computed, whose rounding is forgiven."""
+    """Return where values are above computed bounds by more than rounding."""
     return values > bounds + 1e-12 * np.abs(bounds)

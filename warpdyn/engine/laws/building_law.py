@@ -1,96 +1,134 @@
-"""The law of a whole building, whose storeys may differ in their laws and have devices beside them."""
+"""The law of a whole building, whose storeys may differ in their laws and have devices."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from warpdyn.engine.laws import DEVICES
-from warpdyn.engine.laws.law import Law, StoreyElement, Values
+from warpdyn.engine.laws.law import StoreyElement, Values
 from warpdyn.engine.laws.parameter import Parameter
+from warpdyn.engine.laws.springs import OneOrOther, SideBySide, StoreyRules, Variant
+from warpdyn.engine.methods.table import StoreyForces
 
-
-def name_of(laws: Sequence[str], devices: Sequence[str]) -> str:
-    """Return what the law of a building is called: "bilinear|bouc_wen+gap" of two laws and a device."""
-    return "+".join(["|".join(dict.fromkeys(laws)), *devices])
-
-
-def storeys_of(laws: Sequence[str], law: str) -> np.ndarray:
-    """Return the indices of the storeys of a law."""
-    return np.array([i for i, name in enumerate(laws) if name == law])
+Element = type[StoreyElement]
 
 
 def missing_at(name: str, storey: int, law: str) -> str:
-    """Return a sentence on a parameter that a storey, counted from 0, has no value of."""
+    """Return a sentence on a parameter that has no value at a storey, counted from 0."""
     return f"{name} is missing at storey {storey + 1}, whose law {law!r} needs it"
 
 
-def law_of_storeys(
-    table: Mapping[str, type[Law]], laws: Sequence[str], devices: Sequence[str]
-) -> type[Law] | BuildingLaw:
-    """Return the law of a building.
+class BuildingLaw:
+    """The laws of a building's storeys, each for its own storeys, and the devices of all storeys.
+
+    Its methods are those of a `Law`, for the whole building.
 
     Args:
-        table: LAWS.
-        laws: Law of each storey; a single one for all of them.
-        devices: Devices that all storeys have, some perhaps of no strength.
-    """
-    distinct = tuple(dict.fromkeys(laws))
-    if len(distinct) == 1 and not devices:
-        return table[distinct[0]]
-    return BuildingLaw(table, tuple(laws), distinct, tuple(devices))
-
-
-class BuildingLaw:
-    """The laws of a building's storeys, each of its own storeys, and the devices of all.
-
-    It answers what a `Law` answers: its attributes and methods are those of one.
+        laws: Law of each storey, or the only law of all storeys.
+        devices: Devices of all storeys; in some storeys they may have no strength.
     """
 
-    is_linear_until_yield = False  # a device, or one of the laws, may be at work from the start
-
-    def __init__(
-        self, table: Mapping[str, type[Law]], laws: tuple[str, ...], distinct: tuple[str, ...], devices: tuple[str, ...]
-    ) -> None:
-        self.laws = [table[name] for name in distinct]
-        self.storeys = [storeys_of(laws, name) if len(distinct) > 1 else np.arange(0) for name in distinct]
-        self.devices = [DEVICES[name] for name in devices]
+    def __init__(self, laws: Sequence[Element], devices: Sequence[Element] = ()) -> None:
+        self.of_storeys, self.devices = tuple(laws), tuple(devices)
+        self.laws = tuple(dict.fromkeys(laws))
+        several = len(self.laws) > 1
+        self.storeys = [self.storeys_of(law) if several else np.arange(0) for law in self.laws]
         self.parameters = _widest([*self.laws, *self.devices])
 
-    def _own(self, law: type[Law], storeys: np.ndarray, p: Values) -> Values:
-        """Return what a law sees of the parameters: those of its storeys."""
+    @property
+    def name(self) -> str:
+        """Name of the laws and devices, such as "bilinear|bouc_wen+gap"."""
+        return "+".join(["|".join(law.name for law in self.laws), *(device.name for device in self.devices)])
+
+    @property
+    def written(self) -> dict[str, str]:
+        """Texts of the laws and devices that are not warpdyn's own, by name."""
+        return {each.name: each.written for each in (*self.laws, *self.devices) if each.written}
+
+    @property
+    def has_only_linear_springs(self) -> bool:
+        """Whether the springs of all laws and devices are linear; viscous dampers have no springs."""
+        return all(law.is_linear for law in self.laws) and all(device.is_dashpot for device in self.devices)
+
+    @property
+    def is_linear_until_yield(self) -> bool:
+        """Whether storeys are linear until they yield; a device, or one of several laws, may act from the start."""
+        return len(self.laws) == 1 and not self.devices and self.laws[0].is_linear_until_yield
+
+    def forces(self, *, has_power_dampers: bool = False) -> StoreyForces:
+        """Return the properties that decide which methods fit the building.
+
+        Args:
+            has_power_dampers: Whether the force of its viscous dampers is a power of the velocity other than 1. Linear
+                dampers fit every method, so their name does not count.
+        """
+        named = [each for each in (*self.laws, *self.devices) if not each.is_dashpot or has_power_dampers]
+        return StoreyForces(
+            tuple(each.name for each in named),
+            self.has_only_linear_springs and not has_power_dampers,
+            any(each.has_rate for each in named),
+            any(each.relaxes for each in named),
+        )
+
+    def storeys_of(self, law: Element) -> np.ndarray:
+        """Return the indices of the storeys of a law."""
+        return np.array([i for i, each in enumerate(self.of_storeys) if each is law])
+
+    def _own(self, law: Element, storeys: np.ndarray, p: Values) -> Values:
+        """Return the parameters of a law at its storeys."""
         if not storeys.size:
             return p
         names = {"mass", "stiffness", "height", *law.parameters}
         return {name: p[name][..., storeys] for name in names if name in p}
 
-    def spring(self, p: Values) -> str:
-        rows = [law.spring(self._own(law, own, p)) for law, own in zip(self.laws, self.storeys, strict=True)]
-        if len(set(rows)) == 1:
-            rows = rows[:1]
-        return "+".join(["|".join(rows), *filter(None, (device.spring(p) for device in self.devices))])
+    def _laws(self, p: Values) -> list[tuple[Element, np.ndarray, Values]]:
+        """Return each law with its storeys and their parameters."""
+        return [(law, own, self._own(law, own, p)) for law, own in zip(self.laws, self.storeys, strict=True)]
 
-    def coefficients(self, p: Values, spring: str) -> tuple[np.ndarray, ...]:
-        rows, shape = spring.split("+")[0].split("|"), np.shape(p["stiffness"])
+    def variants(self, p: Values) -> tuple[list[Variant], list[Variant]]:
+        """Return the device functions of each law and of each device with a spring."""
+        return [law.variant(own) for law, _, own in self._laws(p)], [
+            d.variant(p) for d in self.devices if not d.is_dashpot
+        ]
+
+    def rules(self, p: Values) -> StoreyRules:
+        """Return the device functions of the building, which a kernel's plan names."""
+        laws, devices = self.variants(p)
+        if len(set(laws)) == 1:
+            laws = laws[:1]
+        *others, last = laws
+        alternatives: Variant | OneOrOther = last
+        for law in reversed(others):
+            alternatives = OneOrOther(law, alternatives)
+        found: StoreyRules = alternatives
+        for device in devices:
+            found = SideBySide(found, device)
+        return found
+
+    def coefficients(self, p: Values) -> tuple[np.ndarray, ...]:
+        """Return the coefficients that the device functions read, each [structure, storey]."""
+        laws, devices = self.variants(p)
+        if len(self.laws) == 1 and not devices:
+            return self.laws[0].coefficients(p, laws[0].name)
+        shape, count = np.shape(p["stiffness"]), len(set(laws))
         found: list[np.ndarray] = []
-        for place, (law, storeys) in enumerate(zip(self.laws, self.storeys, strict=True)):
-            # Which law it is, one coefficient after the other: 1 for any of those behind, 0 for the one at hand.
-            kind = [] if len(rows) == 1 else [1.0] * place + [0.0] * (place < len(rows) - 1)
-            values = law.coefficients(self._own(law, storeys, p), rows[place if len(rows) > 1 else 0])
-            for index, value in enumerate([*kind, *values]):
+        for place, (variant, (law, storeys, own)) in enumerate(zip(laws, self._laws(p), strict=True)):
+            # The first coefficients choose the law: 1 for any of the following laws, 0 for this one.
+            kind = [] if count == 1 else [1.0] * place + [0.0] * (place < len(laws) - 1)
+            for index, value in enumerate([*kind, *law.coefficients(own, variant.name)]):
                 if index == len(found):
                     found.append(np.zeros(shape))
                 found[index][..., storeys if storeys.size else slice(None)] = value
-        for device in self.devices:
-            found += [np.broadcast_to(value, shape) for value in device.coefficients(p, device.spring(p))]
+        for device, variant in zip((each for each in self.devices if not each.is_dashpot), devices, strict=True):
+            found += [np.broadcast_to(value, shape) for value in device.coefficients(p, variant.name)]
         return tuple(found)
 
     def problem(self, p: Values) -> str | None:
-        for law, storeys in zip(self.laws, self.storeys, strict=True):
-            own = self._own(law, storeys, p)
+        """Return a sentence on parameters that are out of their bounds or contradict each other, or None."""
+        for law, storeys, own in self._laws(p):
             text = None
             for name, parameter in law.parameters.items() if storeys.size else ():  # the bounds are those of several
                 if name not in own:
@@ -105,24 +143,26 @@ class BuildingLaw:
         return next(filter(None, (device.problem(p) for device in self.devices)), None)
 
     def caution(self, p: Values) -> str | None:
-        pairs = zip(self.laws, self.storeys, strict=True)
-        return next(filter(None, (law.caution(self._own(law, own, p)) for law, own in pairs)), None)
+        """Return a warning about parameters that make results unreliable, or None."""
+        return next(filter(None, (law.caution(own) for law, _, own in self._laws(p))), None)
 
     def counts_reversals(self, p: Values) -> bool:
-        return any(element.counts_reversals(own) for element, own in self._elements(p))
+        """Return whether each reversal of the drift, however small, damages a storey."""
+        return any(law.counts_reversals(own) for law, _, own in self._laws(p)) or any(
+            device.counts_reversals(p) for device in self.devices
+        )
 
     def is_sensitive(self, p: Values) -> bool:
-        return any(element.is_sensitive(own) for element, own in self._elements(p))
-
-    def _elements(self, p: Values) -> list[tuple[type[StoreyElement], Values]]:
-        """Return the laws and the devices, each with the parameters that it sees."""
-        laws = [(law, self._own(law, storeys, p)) for law, storeys in zip(self.laws, self.storeys, strict=True)]
-        return [*laws, *((device, p) for device in self.devices)]
+        """Return whether a slightly different step or motion may change the peak drifts a lot."""
+        return any(law.is_sensitive(own) for law, _, own in self._laws(p)) or any(
+            device.is_sensitive(p) for device in self.devices
+        )
 
     def stiffest(self, p: Values) -> np.ndarray:
+        """Return the largest tangent stiffness [N/m] of each storey with its devices, [structure, storey]."""
         stiffest = np.array(p["stiffness"], dtype=float)
-        for law, storeys in zip(self.laws, self.storeys, strict=True):
-            stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(self._own(law, storeys, p))
+        for law, storeys, own in self._laws(p):
+            stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)
         return stiffest + sum(device.stiffest(p) for device in self.devices)
 
     def relaxation_rate(self, p: Values) -> np.ndarray:
@@ -131,12 +171,12 @@ class BuildingLaw:
 
 
 def _counted_in_building(text: str, storeys: np.ndarray) -> str:
-    """Return a sentence on storeys counted among themselves with their numbers in the building, by their indices."""
+    """Return a sentence whose storeys are counted within one law, with their numbers in the building."""
     return re.sub(r"storey (\d+)", lambda found: f"storey {storeys[int(found[1]) - 1] + 1}", text)
 
 
-def _widest(elements: Sequence[type[StoreyElement]]) -> dict[str, Parameter]:
-    """Return every parameter of any law or device, with the widest bounds where several have one of a name."""
+def _widest(elements: Sequence[Element]) -> dict[str, Parameter]:
+    """Return all parameters of laws and devices, with the widest bounds if several have one of the same name."""
     found: dict[str, Parameter] = {}
     for element in elements:
         for name, parameter in element.parameters.items():

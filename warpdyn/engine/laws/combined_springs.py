@@ -1,7 +1,7 @@
-"""Rows of SPRINGS made of others: laws side by side in one storey, and storeys that differ in their law.
+"""Device functions of combinations: a law with a device in each storey, and storeys with different laws.
 
-Coefficients and memory of laws side by side stand one after the other's. Where storeys differ, the first coefficient
-tells which law a storey has, and the laws share what follows it, and the memory.
+Coefficients and memory of a device follow those of the law. If laws differ, the first coefficient chooses the law of a
+storey; the other coefficients and the memory are those of this law.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,7 @@ def never_settles(driver: Any, memory: Any, c: Any):
     return type(driver)(0.0)
 
 
-# What stands for a function that one of two laws does without. The first group takes (driver, memory, coefficients).
+# Replacements of functions that only one of two laws has. All but the last two take (driver, memory, coefficients).
 ABSENT = {
     "force": None,
     "force_at_accepted_state": None,  # the trial force
@@ -57,22 +57,22 @@ OF_MEMORY = ("return_mapping", "memory_on_line", "rate", "memory_after")
 SUMS = ("force", "force_at_accepted_state", "elastic_energy", "tangent_on_line")
 
 
-def _function_name(row: str) -> str:
-    """Return what the functions of a row are called: several rows share a force, and names must differ."""
-    return row.replace("+", "_beside_").replace("|", "_or_")
+def _function_name(rules: str) -> str:
+    """Return the name that begins the names of all functions of a combination, such as "bilinear_beside_gap"."""
+    return rules.replace("+", "_beside_").replace("|", "_or_")
 
 
 def _device_function(name: str, function: Callable) -> Callable:
-    """Return a device function under a name of its own: warp tells functions apart by name."""
+    """Return a device function with a unique name, by which Warp distinguishes functions."""
     function.__qualname__ = name
     return wp.func(function)
 
 
 def _instead(field: str, spring: Spring, name: str) -> Callable | None:
-    """Return what stands for a function that a row does without where the other row has it."""
+    """Return the replacement of a function that one law lacks and the other has."""
     mapped, tangent = spring.return_mapping or is_kept, spring.tangent
 
-    # Of a row whose memory has a rate it would be another one, as it knows no increment; but such rows have no lines.
+    # Laws whose memory has a rate would need the increment, but they have no lines.
     def tangent_where_mapped(drift: Any, memory: Any, c: Any):
         return tangent(drift, type(drift)(0.0), memory, mapped(drift, memory, c), c)
 
@@ -86,7 +86,7 @@ def _instead(field: str, spring: Spring, name: str) -> Callable | None:
 
 
 def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients: int, memory: int) -> Spring:
-    """Return the row whose functions `combine` makes of two rows' functions, for each field that either has."""
+    """Return the combined functions, one for each field that either law has; `combine` makes them."""
     functions: dict[str, Any] = {}  # those that a Spring must have, and those that may be None
     for field in ABSENT:
         pair = getattr(one, field), getattr(other, field)
@@ -101,12 +101,12 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
     )
 
 
-def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> Spring:
-    """Return the law of a storey that has both: their forces add up."""
+def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
+    """Return the functions of a storey with both laws, whose forces add up."""
     FIRST_C, C, FIRST_M, M = one.coefficients, other.coefficients, one.memory, other.memory
-    name = _function_name(f"{one_name}+{other_name}")
+    name = _function_name(rules)
 
-    # The first law's own values stand where it looks for them; those of the other are moved there.
+    # The first law finds its values at the beginning; those of the other law are moved there.
     def coefficients_of_other(c: Any):
         own = type(c)()
         for q in range(C):
@@ -163,10 +163,10 @@ def side_by_side(one_name: str, one: Spring, other_name: str, other: Spring) -> 
     return _row(name, one, other, combine, FIRST_C + C, FIRST_M + M)
 
 
-def one_or_other(one_name: str, one: Spring, other_name: str, other: Spring) -> Spring:
-    """Return the law of storeys of which some have the one, where the first coefficient is 0, and some the other."""
+def one_or_other(rules: str, one: Spring, other: Spring) -> Spring:
+    """Return the functions of storeys that have the one law if their first coefficient is 0, else the other."""
     C = max(one.coefficients, other.coefficients)
-    name = _function_name(f"{one_name}|{other_name}")
+    name = _function_name(rules)
 
     def own_coefficients(c: Any):
         own = type(c)()
@@ -176,7 +176,7 @@ def one_or_other(one_name: str, one: Spring, other_name: str, other: Spring) -> 
 
     own = _device_function(f"{name}_own_coefficients", own_coefficients)
 
-    # The threads of a GPU take one way together, as a storey has one law in all samples.
+    # A storey has the same law in all samples, so the threads of a GPU take the same branch.
     def combine(field: str, of_one: Callable, of_other: Callable) -> Callable:
         def chosen(driver: Any, memory: Any, c: Any):
             if c[0] == type(driver)(0.0):

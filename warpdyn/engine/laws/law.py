@@ -1,19 +1,9 @@
-"""What a storey law is to a scene: its parameters, their bounds, and the coefficients a kernel reads.
+"""Storey laws and devices as classes: their parameters, bounds, and the coefficients that kernels read.
 
-A law is a class whose fields are its parameters:
-
-    class Bilinear(Law):
-        yield_force: ArrayLike = shared(YIELD_FORCE)
-        hardening_ratio: ArrayLike = shared(HARDENING_RATIO)
-
-        rows = {"bilinear": Coefficient.names()}
-
-        @staticmethod
-        def named_coefficients(p, row):
-            ...
-
-The class says what the law takes and what its kernels read; an object of it, `Bilinear(yield_force=1e6,
-hardening_ratio=0.05)`, holds the values of one storey, or of every storey of a building.
+A law is a class whose fields are its parameters; an object of it, such as `Bilinear(yield_force=1e6,
+hardening_ratio=0.05)`, has the values of one storey, or of every storey of a building. Defining a class registers it in
+LAWS or DEVICES under its name in a scene. Its device functions are written in the class body (`laws.written`), or, in
+laws of warpdyn, in a module that is imported when a kernel is built.
 """
 
 from __future__ import annotations
@@ -22,7 +12,6 @@ import dataclasses
 import enum
 import functools
 import inspect
-import re
 import textwrap
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -30,23 +19,27 @@ from typing import Any, ClassVar, dataclass_transform
 
 import numpy as np
 
+from warpdyn.engine.laws.definition import DEVICES, HALF_FLEXIBILITY, LAWS, define
 from warpdyn.engine.laws.parameter import Parameter, names_of
+from warpdyn.engine.laws.springs import Variant
+from warpdyn.engine.laws.written.source import Captured
+from warpdyn.engine.methods.table import StoreyForces
 from warpdyn.foundations.core.checks import real_numbers
 from warpdyn.foundations.core.description import html_table
 from warpdyn.foundations.core.near_misses import did_you_mean
 
 Values = Mapping[str, np.ndarray]
-SHAPES = "Each parameter is one number for all storeys, or has one for each, shape [storey], from the ground up."
+SHAPES = "Each parameter is one number for all storeys, or one number per storey, shape [storey], from the ground up."
 ERRORS = """Raises:
-    ValueError: If a parameter is out of its bounds, not finite, or neither a number nor a row of numbers.
-    TypeError: If a parameter is missing, or the name of one is unknown."""
+    ValueError: If a parameter is out of its bounds, not finite, or neither a number nor a list of numbers.
+    TypeError: If a parameter is missing or unknown."""
 
 
 class Layout(enum.IntEnum):
     """Names of the values of a short vector, in their order from 0: coefficients of a storey, or its memory.
 
-    Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles as it does `c[2]`; `names` are what the
-    law's `named_coefficients` calls the same values. Members are given as `enum.auto()`.
+    Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like `c[2]`. `names` are the keys of the
+    same values in the law's `named_coefficients`. Members are given as `enum.auto()`.
     """
 
     @staticmethod
@@ -55,7 +48,7 @@ class Layout(enum.IntEnum):
 
     @classmethod
     def names(cls, count: int | None = None) -> tuple[str, ...]:
-        """Return the names in lower case, of the first so many values or of all."""
+        """Return the names in lower case, of the first `count` values or of all."""
         return tuple(member.name.lower() for member in cls)[:count]
 
 
@@ -71,15 +64,48 @@ def parameter(
     often_in_percent: bool = False,
     opensees: str = "",
 ) -> Any:
-    """Return a field of a law: a parameter with its units, bounds and default, as `Parameter` describes them."""
-    found = Parameter(units, long_name, low, high, low_open, high_open, default, often_in_percent, opensees)
-    return shared(found, default=default)
+    """Return a field of a law: a parameter with its units, bounds and default.
+
+    Args:
+        units: UDUNITS string, such as "N", "N m-1" or "m"; "1" for a ratio.
+        long_name: Description, which the dataset contains.
+        low: Lower bound [`units`].
+        high: Upper bound [`units`].
+        low_open: Whether the lower bound itself is refused.
+        high_open: Whether the upper bound itself is refused.
+        default: Value if the scene gives none [`units`]; None if the scene must give one.
+        often_in_percent: Whether a value above the upper bound may be meant in percent.
+        opensees: OpenSees' name of the parameter.
+
+    Example:
+        >>> wd.laws.Bilinear.parameters["yield_force"].allowed
+        'finite and above 0'
+    """
+    # The class reports errors in these values with its name.
+    make = functools.partial(
+        Parameter, units, long_name, low, high, low_open, high_open, default, often_in_percent, opensees
+    )
+    return _field(make, default)
 
 
 def shared(parameter: Parameter, *, default: float | None = None, opensees: str = "") -> Any:
-    """Return a field for a parameter that several laws have; they may differ in its default and OpenSees' name."""
-    found = dataclasses.replace(parameter, default=default, opensees=opensees or parameter.opensees)
-    return dataclasses.field(default=dataclasses.MISSING if default is None else default, metadata={"parameter": found})
+    """Return a field for a parameter that several laws have, such as `YIELD_FORCE` and `HARDENING_RATIO`.
+
+    Args:
+        parameter: The parameter.
+        default: Its default in this law [`units`].
+        opensees: OpenSees' name of it in this law.
+
+    Example:
+        >>> wd.laws.BoucWen.parameters["hardening_ratio"].opensees
+        'alpha'
+    """
+    words = opensees or parameter.opensees
+    return _field(functools.partial(dataclasses.replace, parameter, default=default, opensees=words), default)
+
+
+def _field(make: Callable[[], Parameter], default: float | None) -> Any:
+    return dataclasses.field(default=dataclasses.MISSING if default is None else default, metadata={"parameter": make})
 
 
 def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
@@ -92,7 +118,7 @@ def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
 
 
 def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., None]) -> Callable[..., None]:
-    """Return a class's `__init__` with an error that suggests a name for one that the class does not take."""
+    """Return a class's `__init__` with an error that suggests the right name for an unknown parameter."""
 
     @functools.wraps(initialise)
     def checked(self: StoreyElement, *positional: Any, **values: Any) -> None:
@@ -106,7 +132,7 @@ def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., 
 
 
 def _described(cls: type[StoreyElement]) -> str:
-    """Return a class's docstring with its arguments, as their fields describe them, before its example."""
+    """Return a class's docstring with its arguments, described by their fields, before its example."""
     text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
     arguments = "\n".join(
         textwrap.fill(f"{name}: {known.description}", 100, initial_indent=" " * 4, subsequent_indent=" " * 8)
@@ -120,36 +146,73 @@ def _described(cls: type[StoreyElement]) -> str:
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(parameter, shared))
 class StoreyElement:
-    """What laws and devices have in common; subclasses are frozen dataclasses whose fields are their parameters.
+    """Common part of laws and devices; subclasses are frozen dataclasses whose fields are their parameters.
 
     Attributes:
-        name: What a scene calls it: the name of the class in lower case, words apart.
-        parameters: Its parameters beside the storey stiffness, each one value or one a storey.
-        rows: The rows of device functions it can lead to, and the names of the coefficients that each of them reads.
-        opensees: What OpenSees calls its material or element; a scene may use these names.
+        name: Name in a scene: the name of the class in lower case, with underscores between words.
+        parameters: Parameters in addition to the storey stiffness, each one value or one per storey.
+        memory: Names of the values that device functions in the class body remember, 0 at rest.
+        rows: Names of its sets of device functions, each with the names of the coefficients that they read.
+        variants: The same sets as objects; a class that shares those of another law gives `variants` instead of `rows`.
+        device_functions: Module with the table SPRINGS of the device functions; "" for the module `device_functions` in
+            the package of the class.
+        written: The text of the device functions in the class body; "" without any.
+        opensees: Names of OpenSees' materials or elements with these rules; a scene may use these names.
+        is_linear: Whether the force is the stiffness times the drift.
         is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
-            `yield_force` or `yield_force_negative` over the stiffness (or for ever, without a `yield_force`).
+            `yield_force` or `yield_force_negative` over the stiffness (or always, without a `yield_force`).
+        has_rate: Whether the memory has a rate, which is integrated with the motion.
+        relaxes: Whether the force changes with time at a constant drift, so that implicit methods do not fit.
+        exceptions: Checks of `wd.laws.certify` with a wider bound, each with the bound and the reason.
+        kind: "law" or "device".
+        is_device: Whether it is a device.
+        is_dashpot: Whether its force depends on the velocity alone, so that it has no variants.
+        forces: The properties that decide which methods fit it.
+        captured: The device functions in the class body as their author wrote them.
+        table: LAWS or DEVICES.
+        kinds: Law and Device.
 
     Example:
         >>> wd.laws.Bilinear.name, list(wd.laws.Bilinear.parameters)
         ('bilinear', ['yield_force', 'hardening_ratio'])
     """
 
-    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]  # what `dataclass` gives each subclass
+    __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]  # set by `dataclass` in each subclass
     name: ClassVar[str]
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
+    memory: ClassVar[tuple[str, ...]] = ()
     rows: ClassVar[Mapping[str, tuple[str, ...]]] = MappingProxyType({})
+    variants: ClassVar[Mapping[str, Variant]] = MappingProxyType({})
+    device_functions: ClassVar[str] = ""
+    written: ClassVar[str] = ""
     opensees: ClassVar[tuple[str, ...]] = ()
+    is_linear: ClassVar[bool] = False
     is_linear_until_yield: ClassVar[bool] = False
+    has_rate: ClassVar[bool] = False
+    relaxes: ClassVar[bool] = False
+    exceptions: ClassVar[Mapping[str, tuple[float, str]]] = MappingProxyType({})
+    kind: ClassVar[str] = "law"
+    is_device: ClassVar[bool] = False
+    is_dashpot: ClassVar[bool] = False
+    forces: ClassVar[StoreyForces]
+    captured: ClassVar[dict[str, Captured]] = {}
+    table: ClassVar[dict[str, Any]]  # the registry of Law or Device
+    kinds: ClassVar[tuple[type[Any], ...]] = ()
 
     def __init_subclass__(cls, **named: Any) -> None:
         super().__init_subclass__(**named)
+        define(cls)
+
+    @classmethod
+    def make_dataclass(cls) -> None:
+        """Make the class a frozen dataclass."""
         dataclasses.dataclass(frozen=True, kw_only=True, repr=False)(cls)
-        fields = dataclasses.fields(cls)
-        cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        cls.parameters = MappingProxyType({field.name: field.metadata["parameter"] for field in fields})
         # Mypy refuses every assignment to a method, even to one that `dataclass` has just made.
         cls.__init__ = _refusing_unknown_names(cls, cls.__init__)  # type: ignore[method-assign]
+
+    @classmethod
+    def describe(cls) -> None:
+        """Add the parameters to the docstring."""
         cls.__doc__ = _described(cls)
 
     def __post_init__(self) -> None:
@@ -158,7 +221,7 @@ class StoreyElement:
                 continue
             values = real_numbers(name, getattr(self, name))
             if values.ndim > 1 or not values.size:
-                raise ValueError(f"{name} must be one value or one a storey, got shape {values.shape}")
+                raise ValueError(f"{name} must be one value or one per storey, got shape {values.shape}")
             problem = parameter.first_violation(name, values, ("storey",)[: values.ndim])
             if problem:
                 raise ValueError(problem)
@@ -180,25 +243,46 @@ class StoreyElement:
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the row of device functions for storeys of these parameters: the only row, where there is one."""
+        """Return the name in `rows` of the device functions for storeys of these parameters; "" without any."""
         return next(iter(cls.rows), "")
 
+    @classmethod
+    def variant(cls, p: Values) -> Variant:
+        """Return the device functions for storeys of these parameters."""
+        return cls.variants[cls.spring(p)]
+
     @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        """Return what a row's device functions read, by the names in `rows`.
+    def derived(p: Values) -> dict[str, np.ndarray]:
+        """Return further coefficients that device functions in the class body read, by name.
+
+        They are computed once per structure; divisions belong here.
 
         Args:
-            p: Parameters, each [structure, storey], beside "stiffness".
-            row: The row, as `spring` returns it.
+            p: Parameters and "stiffness", each [structure, storey].
         """
         return {}
 
     @classmethod
+    def named_coefficients(cls, p: Values, row: str) -> dict[str, np.ndarray]:
+        """Return the coefficients that a set of device functions reads, by name, each [structure, storey].
+
+        Args:
+            p: Parameters and "stiffness", each [structure, storey].
+            row: Name of the set, from `spring`.
+        """
+        known, shape = {**p, **cls.derived(p)}, np.shape(p["stiffness"])
+        if HALF_FLEXIBILITY in cls.rows[row]:
+            # Flexibility of the storey for a law, of the device for a device.
+            stiffness = np.broadcast_to(cls.stiffest(p) if cls.is_device else p["stiffness"], shape)
+            known[HALF_FLEXIBILITY] = np.divide(0.5, stiffness, out=np.zeros(shape), where=stiffness > 0)
+        return {name: np.broadcast_to(known[name], shape) for name in cls.rows[row]}
+
+    @classmethod
     def coefficients(cls, p: Values, row: str) -> tuple[np.ndarray, ...]:
-        """Return what a row's device functions read, in their order.
+        """Return the coefficients that a set of device functions reads, in their order.
 
         Raises:
-            TypeError: If `named_coefficients` returns other names than the row reads.
+            TypeError: If `named_coefficients` returns other names than `rows` has.
         """
         found, names = cls.named_coefficients(p, row), cls.rows.get(row, ())
         if found.keys() != set(names):
@@ -208,26 +292,25 @@ class StoreyElement:
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on what is wrong between the parameters, or None."""
+        """Return a sentence on parameters that contradict each other, or None."""
         return None
 
     @staticmethod
     def caution(p: Values) -> str | None:
-        """Return a sentence on what its parameters make of its answers, for a warning, or None."""
+        """Return a warning about parameters that make results unreliable, or None."""
         return None
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
         """Return whether each reversal of the drift, however small, damages storeys of these parameters.
 
-        Rounding makes reversals of its own, so that float32 may be too coarse for such storeys.
-        `tests/test_reversals.py` measures every law and compares this answer with the measured one.
+        Rounding creates reversals, so float32 may be too coarse for such storeys.
         """
         return False
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """Return whether a slightly other step or motion may change the peak drifts of such storeys a lot.
+        """Return whether a slightly different step or motion may change the peak drifts of such storeys a lot.
 
         This is so if they count reversals, if their strength falls with the drift, or if they come into contact.
         """
@@ -235,7 +318,7 @@ class StoreyElement:
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness [N/m] that storeys can come to, [structure, storey]."""
+        """Return the largest tangent stiffness [N/m] that storeys can have, [structure, storey]."""
         return p["stiffness"]
 
     @classmethod
@@ -245,7 +328,14 @@ class StoreyElement:
 
 
 class Law(StoreyElement):
-    """A storey law: the force of a storey at its drift, by its parameters and the path that led there.
+    """A storey law: the force of a storey at its drift, which depends on its parameters and the path of the drift.
+
+    A subclass is a law of warpdyn or of a user. The fields of its body are parameters (`wd.laws.parameter`); its device
+    functions are `follow(drift, memory, c)`, or `rate(velocity, memory, c)` and `force(drift, memory, c)`. `wd.laws.
+    certify` checks such a law.
+
+    Raises:
+        TypeError: If the class has a fault.
 
     Example:
         >>> isinstance(wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02), wd.laws.Law)
@@ -254,18 +344,24 @@ class Law(StoreyElement):
         0.4
     """
 
+    table = LAWS
+
 
 class Device(StoreyElement):
-    """What stands beside a storey's law, with parameters of its own; a storey without one has a strength of 0.
+    """A device that is parallel to a storey's law, with additional parameters; storeys without it have a strength of 0.
 
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)
-        >>> isinstance(damper, wd.laws.Device), list(wd.laws.DEVICES)
-        (True, ['friction_damper', 'gap', 'one_sided_gap', 'viscous_damper', 'maxwell_damper'])
+        >>> isinstance(damper, wd.laws.Device), "gap" in wd.laws.DEVICES
+        (True, True)
     """
 
+    table = DEVICES
+    kind, is_device = "device", True
 
-#: The yield force [N] that most laws have among their parameters.
+
+StoreyElement.kinds = (Law, Device)
+#: The yield force [N], which most laws have as a parameter.
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)
-#: The hardening ratio [1] that most laws have among their parameters.
+#: The hardening ratio [1], which most laws have as a parameter.
 HARDENING_RATIO = Parameter("1", "ratio of post-yield to initial storey stiffness", low=0.0, high=1.0, high_open=True)

@@ -13,22 +13,23 @@ from warpdyn.foundations.core.checks import checked_text, real_number, true_or_f
 
 @dataclass(frozen=True)
 class Parameter:
-    """What is known of one parameter of a structure.
+    """A parameter of a structure: units, bounds, default and names.
 
     Args:
         units: UDUNITS string.
-        long_name: What the dataset calls it.
+        long_name: Description in datasets.
         low: Lower bound [`units`].
         high: Upper bound [`units`].
         low_open: Whether the lower bound itself is refused.
         high_open: Whether the upper bound itself is refused.
-        default: Value where the scene names none [`units`]; None where it must.
-        often_in_percent: Whether others give it in percent, so that a value above the upper bound may be meant so.
-        opensees: What OpenSees calls it, or what OpenSees is given for it.
-        optional: For a parameter that a structure may do without: the value that counts then, in words.
+        default: Value if the scene gives none [`units`]; None if the scene must give one.
+        often_in_percent: Whether a value above the upper bound may be meant in percent.
+        opensees: OpenSees' name of it, or how OpenSees' parameter follows from it.
+        optional: For a parameter that a structure may omit: the value that is used then, in words.
 
     Raises:
-        ValueError, TypeError: If a bound is not a number, a name is not text, or a choice is not True or False.
+        ValueError, TypeError: If a bound is not a number, a name is not text, a choice is not True or False, or no
+            value is within the bounds.
 
     Example:
         >>> stiffness = wd.laws.Parameter("N m-1", "storey stiffness", low=0.0, low_open=True)
@@ -57,6 +58,8 @@ class Parameter:
             is_open = value is None if name == "default" else isinstance(value, float) and abs(value) == np.inf
             if not is_open:
                 real_number(f"Parameter.{name}", value)
+        if self.low > self.high or (self.low == self.high and (self.low_open or self.high_open)):
+            raise ValueError(f"no value is allowed: low is {self.low:g} and high is {self.high:g}; exchange them")
 
     def violations(self, values: np.ndarray) -> np.ndarray:
         """Return where values are not finite or out of bounds, as a mask of their shape."""
@@ -74,18 +77,22 @@ class Parameter:
     ) -> str | None:
         """Return a sentence on the first value out of bounds, with its place along `axes`, or None.
 
-        Where `structures` is given, it holds the indices of the structures along the first axis; `taken` says at which
-        storeys, the last axis, values count.
+        Args:
+            name: Name of the parameter.
+            values: Its values.
+            axes: Names of the axes, such as ("structure", "storey").
+            structures: Indices of the structures along the first axis; None for 0, 1, 2 ...
+            taken: Storeys, along the last axis, whose law has the parameter; None for all.
         """
         counted = values if taken is None else values[..., taken]
-        if not self.violations(np.array([counted.min(), counted.max()])).any():  # bounds are of an interval
+        if not self.violations(np.array([counted.min(), counted.max()])).any():  # the bounds are an interval
             return None
         bad = self.violations(values) & (True if taken is None else taken)
         place = np.argwhere(bad)[0]
         index = place if structures is None else [structures[place[0]], *place[1:]]
         where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
         value = values[tuple(place)]
-        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # no draw is meant so
+        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # drawn values are not
         meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""
         return f"{name} is {value:g}{' at ' if where else ''}{where}; it must be {self.allowed}{meant}"
 
@@ -101,7 +108,7 @@ class Parameter:
 
     @property
     def description(self) -> str:
-        """The parameter in a line of a docstring."""
+        """The parameter in one line of a docstring."""
         bounds = "" if self.allowed == "finite" else f", {self.allowed.removeprefix('finite and ')}"
         default = f"; {self.optional} by default" if self.optional else ""
         default = default if self.default is None else f"; {self.default:g} by default"
@@ -110,11 +117,11 @@ class Parameter:
 
 
 def names_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
-    """Return the parameters' names, ours and OpenSees', each with ours."""
+    """Return warpdyn's and OpenSees' names of parameters, each with warpdyn's name."""
     theirs: dict[str, str] = {}
     beside: dict[str, str] = {}
     for name, known in parameters.items():
-        # What a ratio is over is the first yield point's, which has a name of ours where the law yields.
+        # "s2 over s1" is a ratio to the first yield point, whose force is `yield_force`.
         own, _, under = known.opensees.partition(" over ")
         theirs |= {word: name for word in re.findall(r"\w+", own) if word not in ("and", "times")}
         if "yield_force" in parameters:

@@ -1,6 +1,7 @@
-"""What rate laws have in common: laws whose memory has a rate, which is integrated with the motion.
+"""Common functions of laws whose memory has a rate, which is integrated with the motion.
 
-Their force is a hardening stiffness times the drift and a hysteretic force times z, which comes first in the memory.
+In laws of warpdyn the force is a hardening stiffness times the drift plus a hysteretic force times z, the first value
+of the memory.
 """
 
 import enum
@@ -12,30 +13,30 @@ from warpdyn.engine.device.extrema import maximum
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions
 
-# If a step is too long for the rate at which a memory settles, a deviation of the memory grows. One such step does no
-# harm; if a deviation has grown by this factor, the sample gets the status unstable_step.
+# If a step is too long for the rate at which a memory settles, deviations of the memory grow. If a deviation has grown
+# by this factor, the sample gets the status unstable_step.
 LARGEST_DEVIATION = 10.0
 LARGEST_GROWTH = wp.constant(wp.float64(1e30))
-POWERS = wp.constant(8)  # of a settling polynomial, zeros included
+POWERS = wp.constant(8)  # coefficients of a settling polynomial, including zeros
 
 
 class First(Layout):
-    """The coefficients that come first in such a law."""
+    """The first coefficients of such a law."""
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
 
 
 class Memory(Layout):
-    """The value that comes first in its memory."""
+    """The first memory value."""
 
     Z = enum.auto()
 
 
 def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp.Function]:
-    """Return what a law whose memory has a rate that is proportional to the velocity does over a step: its fields.
+    """Return functions over a step, by their fields in `Spring`, if the rate is proportional to the velocity.
 
-    Such a memory depends on the path of the drift, not on its speed: it goes along an increment in one step of RK4.
+    Such a memory depends on the path of the drift, not on its speed. One step of RK4 integrates it over an increment.
     """
 
     def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
@@ -67,10 +68,10 @@ def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp
 
 @wp.func
 def deviation_after(deviation: Any, rate_step: Any, polynomial: Any):
-    """Return a memory's deviation after a step of this rate times its length, over the least it is taken to be, 1."""
+    """Return a memory's deviation after a step, relative to its smallest assumed value 1, from rate times step."""
     growth = type(rate_step)(0.0)
     for k in range(POWERS):
         growth = polynomial[POWERS - 1 - k] - rate_step * growth
-    if not wp.isfinite(growth):  # a rate without bounds
+    if not wp.isfinite(growth):  # an unbounded rate
         growth = type(rate_step)(LARGEST_GROWTH)
     return maximum(maximum(deviation, type(deviation)(1.0)) * wp.abs(growth), type(deviation)(1.0))

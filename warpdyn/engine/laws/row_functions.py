@@ -1,4 +1,4 @@
-"""Device functions of several rows that are written once."""
+"""Device functions that several laws share."""
 
 import enum
 from collections.abc import Callable
@@ -10,14 +10,14 @@ from warpdyn.engine.laws.law import Layout
 
 
 class First(Layout):
-    """What comes first in the coefficients of laws that are over the yield force."""
+    """The first coefficients of laws whose forces are divided by the yield force."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
 
 
 class Memory(Layout):
-    """What comes first in their memory."""
+    """Their first memory values."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
@@ -25,18 +25,18 @@ class Memory(Layout):
 
 @wp.func
 def kept_force(drift: Any, memory: Any, c: Any):
-    """Return the force that a law keeps in its memory, over the yield force."""
+    """Return the force [N] from the value in the memory, which is divided by the yield force."""
     return c[First.YIELD_FORCE] * memory[Memory.FORCE]
 
 
 def device_functions(row: str, *functions: Callable) -> dict[str, wp.Function]:
-    """Return a row's device functions under the names that they are written with.
+    """Return the device functions of a variant by their names in the source.
 
-    Warp tells functions apart by their qualified names: those of two rows must not share one.
+    Warp distinguishes functions by their qualified names, so each variant needs its own.
     """
     named: dict[str, wp.Function] = {}
     for function in functions:
         function.__qualname__ = f"{row}_{function.__name__}"
-        # Warp's annotation gives back the type of what it is given; what comes back is a Function.
+        # Warp annotates the type of the argument, but returns a Function.
         named[function.__name__] = cast(wp.Function, wp.func(function))
     return named

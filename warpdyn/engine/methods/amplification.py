@@ -12,7 +12,7 @@ from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method
 # Steps at which amplification matrices are evaluated, as w h times `limit_scale`. An explicit method of s stages
 # amplifies everything beyond 2 s^2; a method that does not amplify at the last of these steps is taken as unlimited.
 SCANNED_STEPS = np.geomspace(0.05, 1000, 500)
-ROUNDING = 1e-13  # what of a condition on an amplification matrix may be rounding; about 2e-15 is
+ROUNDING = 1e-13  # of a condition on an amplification matrix; about 2e-15 occurs
 BISECTIONS = 50
 DAMPING_RATIOS_AT_A_TIME = 64
 
@@ -47,7 +47,7 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
     """Return the largest w h up to which |R(z)| is at most 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)).
 
     Args:
-        stability_polynomial: Coefficients r_k of R(z) = sum r_k z^k, of which the first two are 1, shape [power].
+        stability_polynomial: Coefficients r_k of R(z) = sum r_k z^k; the first two are 1, shape [power].
         damping_ratio: Damping ratio [-], from 0 to 1, shape [ratio].
 
     Returns:
@@ -102,7 +102,7 @@ def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.n
     for column, start, bottom in _dips(method, conditions, damping_ratio):
         if not ends[column] or bottom < high[column]:
             ends[column], first[column], low[column], high[column] = True, start + 1, SCANNED_STEPS[start], bottom
-    # The conditions broken at the end are brought to 0; others may stand there all along but for rounding.
+    # Bisection brings the conditions that are violated at the end to 0; others may be 0 everywhere except for rounding.
     broken = _conditions(method, high / scale, damping_ratio) < -ROUNDING
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
@@ -116,7 +116,7 @@ def _dips(
 ) -> list[tuple[int, int, float]]:
     """Return where a condition is violated only between scanned steps: column, step before it, and an unstable step.
 
-    The unstable step is the minimum of the parabola through three steps of which the middle one is the lowest.
+    The unstable step is the minimum of the parabola through three steps; the middle one is the lowest.
     """
     before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
     low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))

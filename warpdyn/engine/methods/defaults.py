@@ -6,17 +6,16 @@ law and device (data/default_method_costs.csv). Both tables are written by studi
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from functools import cache
 
-from warpdyn.engine.methods.table import fitting_methods
+from warpdyn.engine.methods.table import StoreyForces, fitting_methods
 from warpdyn.foundations.files.packaged import packaged_rows
 
 ERRORS, COSTS = "default_methods.csv", "default_method_costs.csv"
 FALLBACK = "rk4"
 # A method replaces RK4 if its errors are at most MOST_ERROR times those of RK4 and its cost is at most MOST_COST of
-# RK4's. Costs scatter by some per cent, so that a smaller gain is none.
+# RK4's. Measured costs scatter by some per cent, so a smaller gain is not significant.
 MOST_ERROR, MOST_COST = 1.2, 0.9
 # Damping ratio of the measured buildings. With less damping of the higher modes, methods of second order lose more
 # accuracy than RK4: with 2 % instead of 5 % of Rayleigh damping the ratios of the errors are 1.3 to 2 times as large.
@@ -92,20 +91,22 @@ def measured_costs() -> dict[tuple[str, str, int], dict[str, float]]:
     }
 
 
-def default_method(law: str, dampings: tuple[str, ...] = ("none",), *, is_gpu: bool = False) -> DefaultMethod:
-    """Return the method that integrates structures of a law where the caller names neither method nor step.
+def default_method(
+    forces: StoreyForces, dampings: tuple[str, ...] = ("none",), *, is_gpu: bool = False
+) -> DefaultMethod:
+    """Return the method that `simulate` uses if the caller names neither method nor step.
 
     It is RK4, unless the tables have a cheaper method whose errors are at most `MOST_ERROR` times those of RK4. In a
     building of several laws or kinds of damping, the largest of the measured errors counts, and the least of the
     measured costs, because laws of many rules, which save most, take nearly all of the time.
 
     Args:
-        law: Law of the structure, such as "bilinear|pinching4+gap".
+        forces: Storey forces of the structure.
         dampings: Kinds of damping of the structure, as in the table of errors.
         is_gpu: Whether it is run on a GPU.
     """
     device = "cuda" if is_gpu else "cpu"
-    names = list(dict.fromkeys(re.split(r"[|+]", law)))
+    names = forces.names
     # A building with less damping than the measured ones counts as undamped.
     words = " and ".join("none or little" if damping == "none" else damping for damping in dampings)
     where, what = DEVICES[device], f"storeys of {', '.join(names)}, damping {words}"
@@ -119,7 +120,7 @@ def default_method(law: str, dampings: tuple[str, ...] = ("none",), *, is_gpu: b
         is_measured = len(own) == len(names) * len(dampings) and len(costs) == len(names)
         if not is_measured or max(row.largest_error for row in own) > MOST_ERROR or min(costs) > least:
             continue
-        if all(method in fitting_methods(law, damping) for damping in dampings):
+        if all(method in fitting_methods(forces, damping) for damping in dampings):
             least = min(costs)
             reason = (
                 f"{steps} steps of {method} for each default step of {FALLBACK} take {least:.2g} times as long on "

@@ -19,7 +19,7 @@ CHECKED_STEPS, ORDER_HIDDEN = (0.2, 0.1), 0.3
 
 
 def product(weights: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Return weights @ table, with the same last digits on every processor: `@` adds in an order of each one's own."""
+    """Return weights @ table, with the same last digits on every processor, which sum in different orders in `@`."""
     return np.apply_along_axis(math.fsum, -2, weights[..., None] * table)
 
 
@@ -49,7 +49,7 @@ class ExplicitMethod:
         b_displacement: Weights of the accelerations in the displacement at the step's end, over h^2, shape [stage];
             left out for a Runge-Kutta method, where they are b a.
         error: Weights of the slopes in the embedded error estimate, shape [stage]; a method that has them chooses
-            each sample's step by itself.
+            each sample's step.
         starts_halfway: Whether velocities are half a step behind displacements, so that the first step is half a step.
 
     Raises:

@@ -16,7 +16,7 @@ TABULATED = np.geomspace(1e-3, 1.5, 400)
 def error_of_a_cycle(method: Method, frequency_step: np.ndarray) -> np.ndarray:
     """Return the error of an undamped cycle, relative to the amplitude: 2 pi |T_h / T - 1| and the growth or decay.
 
-    Both follow from the eigenvalue of the amplification matrix that stands for exp(i w h) (Bathe and Wilson 1973).
+    Both follow from the eigenvalue of the amplification matrix that approximates exp(i w h) (Bathe and Wilson 1973).
 
     Args:
         method: Row of METHODS.

@@ -108,7 +108,7 @@ def stable_step_of_eigenvalues(
         Step [s], shape [structure].
 
     Raises:
-        ValueError: If an eigenvalue is not finite, its motion grows by itself (real part above 0), a frequency is not
+        ValueError: If an eigenvalue is not finite, its motion grows (real part above 0), a frequency is not
             above 0, or a damping rate is below 0.
     """
     eigenvalues = np.asarray(eigenvalues)
@@ -118,7 +118,7 @@ def stable_step_of_eigenvalues(
     growing = eigenvalues.real > 1e-9 * size.max(axis=1, keepdims=True)  # rounding leaves about 1e-13
     if growing.any():
         raise ValueError(
-            f"eigenvalues{_first(growing)} is {eigenvalues[growing][0]:.6g} 1/s: a motion that grows by itself has no "
+            f"eigenvalues{_first(growing)} is {eigenvalues[growing][0]:.6g} 1/s: a motion that grows freely has no "
             f"stable step (is the damping or stiffness negative?)"
         )
     if method.kind == "implicit" or (method.kind == "explicit" and method.is_nystroem):

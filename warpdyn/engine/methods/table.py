@@ -34,8 +34,28 @@ _DORMAND_PRINCE_ERROR = (71 / 57600, 0, -71 / 16695, 71 / 1920, -17253 / 339200,
 _RK4_A = ((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0))
 _RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
 
-RATE_LAWS = ("bouc_wen", "baber_noori", "maxwell_damper")  # whose memory follows the velocity
-RELAXING = ("maxwell_damper",)  # whose force changes with time at a constant drift
+
+@dataclass(frozen=True)
+class StoreyForces:
+    """The properties of a structure's storey forces that decide which methods fit it.
+
+    Args:
+        names: Names of its laws and devices.
+        is_linear: Whether all forces are linear.
+        has_rate: Whether the memory of a law has a rate, which is integrated with the motion.
+        relaxes: Whether a force changes with time at a constant drift.
+    """
+
+    names: tuple[str, ...] = ("elastic",)
+    is_linear: bool = False
+    has_rate: bool = False
+    relaxes: bool = False
+
+    def __str__(self) -> str:
+        return ", ".join(self.names)
+
+
+LINEAR = StoreyForces(is_linear=True)
 
 
 def _hht_alpha(name: str, alpha: float) -> ImplicitMethod:
@@ -180,37 +200,40 @@ _ROWS: tuple[Method, ...] = (
 METHODS = Methods((method.name, method) for method in _ROWS)
 
 
-def fitting_methods(law: str, damping: str = "none") -> tuple[str, ...]:
-    """Return the methods that can integrate structures of a storey law and a damping.
+def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, ...]:
+    """Return the methods that can integrate structures with these storey forces and damping.
 
-    The exact method needs a linear law. Lagged central difference does not fit a law whose memory follows the velocity:
-    its force would lag behind the drift, which supplies energy until yielding bounds the motion. Damping in proportion
-    to the tangent stiffness jumps where a storey yields, so that an implicit step may have no equilibrium. Implicit
-    methods follow a law along the increment of its drift, without a time: a force that relaxes has no place there.
+    The exact method needs linear forces. Lagged central difference does not fit a law whose memory has a rate: its
+    force would lag behind the drift, which supplies energy until yielding bounds the motion. Damping in proportion to
+    the tangent stiffness jumps where a storey yields, so an implicit step may have no equilibrium. Implicit methods
+    integrate the memory along the increment of the drift, without time, so forces that relax do not fit.
     """
-    unfit = set() if law == "elastic" else {"exact"}
-    names = set(re.split(r"[|+]", law))
-    if names & set(RATE_LAWS):
+    unfit = set() if forces.is_linear else {"exact"}
+    if forces.has_rate:
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
-    if damping == "rayleigh_tangent" or names & set(RELAXING):
+    if damping == "rayleigh_tangent" or forces.relaxes:
         unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
     return tuple(name for name in METHODS if name not in unfit)
 
 
-def check_fits(method: Any, law: str, damping: str = "none") -> None:
-    """Raise an error unless a method exists and fits a law and a damping; the message lists those that do."""
+def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None:
+    """Check that a method exists and fits the storey forces and the damping; the message lists those that fit.
+
+    Raises:
+        ValueError: If the method is unknown or does not fit.
+    """
     one_of("method", method, METHODS)
-    fitting, row = fitting_methods(law, damping), method.partition("(")[0]
+    fitting, row = fitting_methods(forces, damping), method.partition("(")[0]
     if row in fitting:
         return
-    if row in fitting_methods(law):
+    if row in fitting_methods(forces):
         raise ValueError(
-            f"method {method!r} does not fit damping {damping!r} (a step may have no balance where a storey yields); "
-            f"these fit: {', '.join(fitting)}"
+            f"method {method!r} does not fit damping {damping!r} (a step may have no equilibrium where a storey "
+            f"yields); these fit: {', '.join(fitting)}"
         )
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
-    reasons = {"exact": linear, "implicit": "its steps do not know the time in which a damper's force relaxes"}
+    reasons = {"exact": linear, "implicit": "its steps have no time in which a force relaxes"}
     reason = reasons.get(METHODS[method].kind, "its velocities lag behind")
     raise ValueError(
-        f"method {method!r} does not fit storeys of law {law!r} ({reason}); these fit: {', '.join(fitting)}"
+        f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); these fit: {', '.join(fitting)}"
     )

@@ -83,7 +83,8 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
         digest.update(f"{name}:{len(text)}:{text}".encode())
         return
     if callable(value) and hasattr(value, "__qualname__"):
-        digest.update(f"{value.__module__}.{value.__qualname__};".encode())
+        written = getattr(value, "written", "")  # the text of a user's storey law
+        digest.update(f"{value.__module__}.{value.__qualname__}{written};".encode())
         return
     kind = type(value)
     digest.update(f"<{kind.__module__}.{kind.__qualname__}".encode())

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from warpdyn.engine.laws.building_law import name_of
+from warpdyn.engine.laws.lookup import check_written
 from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise
@@ -150,12 +150,13 @@ class Rebuilding:
         if kind != "ShearBuilding":
             raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
+        check_written(rest.pop("written_laws", {}), f"from_json(): {where}")
         law, own_laws = rest.pop("law"), rest.pop("storey_laws", None)
         devices, added = tuple(rest.pop("devices", ())), rest.pop("added_storeys", ())
         chosen: dict[str, Any] = {
             name: tuple(rest.pop(name)) for name in ("damping_modes", "damped_storeys") if name in rest
         }
-        law = own_laws or law.removesuffix(name_of([""], devices))
+        law = own_laws or law.removesuffix("".join(f"+{device}" for device in devices))
         chosen |= {"damping": rest.pop("damping"), "devices": devices, "law": law}
         # JSON has null instead of NaN, in storeys whose law does not have the parameter.
         chosen |= {name: self._numbers(value, f"{where}.{name}") for name, value in rest.items()}

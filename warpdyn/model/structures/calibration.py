@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws import LAWS, Law
+from warpdyn.engine.laws import Law
 from warpdyn.engine.laws.lookup import law_name, laws_and_values
 from warpdyn.foundations.core.checks import finite_numbers, one_of, whole_number
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -253,7 +253,7 @@ class CalibratedChain:
         """Build the chain with those of its values that the law takes; the caller's parameters replace them."""
         _refuse_several_laws(law)
         (law,), own = laws_and_values(law, parameters)
-        taken = {"mass", "stiffness", "height", "drift_capacity", *LAWS[law].parameters}
+        taken = {"mass", "stiffness", "height", "drift_capacity", *law.parameters}
         values = {name: value for name, value in chain.items() if name in taken} | own | dict(parameters)
         if np.ndim(values["mass"]) == 0:
             values["mass"] = np.full(storeys, values["mass"])  # sets the number of storeys

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws import LAWS, Parameter
+from warpdyn.engine.laws import Elastic, Parameter
+from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.foundations.core.checks import finite_numbers
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
@@ -48,7 +49,7 @@ class LinearSystem(Structure):
     demand = "displacement"
     can_yield = False
     is_scaled = True
-    law, storey_laws, storey_law, devices = "elastic", ("elastic",), LAWS["elastic"], ()
+    law, storey_laws, storey_law, devices = "elastic", ("elastic",), BuildingLaw((Elastic,)), ()
     damping = "matrix"
 
     def __init__(

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.engine.laws import LAWS, Law, Parameter
-from warpdyn.engine.laws.building_law import missing_at
+from warpdyn.engine.laws.building_law import BuildingLaw, missing_at
 from warpdyn.engine.laws.lookup import laws_and_values
 from warpdyn.foundations.core.checks import one_of, real_number
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
@@ -29,6 +29,7 @@ class ProtectedChain:
     # Attributes of the ShearBuilding.
     storeys: int
     storey_laws: tuple[str, ...]
+    storey_law: BuildingLaw
     devices: tuple[str, ...]
     damping: str
     damped_storeys: tuple[int, int] | None
@@ -80,8 +81,8 @@ class ProtectedChain:
         """
         values: dict[str, Any] = dict(parameters)
         if not isinstance(law, str):
-            (law,), own = laws_and_values(law, parameters)
-            values = own | parameters
+            (kind,), own = laws_and_values(law, parameters)
+            law, values = kind.name, own | parameters
         one_of("law of isolators", law, ISOLATORS)
         mass = real_number("base_mass [kg]", base_mass, above=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
@@ -166,15 +167,15 @@ class ProtectedChain:
                 )
         for name, value in own.items():
             real_number(f"{name} of the storey", value)
-        laws = self.storey_laws if len(self.storey_laws) > 1 else self.storey_laws * self.storeys
+        laws = self.storey_law.of_storeys * (1 if len(self.storey_laws) > 1 else self.storeys)
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
         # Devices of the building's storeys have zero strength here.
         added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
-        devices = self.devices
+        devices: tuple[Any, ...] = self.storey_law.devices
         values = dict(self.parameters)
         ratio = values.pop("damping_ratio", None)
-        if dashpot > 0 and "viscous_damper" not in devices:
+        if dashpot > 0 and "viscous_damper" not in self.devices:
             devices = (*devices, "viscous_damper")
             values["damper_coefficient"] = np.zeros(self.storeys)
         for name in {*values, *own}:
@@ -194,7 +195,7 @@ class ProtectedChain:
             damping = "rayleigh"  # with damped_storeys: in proportion to their stiffness
             first, last = self.damped_storeys or (1, self.storeys)
             damped = (first + (place == 0), last + (place == 0))
-        laws = (*laws[:place], law, *laws[place:])
+        laws = (*laws[:place], LAWS[law], *laws[place:])
         building: type[Any] = type(self)
         made: Any = building(law=laws, devices=devices, damping=damping, damped_storeys=damped, **values)
         made.own_storeys = np.insert(self.own_storeys, place, False)

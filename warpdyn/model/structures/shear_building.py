@@ -10,8 +10,8 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.kernels.registry import recorders as known_recorders
-from warpdyn.engine.laws import LAWS, Device, Law, Parameter
-from warpdyn.engine.laws.building_law import law_of_storeys, missing_at, name_of, storeys_of
+from warpdyn.engine.laws import Device, Law, Parameter
+from warpdyn.engine.laws.building_law import BuildingLaw, missing_at
 from warpdyn.engine.laws.lookup import devices_and_values, laws_and_values
 from warpdyn.engine.laws.parameter import names_of
 from warpdyn.foundations.core.checks import one_of, real_numbers
@@ -115,13 +115,14 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     ) -> None:
         one_of("damping", damping, DAMPING)
         kind = DAMPING[damping]
-        self.storey_laws, of_laws = laws_and_values(law, parameters)
-        self.devices, of_devices = devices_and_values(devices, parameters)
+        laws, of_laws = laws_and_values(law, parameters)
+        kinds, of_devices = devices_and_values(devices, parameters)
         parameters = {**parameters, **of_laws, **of_devices}
-        self.law, self.damping = name_of(self.storey_laws, self.devices), damping
-        self.storey_law = law_of_storeys(LAWS, self.storey_laws, self.devices)
-        law = self.law
-        stiff = [device for device in self.devices if device != "viscous_damper"]
+        self.storey_law = BuildingLaw(laws, kinds)
+        self.storey_laws, self.devices = tuple(each.name for each in laws), tuple(each.name for each in kinds)
+        law = self.law = self.storey_law.name
+        self.damping = damping
+        stiff = [each.name for each in kinds if not each.is_dashpot]
         if kind.follows_tangent and stiff:
             raise ValueError(
                 f"damping {damping!r} cannot be used with a {stiff[0]}, whose tangent stiffness would add damping: use "
@@ -202,7 +203,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         missing = []
         for name, parameter in self.parameter_table.items():
             # If laws differ, each law has its own default.
-            by_law = several and any(name in LAWS[each].parameters for each in self.storey_laws)
+            by_law = several and any(name in each.parameters for each in self.storey_law.laws)
             value = given.get(name, np.nan if by_law else parameter.default)
             if value is None:
                 missing.append(name)
@@ -219,15 +220,15 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Return values of a parameter, NaN at storeys whose law does not take it, and which storeys take it."""
-        laws = [law for law in dict.fromkeys(self.storey_laws) if name in LAWS[law].parameters]
+        laws = [law for law in self.storey_law.laws if name in law.parameters]
         if not laws:
             return values, None
         for law in laws if not is_given else ():
-            default, own = LAWS[law].parameters[name].default, storeys_of(self.storey_laws, law)
+            default, own = law.parameters[name].default, self.storey_law.storeys_of(law)
             if default is None:
-                raise ValueError(missing_at(name, own[0], law))
+                raise ValueError(missing_at(name, own[0], law.name))
             values[own] = default
-        takes = np.isin(self.storey_laws, laws)
+        takes = np.array([law in laws for law in self.storey_law.of_storeys])
         values[~takes] = np.nan
         return values, takes
 
@@ -257,6 +258,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         found |= {"added_storeys": added.tolist()} if added.size else {}
         of_damping = {"damping_modes": self.damping_modes, "damped_storeys": self.damped_storeys}
         found |= {name: list(numbers) for name, numbers in of_damping.items() if numbers}
+        if texts := self.storey_law.written:
+            found["written_laws"] = texts
         return found | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
 
     def told(self) -> list[tuple[object, ...]]:

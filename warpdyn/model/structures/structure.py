@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from warpdyn.engine.laws import Law, Parameter
+from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.foundations.core.description import html_table
 
@@ -40,7 +40,7 @@ class Structure(ABC):
     is_scaled: ClassVar[bool] = False
     law: str
     storey_laws: tuple[str, ...]
-    storey_law: type[Law] | BuildingLaw
+    storey_law: BuildingLaw
     devices: tuple[str, ...]
     damping: str
     parameters: Mapping[str, np.ndarray]
@@ -92,7 +92,7 @@ class Structure(ABC):
     @property
     def forgets(self) -> bool:
         """Whether its forces depend only on present displacements and velocities, not on their history."""
-        return {*self.storey_laws, *self.devices} <= {"elastic", "viscous_damper"}
+        return self.storey_law.has_only_linear_springs
 
 
 def count_along(dim: str, count: int, text: str) -> tuple:

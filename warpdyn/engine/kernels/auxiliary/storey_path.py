@@ -5,12 +5,12 @@ import functools
 import warp as wp
 
 from warpdyn.engine.kernels.plan import DTYPES
-from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
 
 @functools.cache
-def storey_path_kernel(law: str, dtype_name: str) -> wp.Kernel:
-    """Return the kernel of a row of SPRINGS; each thread moves one storey through all its drifts."""
+def storey_path_kernel(law: StoreyRules, dtype_name: str) -> wp.Kernel:
+    """Return the kernel of a storey law; each thread takes one storey through all its drifts."""
     spring, dtype = spring_row(law), DTYPES[dtype_name]
     HAS_MEMORY, C = spring.memory_after is not None, spring.coefficients
     force_of, held_of, recoverable_of = (

@@ -4,12 +4,12 @@ import functools
 
 import warp as wp
 
-from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
 
 @functools.cache
-def storey_step_kernel(law: str) -> wp.Kernel:
-    """Return the kernel of a row of SPRINGS in float64; each thread tries a step of one storey."""
+def storey_step_kernel(law: StoreyRules) -> wp.Kernel:
+    """Return the kernel of a storey law in double precision; each thread tries a step of one storey."""
     spring = spring_row(law)
     HAS_MEMORY, C, M = spring.memory_after is not None, spring.coefficients, max(1, spring.memory)
     force_of, tangent_of, recoverable_of = (

@@ -1,14 +1,14 @@
 """Bouc-Wen that degrades and pinches with the energy it dissipated (Baber and Wen 1981, Baber and Noori 1985).
 
-A hardening spring stands beside a hysteretic force that z scales, as in `bouc_wen`. With A = 1 - deltaA e, at least 0,
-nu = 1 + deltaNu e, eta = 1 + deltaEta e and s the sign of the velocity,
+A hardening spring is parallel to a hysteretic force that is proportional to z, as in `bouc_wen`. With A = 1 - deltaA e,
+at least 0, nu = 1 + deltaNu e, eta = 1 + deltaEta e and s the sign of the velocity,
 
     uy dz/dt = h v (A - nu |z|^n (gamma + beta s sign z)) / eta,    uy de/dt = (1 - alpha) z v,
 
-with uy the yield drift. Without pinching h = 1. With it, as Foliente (1995) has it,
+with uy the yield drift. Without pinching h = 1. With it (Foliente 1995),
 h = 1 - zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = zetas (1 - exp(-p e)),
 zeta2 = (psi + deltaPsi e) (lambda + zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z.
-Rows with 1 at their end are for n = 1.
+Names that end in 1 are for n = 1.
 """
 
 import enum
@@ -27,7 +27,7 @@ from warpdyn.engine.laws.spring import Spring
 
 # The steepest fall of exp(-x^2).
 STEEPEST = wp.constant(wp.float64(0.8577638849607068))
-# Less of A than this stores no more energy.
+# Least A in the stored energy.
 LEAST_A = wp.constant(wp.float64(1e-3))
 # Gauss's rule on 0 to 1.
 _POINTS, _SHARES = np.polynomial.legendre.leggauss(8)
@@ -82,7 +82,7 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         return slope
 
     def elastic_energy(drift: Any, memory: Any, c: Any):
-        """What z gives back as it unloads to 0, the integral of z over the drift; by quadrature where it pinches."""
+        """Return the energy that z returns as it unloads to 0, an integral of z; by quadrature if it pinches."""
         zero, one, half = type(drift)(0.0), type(drift)(1.0), type(drift)(0.5)
         z, energy = memory[M.Z], memory[M.ENERGY]
         growth = maximum(one - c[C.GROWTH_LOSS] * energy, type(drift)(LEAST_A))

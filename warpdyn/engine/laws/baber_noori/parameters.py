@@ -1,22 +1,22 @@
 """Bouc-Wen storeys that degrade and pinch with the energy they dissipated (Baber and Wen 1981, Baber and Noori 1985).
 
-F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`, and e is the energy that z took up, the integral of
-(1 - alpha) Fy z dd, over that of yield, Fy dy, with the yield drift dy = Fy / k. With A = 1 - deltaA e,
+F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`. The energy e that z dissipates, the integral of
+(1 - alpha) Fy z dd, is divided by Fy dy, with the yield drift dy = Fy / k. With A = 1 - deltaA e,
 nu = 1 + deltaNu e and eta = 1 + deltaEta e,
 
     dy dz/dt = h v (A - nu |z|^n (gamma + beta sign(v z))) / eta,
     h = 1 - zeta1 exp(-((z sign v - q zu) / zeta2)^2),    zu = (A / (nu (beta + gamma)))^(1/n),
     zeta1 = zetas (1 - exp(-p e)),    zeta2 = (psi + deltaPsi e) (lambda + zeta1)    (Foliente 1995).
 
-OpenSees has the degradation in BoucWen and the pinching in BWBN, where z is a deformation dy times ours, Ao is 1, and
-energies are in J: gamma and beta there are dy^-n times ours; deltaA, deltaNu, deltaEta and p are ours over Fy dy; Shi
-is ours times dy, and deltaShi ours over Fy.
+OpenSees has the degradation in BoucWen and the pinching in BWBN. There z is a deformation, dy times the z here, Ao is
+1, and energies are in J. Its gamma and beta are the values here times dy^-n; deltaA, deltaNu, deltaEta and p are
+divided by Fy dy; Shi is multiplied by dy, and deltaShi divided by Fy.
 
-These differ from OpenSees on purpose:
+Intended differences from OpenSees:
 
-- A goes no lower than 0. In OpenSees it goes on below, and z turns against the velocity: the storey gives energy.
-- The bound zu of z degrades with it as in Foliente (1995), so that both kinds go together.
-- OpenSees goes along a step by Euler's backward rule, of first order.
+- A is at least 0. In OpenSees it becomes negative, z changes against the velocity, and the storey supplies energy.
+- The bound zu of z degrades with A and nu as in Foliente (1995), so that degradation and pinching can be combined.
+- OpenSees integrates a step by the backward Euler method, which is of first order.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from warpdyn.engine.laws.law import Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """What the device functions read; those from TOTAL_SLIP on only where storeys pinch."""
+    """Coefficients of the device functions; those from TOTAL_SLIP on only for storeys that pinch."""
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
@@ -54,10 +54,10 @@ class Coefficient(Layout):
 
 
 class BaberNoori(BoucWen):
-    """A Bouc-Wen storey that degrades and pinches with the energy it dissipated (OpenSees: BoucWen and BWBN).
+    """A Bouc-Wen storey that degrades and pinches with the dissipated energy (OpenSees: BoucWen and BWBN).
 
     The equations are those of Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module
-    has them, and where OpenSees differs. Losses and rates are over the energy Fy dy of yield, which OpenSees has in J.
+    has them, and the differences from OpenSees. Losses and rates refer to the energy divided by Fy dy (OpenSees: in J).
 
     Example:
         >>> wd.laws.BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)
@@ -93,6 +93,7 @@ class BaberNoori(BoucWen):
     )
 
     opensees = ("BWBN",)
+    has_rate = True
     rows = {
         "baber_noori": Coefficient.names(Coefficient.TOTAL_SLIP),
         "baber_noori_1": Coefficient.names(Coefficient.TOTAL_SLIP),
@@ -102,7 +103,7 @@ class BaberNoori(BoucWen):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Storeys that do not pinch, and those of exponent 1, have kernels without exponentials and powers."""
+        """Return the quickest variant: without exponentials if none pinches, without powers if all exponents are 1."""
         name = "baber_noori_pinching" if np.any(p["total_slip"] > 0) else "baber_noori"
         return f"{name}_1" if np.all(p["exponent"] == 1) else name
 

@@ -1,7 +1,7 @@
 """Bilinear with kinematic hardening.
 
-A hardening spring stands beside an elastic-perfectly-plastic one. The memory is the plastic drift; return mapping
-clamps it into the elastic range around the drift.
+A hardening spring is parallel to an elastic-perfectly-plastic one. The memory is the plastic drift; return mapping
+clamps it to the elastic range around the drift.
 """
 
 import enum
@@ -30,7 +30,7 @@ def bilinear_return_mapping(drift: Any, memory: Any, c: Any):
 
 @wp.func
 def bilinear_force(drift: Any, memory: Any, c: Any):
-    # A sign costs nothing, but Warp writes -y as a subtraction from zero.
+    # Warp compiles -y as a subtraction from zero, which costs more than this product.
     elastic = clamped(drift - memory[M.PLASTIC_DRIFT], type(drift)(-1.0) * c[C.YIELD_DRIFT], c[C.YIELD_DRIFT])
     return c[C.HARDENING_STIFFNESS] * drift + c[C.YIELDING_STIFFNESS] * elastic
 

@@ -11,7 +11,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """What the device functions read: a hardening spring stands beside one that yields."""
+    """Coefficients of the device functions: a hardening spring is parallel to one that yields."""
 
     HARDENING_STIFFNESS = enum.auto()
     YIELDING_STIFFNESS = enum.auto()
@@ -54,7 +54,7 @@ class ElasticPerfectlyPlastic(Law):
     yield_force: ArrayLike = shared(YIELD_FORCE, opensees="epsyP times E")
 
     opensees = ("ElasticPP",)
-    rows = {"bilinear": Coefficient.names()}
+    variants = Bilinear.variants
     is_linear_until_yield = True
 
     @staticmethod

@@ -1,9 +1,8 @@
-"""Bouc-Wen: a hardening spring beside a hysteretic force that z scales.
+"""Bouc-Wen: a hardening spring parallel to a hysteretic force that is proportional to z.
 
-uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with uy the yield drift. The exponents 1 and 2 have functions of their
-own: powers are slow, and most use these. So has the exponent 1 where beta is gamma, the usual case, in which a storey
-unloads along a straight line: z is kept over its bound 1 / (2 beta) there, so that these parameters are in the other
-coefficients.
+uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with uy the yield drift. Powers are slow, so the exponents 1 and 2
+have separate functions. In the usual case, exponent 1 and beta = gamma, storeys unload along a straight line; z is then
+divided by its bound 1 / (2 beta), so that beta and gamma are part of the other coefficients.
 """
 
 from typing import Any
@@ -29,8 +28,8 @@ def bouc_wen_elastic_energy(drift: Any, memory: Any, c: Any):
     )
 
 
-# Where it is, z settles at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy at the fastest. Every stage is looked at if z
-# has a say: a step too long throws z beyond its bound, where the rate is higher.
+# Deviations of z decay at most at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy. If the rate depends on z, it is
+# computed in every stage: too long a step moves z beyond its bound, where the rate is higher.
 @wp.func
 def bouc_wen_1_elastic_unloading_relaxation_rate(velocity: Any, memory: Any, c: Any):
     return wp.abs(velocity) * c[C.RATE]
@@ -94,7 +93,7 @@ def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
 
 
 def _row(name: str, rate: wp.Function, relaxation_rate: wp.Function, *, relaxes_by_velocity: bool = False) -> Spring:
-    """Return the row of this name: the rows differ in how z changes."""
+    """Return the device functions of a variant; variants differ in the rate of z."""
     return Spring(
         bouc_wen_force,
         None,

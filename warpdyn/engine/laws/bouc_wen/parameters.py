@@ -12,9 +12,9 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """What the device functions read.
+    """Coefficients of the device functions.
 
-    The exponent only where it is neither 1 nor 2, and what beta and gamma make only where they differ.
+    EXPONENT is read only if it is neither 1 nor 2, BETA_RATE and GAMMA_RATE only if beta and gamma differ.
     """
 
     HARDENING_STIFFNESS = enum.auto()
@@ -28,9 +28,9 @@ class Coefficient(Layout):
 class BoucWen(Law):
     """A Bouc-Wen storey (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z.
 
-    Here `(Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v)`, with -beta < gamma <= beta: elsewhere z grows without
-    end, or gives back more energy than was put in (Erlicher and Point 2004). In OpenSees' BoucWen z is a deformation,
-    Fy / k times ours, Ao is 1, and beta and gamma are (Fy / k)^-n times ours.
+    Here `(Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v)`, with -beta < gamma <= beta: otherwise z grows without
+    bound, or returns more energy than was put in (Erlicher and Point 2004). In OpenSees' BoucWen, z is a deformation,
+    Fy / k times the z here, Ao is 1, and beta and gamma are (Fy / k)^-n times those here.
 
     Example:
         >>> wd.laws.BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
@@ -44,6 +44,7 @@ class BoucWen(Law):
     exponent: ArrayLike = parameter("1", "Bouc-Wen exponent n", low=0.0, low_open=True, default=1.0, opensees="n")
 
     opensees = ("BoucWen",)
+    has_rate = True
     rows = {
         "bouc_wen_1_elastic_unloading": Coefficient.names(Coefficient.BETA_RATE),
         "bouc_wen_1": Coefficient.names(Coefficient.EXPONENT),
@@ -53,10 +54,10 @@ class BoucWen(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Exponents 1 and 2 have kernels without a power, which is what most of the time would go to.
+        """Return the quickest variant: exponents 1 and 2 need no power, which would take most of the time.
 
-        Storeys with exponent 1 that unload along straight lines, as beta is gamma, have two coefficients less. Both
-        must be one constant: where they are scattered, `p` holds but a few of their values.
+        Storeys with exponent 1 and beta = gamma have two coefficients less. Beta and gamma must then be the same
+        constant in all storeys, because `p` has only a few values of a scattered parameter.
         """
         beta = np.ravel(p["beta"])[0]
         if all(np.all(p[name] == value) for name, value in {"exponent": 1, "beta": beta, "gamma": beta}.items()):
@@ -71,7 +72,7 @@ class BoucWen(Law):
         stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
         rate = stiffness / strength
         if row == "bouc_wen_1_elastic_unloading":
-            bound = 1 / (p["beta"] + p["gamma"])  # of z, which is 1 where z is over it
+            bound = 1 / (p["beta"] + p["gamma"])  # of z, by which z is divided
             return {
                 "hardening_stiffness": hardening * stiffness,
                 "hysteretic_force": (1 - hardening) * strength * bound,
@@ -88,7 +89,7 @@ class BoucWen(Law):
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return where beta and gamma are out of the bounds that they set each other."""
+        """Return a sentence on beta and gamma that contradict each other, or None."""
         beta, gamma = np.broadcast_arrays(p["beta"], p["gamma"])
         bad = (gamma <= -beta) | (gamma > beta)
         if not np.any(bad):
@@ -101,7 +102,7 @@ class BoucWen(Law):
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """A storey is stiffest as it begins to unload from its bound, if gamma < beta; at rest otherwise.
+        """Return the stiffness at the beginning of unloading from the bound of z, or at rest if gamma = beta.
 
         Unloading, (Fy / k) dz/dd = 1 + (beta - gamma) |z|^n, and |z|^n is at most 1 / (beta + gamma). Loading it is at
         most 1.

@@ -1,1 +1,1 @@
-"""Devices that stand beside a storey's law: friction dampers, viscous dampers and stops."""
+"""Devices that are parallel to a storey's law: friction dampers, viscous dampers and stops."""

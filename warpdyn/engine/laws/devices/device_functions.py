@@ -1,12 +1,12 @@
 """Device functions of friction dampers and stops.
 
-A friction damper is a brace in series with friction that holds up to a drift. Its memory is the slip; return mapping
-clamps it into the range around the drift in which friction holds.
+A friction damper is a brace in series with a friction joint. Its memory is the slip; return mapping clamps it to the
+range around the drift in which the joint sticks.
 
-A stop stands at the end of a clearance, and gives back a share of the energy that pressed it in. With k its stiffness
-in unloading and l the share of energy that is lost, it pushes back with the force (1 - l) k p as it is pressed in by p.
-Let go, it does so with the stiffness k, and no more once it is still in by l p. It is whole again once it is free. Its
-memory is how far in it pushes no more.
+A stop acts beyond a clearance, and returns a part of the energy that compressed it. Let k be its unloading stiffness, l
+the lost share of the energy and p the compression. Loading follows the force (1 - l) k p, and unloading the stiffness
+k, down to zero force at the compression l p. Without contact the stop recovers. Its memory is the compression at which
+the force is zero.
 """
 
 import enum
@@ -29,7 +29,7 @@ class FrictionMemory(Layout):
 class StopMemory(Layout):
     """The memory of a stop."""
 
-    LOST = enum.auto()  # how far in it pushes no more
+    LOST = enum.auto()  # compression at which the force is zero
 
 
 @wp.func
@@ -71,7 +71,7 @@ def friction_damper_memory_after(drift: Any, increment: Any, memory: Any, c: Any
 
 @wp.func
 def gap_pressed(drift: Any, c: Any):
-    """How far the stop is pressed in."""
+    """Return the compression of the stop."""
     clearance = wp.where(drift < type(drift)(0.0), c[Stop.CLEARANCE_BEHIND], c[Stop.CLEARANCE_AHEAD])
     return maximum(wp.abs(drift) - clearance, type(drift)(0.0))
 
@@ -116,7 +116,7 @@ def gap_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
     return gap_return_mapping(drift, memory, c)
 
 
-DEVICE_SPRINGS = {
+SPRINGS = {
     "friction_damper": Spring(
         friction_damper_force,
         friction_damper_return_mapping,

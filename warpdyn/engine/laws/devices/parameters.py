@@ -1,4 +1,4 @@
-"""Devices that stand beside a storey's law, each with parameters of its own; 0 where a storey has none."""
+"""Devices that are parallel to a storey's law, with their parameters; strengths are 0 in storeys without them."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from warpdyn.engine.laws.parameter import Parameter
 
 NO_STOP = 1e30  # m
 CLEARANCE = Parameter("m", "clearance before the stop", low=0.0)
-CONTACT_STIFFNESS = Parameter("N m-1", "stiffness of the stop as it is pressed in", low=0.0)
+CONTACT_STIFFNESS = Parameter("N m-1", "stiffness of the stop in loading", low=0.0)
 RESTITUTION = Parameter(
     "1", "coefficient of restitution of the stop", low=0.0, high=1.0, low_open=True, often_in_percent=True
 )
 
 
 class FrictionCoefficient(Layout):
-    """What a friction damper's device functions read."""
+    """Coefficients of a friction damper."""
 
     BRACE_STIFFNESS = enum.auto()
     SLIP_DRIFT = enum.auto()  # at which the joint slips
 
 
 class StopCoefficient(Layout):
-    """What a stop's device functions read."""
+    """Coefficients of a stop."""
 
     UNLOADING_STIFFNESS = enum.auto()
     CLEARANCE_AHEAD = enum.auto()
     CLEARANCE_BEHIND = enum.auto()
-    ENERGY_LOST = enum.auto()  # share of what was put in
+    ENERGY_LOST = enum.auto()  # share of the energy that was put in
 
 
 class FrictionDamper(Device):
-    """A friction damper: a brace in series with a joint that slips at a force (OpenSees: an ElasticPP beside the law).
+    """A friction damper: a brace in series with a joint that slips at a force (OpenSees: a parallel ElasticPP).
 
     Example:
         >>> wd.laws.FrictionDamper(slip_force=2e5, brace_stiffness=4e7)
@@ -51,7 +51,7 @@ class FrictionDamper(Device):
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        # A brace that no joint holds is not there.
+        # A joint without strength does not load its brace.
         brace = np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
         drift = np.divide(p["slip_force"], brace, out=np.zeros_like(brace), where=brace > 0)
         return {"brace_stiffness": brace, "slip_drift": drift}
@@ -73,7 +73,7 @@ class FrictionDamper(Device):
 
 
 class Gap(Device):
-    """A stop on either side of the storey's drift, which gives back a share of the energy that pressed it in.
+    """A stop on either side of the storey's drift, which returns a share of the energy that compressed it.
 
     Example:
         >>> wd.laws.Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)
@@ -88,12 +88,12 @@ class Gap(Device):
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """When a storey meets the stop decides how it leaves it."""
+        """The time of contact decides the rebound."""
         return True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        given_back = p["restitution"] ** 2  # of the energy
+        given_back = p["restitution"] ** 2  # share of the energy
         ahead = np.broadcast_to(p["clearance"], given_back.shape)
         return {
             "unloading_stiffness": p["contact_stiffness"] / given_back,
@@ -108,7 +108,7 @@ class Gap(Device):
 
 
 class OneSidedGap(Gap):
-    """A stop ahead of the storey's drift (OpenSees: an ElasticPPGap that never yields, where all energy is given back).
+    """A stop on the side of positive drift (OpenSees: an ElasticPPGap that never yields, if no energy is lost).
 
     Example:
         >>> wd.laws.OneSidedGap(clearance=0.05, contact_stiffness=5e8)
@@ -124,7 +124,7 @@ class OneSidedGap(Gap):
 
 
 class ViscousDamper(Device):
-    """A viscous damper whose force is a power of the velocity (OpenSees: Viscous); kernels have it among the dashpots.
+    """A viscous damper whose force is a power of the velocity (OpenSees: Viscous).
 
     Example:
         >>> wd.laws.ViscousDamper(damper_coefficient=2e6, velocity_exponent=0.5)
@@ -150,6 +150,7 @@ class ViscousDamper(Device):
     )
 
     opensees = ("Viscous",)
+    is_dashpot = True
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
@@ -157,18 +158,18 @@ class ViscousDamper(Device):
 
 
 def kind_of_dampers(devices: tuple[str, ...], p: Values) -> str:
-    """Return what a building's viscous dampers are: "none", "linear" or a "power" of the velocity."""
+    """Return the kind of a building's viscous dampers: "none", "linear" or "power" (of the velocity)."""
     if ViscousDamper.name not in devices:
         return "none"
     return "linear" if np.all(p["velocity_exponent"] == 1) else "power"
 
 
 def damper_values(p: Values) -> tuple[np.ndarray, ...]:
-    """Return what kernels read of viscous dampers: coefficient, exponent less 1, linear velocity."""
+    """Return the values of viscous dampers in kernels: coefficient, exponent minus 1, linear velocity."""
     return p["damper_coefficient"], p["velocity_exponent"] - 1, p["linear_velocity"]
 
 
 def steepest_damping(p: Values) -> np.ndarray:
-    """Return the largest slope of the viscous dampers' force [N s/m]: that around rest."""
+    """Return the largest slope of the viscous dampers' force [N s/m]: that at rest."""
     coefficient, exponent_less_1, velocity = damper_values(p)
     return coefficient * velocity**exponent_less_1

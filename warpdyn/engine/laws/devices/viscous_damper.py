@@ -1,7 +1,7 @@
-"""Viscous dampers of storeys whose force is a power of the velocity, linear in a small range around rest.
+"""Viscous dampers whose force is a power of the velocity, and linear at small velocities.
 
-The force is c0 v max(|v|, c2)^c1, with c1 the velocity exponent less 1: a power has an endless slope at rest, so
-practice makes the force linear there (below c2).
+The force is c0 v max(|v|, c2)^c1, with c1 the velocity exponent minus 1. The slope of a power is infinite at rest, so
+the force is linear below the velocity c2, as is common practice.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ import warp as wp
 
 from warpdyn.engine.device.extrema import maximum
 
-VALUES = 3  # of a storey's damper
+VALUES = 3  # per storey
 
 
 @wp.func

@@ -10,7 +10,7 @@ from warpdyn.engine.laws.law import Law, Layout, Values
 
 
 class Coefficient(Layout):
-    """What the device functions read."""
+    """Coefficients of the device functions."""
 
     STIFFNESS = enum.auto()
 
@@ -25,7 +25,7 @@ class Elastic(Law):
 
     opensees = ("Elastic",)
     rows = {"elastic": Coefficient.names()}
-    is_linear_until_yield = True
+    is_linear = is_linear_until_yield = True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:

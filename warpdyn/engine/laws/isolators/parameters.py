@@ -1,11 +1,11 @@
-"""Seismic isolators as storey laws, in the terms of those who specify them; their kernels are those of `bilinear`."""
+"""Seismic isolators as storey laws, with the parameters of their specifications and the functions of `bilinear`."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws.bilinear.parameters import Coefficient
+from warpdyn.engine.laws.bilinear.parameters import Bilinear
 from warpdyn.engine.laws.bounds import first_place, place_of
 from warpdyn.engine.laws.law import YIELD_FORCE, Law, Values, parameter, shared
 
@@ -24,7 +24,7 @@ class LeadRubberBearing(Law):
     post_yield_stiffness: ArrayLike = parameter("N m-1", "stiffness of the bearings after yield", low=0.0)
 
     opensees = ("elastomericBearingPlasticity",)
-    rows = {"bilinear": Coefficient.names()}
+    variants = Bilinear.variants
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -43,7 +43,7 @@ class LeadRubberBearing(Law):
 class FrictionPendulum(Law):
     """Friction pendulum bearings under a building, with the storey's stiffness before they slide.
 
-    OpenSees: singleFPBearing with Coulomb friction, under a weight that stays as it is.
+    OpenSees: singleFPBearing with Coulomb friction, under a constant weight.
 
     Example:
         >>> wd.laws.FrictionPendulum(friction_coefficient=0.06, radius=2.2, weight=9e6)
@@ -65,7 +65,7 @@ class FrictionPendulum(Law):
     weight: ArrayLike = parameter("N", "weight that the sliding bearings carry", low=0.0, low_open=True)
 
     opensees = ("singleFPBearing",)
-    rows = {"bilinear": Coefficient.names()}
+    variants = Bilinear.variants
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -86,7 +86,7 @@ def _pendulum_stiffness(p: Values) -> np.ndarray:
 
 
 def _not_below(p: Values, name: str, values: np.ndarray, of_what: str) -> str | None:
-    """Return a sentence on the first value that is not below the initial stiffness."""
+    """Return a sentence on the first value that is not below the initial stiffness, or None."""
     values, stiffness = np.broadcast_arrays(values, p["stiffness"])
     bad = values >= stiffness
     if not bad.any():

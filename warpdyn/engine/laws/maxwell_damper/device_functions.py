@@ -53,7 +53,7 @@ def _maxwell_damper(row: str, POWER: bool) -> Spring:
     return Spring(return_mapping=None, coefficients=len(MaxwellDamper.rows[row]), memory=len(M), **functions)
 
 
-DEVICE_SPRINGS = {
+SPRINGS = {
     "maxwell_damper": _maxwell_damper("maxwell_damper", False),
     "maxwell_damper_power": _maxwell_damper("maxwell_damper_power", True),
 }

@@ -50,6 +50,8 @@ class MaxwellDamper(Device):
     brace_stiffness: ArrayLike = parameter("N m-1", "stiffness of the damper's brace", low=0.0, opensees="K")
 
     opensees = ("ViscousDamper",)
+    has_rate = True
+    relaxes = True
     rows = {
         "maxwell_damper": Coefficient.names(Coefficient.INVERSE_EXPONENT),
         "maxwell_damper_power": Coefficient.names(),

@@ -1,9 +1,9 @@
-"""Menegotto-Pinto steel: from every turn a curve that leaves the elastic line for the hardening one.
+"""Menegotto-Pinto steel: after every reversal a curve from the elastic line to the hardening line.
 
-The drift x is in yield drifts. A hardening spring stands beside a force h that is 1 where the storey yields. From a
-turn at (x_r, h_r) in the direction s it is h_r + s S g(r), with r = s (x - x_r) / S, g = r / (1 + r^R)^(1/R) and the
-way S = s_y - s h_r that is left to yield, at s_y, which is 1 without isotropic hardening. R = R0 (1 - c1 xi / (c2 +
-xi)) falls with the plastic excursion xi before the turn; c1 and c2 are the curvature's reduction and its ductility.
+The drift x is in yield drifts. A hardening spring is parallel to a force h that is 1 at yield. After a reversal at
+(x_r, h_r) in the direction s, h = h_r + s S g(r), with r = s (x - x_r) / S, g = r / (1 + r^R)^(1/R) and the distance
+S = s_y - s h_r to yield at s_y, which is 1 without isotropic hardening. R = R0 (1 - c1 xi / (c2 + xi)) falls with the
+plastic excursion xi before the reversal; c1 and c2 are the curvature's reduction and its ductility.
 """
 
 import enum
@@ -18,26 +18,26 @@ from warpdyn.engine.laws.menegotto_pinto.parameters import Coefficient as C, Men
 from warpdyn.engine.laws.row_functions import device_functions
 from warpdyn.engine.laws.spring import Spring
 
-# No less may be left from a turn to the hardening line: a turn that rounding puts upon the line divides by it.
+# Least distance from a reversal to the hardening line, by which the drift is divided; rounding can make it 0.
 LEAST_SPAN = wp.constant(wp.float64(1e-9))
-LEAST_RATIO = wp.constant(wp.float64(1e-30))  # of which a logarithm is taken
-TERMS = wp.constant(16)  # of the series of stored energy, each less than 0.5^R of the one before
+LEAST_RATIO = wp.constant(wp.float64(1e-30))  # in a logarithm
+TERMS = wp.constant(16)  # of the series of stored energy; each is less than 0.5^R times the term before
 
 
 class M(Layout):
-    """The memory up to the last turn; HARDENED only with isotropic hardening."""
+    """The memory up to the last reversal; HARDENED only with isotropic hardening."""
 
     DRIFT = enum.auto()  # x of the last step
     TRANSITION = enum.auto()  # h of the last step
     TURN_DRIFT = enum.auto()  # x_r
     TURN_TRANSITION = enum.auto()  # h_r
-    LARGEST_ABOVE = enum.auto()  # by how much the largest x of a turn was above 1
-    LARGEST_BELOW = enum.auto()  # by how much the smallest was below -1
+    LARGEST_ABOVE = enum.auto()  # largest x of a reversal minus 1
+    LARGEST_BELOW = enum.auto()  # -1 minus the smallest
     HARDENED = enum.auto()  # s_y - 1
 
 
 class Branch(Layout):
-    """The memory of the branch, which follows; all 0 before anything moved."""
+    """The memory of the branch, after that of the reversal; all 0 before the first step."""
 
     EXPONENT = enum.auto()  # R
     INVERSE_EXPONENT = enum.auto()
@@ -47,13 +47,13 @@ class Branch(Layout):
 
 @wp.func
 def last_direction(memory: Any):
-    """Return the direction in which the storey moves; 1 where it has not moved yet."""
+    """Return the direction in which the storey moves; 1 before the first step."""
     return wp.where(memory[M.DRIFT] < memory[M.TURN_DRIFT], -type(memory[M.DRIFT])(1.0), type(memory[M.DRIFT])(1.0))
 
 
 @wp.func
 def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
-    """Return 1 / R and S of a branch, which is a memory just after its turn."""
+    """Return 1 / R and S of a branch, which is a memory just after its reversal."""
     one = type(direction)(1.0)
     farthest = one + wp.where(direction > type(direction)(0.0), branch[M.LARGEST_ABOVE], branch[M.LARGEST_BELOW])
     left = maximum(yield_level - direction * branch[M.TURN_TRANSITION], type(direction)(LEAST_SPAN))
@@ -65,7 +65,7 @@ def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
 
 @wp.func
 def transition(ratio: Any, exponent: Any, inverse_exponent: Any):
-    """Return g and its slope at a ratio r: never r^R where r is above 1, which single precision does not hold."""
+    """Return g and its slope at a ratio r, without r^R for r above 1, which can overflow in float32."""
     one = type(ratio)(1.0)
     distance = wp.abs(natural_logarithm(maximum(ratio, type(ratio)(LEAST_RATIO))))
     power = decay(distance * exponent)
@@ -90,12 +90,12 @@ def area_under(height: Any, inverse_exponent: Any):
 
 
 def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
-    """Return the row without or with isotropic hardening."""
-    VALUES = wp.constant(len(M) if IS_ISOTROPIC else int(M.HARDENED))  # that a turn sets
+    """Return the device functions without or with isotropic hardening."""
+    VALUES = wp.constant(len(M) if IS_ISOTROPIC else int(M.HARDENED))  # that a reversal sets
     EXPONENT, INVERSE_EXPONENT, SPAN, INVERSE_SPAN = (wp.constant(VALUES + m) for m in Branch)
 
     def turned(direction: Any, memory: Any, c: Any):
-        """Return the memory after a turn at the last step into this direction."""
+        """Return the memory after a reversal at the last step into this direction."""
         one = type(direction)(1.0)
         branch = memory
         branch[M.TURN_DRIFT] = memory[M.DRIFT]
@@ -147,7 +147,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     along_branch, leaves_line = device_functions(name, along_branch, leaves_line).values()
 
     def follow(drift: Any, memory: Any, c: Any):
-        """Return the same, on a new branch where the storey turns."""
+        """Return the same, on a new branch if the storey reverses."""
         direction = wp.where(turns(drift, memory, c), -last_direction(memory), last_direction(memory))
         after = turned(direction, memory, c)
         for m in range(VALUES):
@@ -182,7 +182,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         return after
 
     def elastic_energy(drift: Any, memory: Any, c: Any):
-        """Return what unloading to h = 0 gives back, on the branch that it is on or would turn to."""
+        """Return the energy that unloading to h = 0 returns, on the present branch or on one after a reversal."""
         direction = wp.where(memory[M.TRANSITION] > type(drift)(0.0), -type(drift)(1.0), type(drift)(1.0))
         after = turned(direction, memory, c)
         for m in range(VALUES):

@@ -12,22 +12,22 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """What the device functions read; the last two only where storeys harden isotropically."""
+    """Coefficients of the device functions; the last two only with isotropic hardening."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
-    TRANSITION_FORCE = enum.auto()  # of h = 1
+    TRANSITION_FORCE = enum.auto()  # at h = 1
     HARDENING_STIFFNESS = enum.auto()
     TRANSITION_CURVATURE = enum.auto()  # R0
     CURVATURE_REDUCTION = enum.auto()  # cR1
     CURVATURE_REDUCTION_DUCTILITY = enum.auto()  # cR2
     ISOTROPIC_HARDENING = enum.auto()
-    HALF_INVERSE_DUCTILITY = enum.auto()  # of isotropic hardening
+    HALF_INVERSE_DUCTILITY = enum.auto()  # isotropic hardening
 
 
 class MenegottoPinto(Law):
     """A Menegotto-Pinto storey (Menegotto and Pinto 1973; Filippou, Popov and Bertero 1983; OpenSees: Steel02).
 
-    The stiffness is OpenSees' E0. A storey hardens alike both ways, and has no initial force.
+    The stiffness is OpenSees' E0. Isotropic hardening is the same in both directions; there is no initial force.
 
     Example:
         >>> wd.laws.MenegottoPinto(yield_force=1e6, hardening_ratio=0.02, transition_curvature=18)
@@ -85,12 +85,12 @@ class MenegottoPinto(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Isotropic hardening takes a power more and a value of memory."""
+        """Return the variant; isotropic hardening needs another power and another memory value."""
         return "menegotto_pinto_isotropic" if np.any(p["isotropic_hardening"]) else "menegotto_pinto"
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """With isotropic hardening each reversal shifts the line that the next branch tends to."""
+        """With isotropic hardening, each reversal shifts the line that the next branch approaches."""
         return cls.spring(p) == "menegotto_pinto_isotropic"
 
     @staticmethod
@@ -113,8 +113,8 @@ class MenegottoPinto(Law):
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Below an exponent of 1 the storey yields before it moves, and what it stores has no converging series."""
+        """Return a sentence on exponents below 1, with which the storey would yield at once, or None."""
         exponent, reduction = p["transition_curvature"], p["curvature_reduction"]
         least = 1 / (1 - reduction)
-        reason = "1 / (1 - curvature_reduction): the exponent of no later transition may be below 1"
+        reason = "1 / (1 - curvature_reduction): the exponent of later transitions must be at least 1"
         return first_bad(above(least, exponent), "transition_curvature", exponent, "at least", least, reason)

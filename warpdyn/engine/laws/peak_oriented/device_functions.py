@@ -1,13 +1,13 @@
-"""Peak-oriented storeys: reloading aims at the farthest point of its side, from where the force was 0.
+"""Peak-oriented storeys: reloading leads from zero force to the peak of its side.
 
-The drift x is in yield drifts and the force f in yield forces. The backbone is the least of three lines, through 0,
-the cracking point and the yield point. Unloading is straight; reloading after a part of it comes back to where it
-began.
+The drift x is in yield drifts and the force f in yield forces. The backbone is the minimum of three lines, through the
+origin, the cracking point and the yield point. Unloading is straight; reloading after partial unloading returns to the
+point where unloading began.
 
-`peak_oriented` unloads by the initial stiffness. `takeda` unloads towards the opposite cracking point until it has
-yielded, and by x^-a as stiff after that, but no softer than towards the origin. A side of it that has not cracked
-where the other has yielded is loaded by the slope of unloading up to the cracking force, then straight to the yield
-point. A line that only one way leads along ends, behind the storey, at its last step.
+`peak_oriented` unloads with the initial stiffness. `takeda` unloads towards the opposite cracking point before yield,
+and with x^-a of that stiffness after it, but no softer than towards the origin. If one side has yielded and the other
+has not cracked, the latter is loaded with the unloading slope up to the cracking force, then straight to the yield
+point. A line that can be followed in one direction only ends, behind the storey, at its last step.
 """
 
 import enum
@@ -22,8 +22,8 @@ from warpdyn.engine.laws.peak_oriented.parameters import Coefficient as C, PeakO
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-LEAST_WAY = wp.constant(wp.float64(1e-9))  # to the point aimed at: a turn that rounding puts upon it divides by it
-# A line ends just before a force of 0: the rules go by the force's sign, which rounding along a line must not set.
+LEAST_WAY = wp.constant(wp.float64(1e-9))  # least distance to the target, by which the force is divided
+# A line ends just before zero force: the rules depend on the sign of the force, which rounding must not decide.
 LEAST_FORCE = wp.constant(wp.float64(1e-3))
 FARTHEST = wp.constant(wp.float64(1e30))
 
@@ -33,11 +33,11 @@ class M(Layout):
 
     DRIFT = enum.auto()  # of the last step
     FORCE = enum.auto()
-    PEAK_ABOVE = enum.auto()  # how far beyond the cracking point the peak of the positive side is
+    PEAK_ABOVE = enum.auto()  # peak of the positive side minus the cracking point
     PEAK_BELOW = enum.auto()
     LOWER_END = enum.auto()  # drifts between which the storey stays on its line
     UPPER_END = enum.auto()
-    ORIGIN = enum.auto()  # drift at which the line that loading follows has no force
+    ORIGIN = enum.auto()  # drift at which the loading line has zero force
     LINE_SLOPE = enum.auto()
 
 
@@ -62,22 +62,22 @@ def backbone_slope(x: Any, c: Any):
 
 
 def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
-    """Return the row of either rule for unloading."""
+    """Return the device functions for one of the two unloading rules."""
     IS_TAKEDA = law is Takeda
 
     def unloading(side: Any, other: Any, c: Any):
-        """Return the slope of unloading from a side, by how far its peak and the other's are beyond cracking."""
+        """Return the unloading slope of a side; both arguments are peaks minus the cracking point."""
         slope = c[C.INITIAL_SLOPE]
         if IS_TAKEDA:
             one = type(side)(1.0)
-            # A side that has not cracked unloads as it was loaded: by the slope that led there from the other.
+            # An uncracked side unloads as it was loaded: with the slope that led there from the other side.
             peak = c[C.CRACKING_DRIFT] + wp.where(side > c[C.UNCRACKED], side, other)
             until_yield = minimum(peak, one)
             slope = (backbone(until_yield, c) + c[C.INITIAL_SLOPE] * c[C.CRACKING_DRIFT]) / (
                 until_yield + c[C.CRACKING_DRIFT]
             )
             slope *= exponential(-c[C.UNLOADING_EXPONENT] * natural_logarithm(maximum(peak, one)))
-            # No softer than towards the origin: unloading would end on the other side of it.
+            # No softer than towards the origin; otherwise unloading would end beyond it.
             slope = maximum(slope, backbone(peak, c) / peak)
         return slope
 
@@ -95,7 +95,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         one = type(drift)(1.0)
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         direction = wp.where(x < memory[M.DRIFT], -one, one)
-        # From here on all is as if the storey moved in positive direction.
+        # Below, signs are as if the storey moved in the positive direction.
         at = direction * x
         last = direction * memory[M.DRIFT]
         force = direction * memory[M.FORCE]
@@ -112,7 +112,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             target = wp.where(is_first, one, target)
         peak = backbone(target, c)
         aim = peak / maximum(target - origin, type(drift)(LEAST_WAY))
-        # From its nearer end: a force that is small beside the peak would be lost to the peak's rounding.
+        # Measured from the nearer end: otherwise a small force would be lost in the rounding of the peak.
         line = wp.where(at - origin < target - at, aim * (at - origin), peak - aim * (target - at))
         line_slope = aim
         if IS_TAKEDA:
@@ -122,7 +122,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             is_above = is_first and one - from_cracking * (one - at) > line
             line = wp.where(is_above, one - from_cracking * (one - at), line)
             line_slope = wp.where(is_above, from_cracking, line_slope)
-        stiff = maximum(slope, aim)  # no softer, or the force would jump where it meets the backbone
+        stiff = maximum(slope, aim)  # no softer; otherwise the force would jump at the backbone
         start = wp.where(is_loading, last, crossing)
         straight = maximum(force, zero) + stiff * (at - start)
         follows_line = line < straight
@@ -141,7 +141,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         after[M.PEAK_ABOVE] = wp.where(is_positive, farthest, memory[M.PEAK_ABOVE])
         after[M.PEAK_BELOW] = wp.where(is_positive, memory[M.PEAK_BELOW], farthest)
         after[M.ORIGIN] = wp.where(is_unloading, memory[M.ORIGIN], direction * origin)
-        # The line from here on: its slope, and between which drifts the storey stays on it.
+        # The line from here: its slope, and the drifts between which the storey stays on it.
         apart = line - straight
         nearing = stiff - line_slope
         meets = not follows_line and nearing > zero
@@ -150,9 +150,9 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             far = wp.where(
                 is_first, minimum(far, c[C.CRACKING_DRIFT]), far
             )  # beyond cracking, drifts along a line count as peaks
-        far = wp.where(reached > zero, far, at)  # a line met before its force is 0 is left again
+        far = wp.where(reached > zero, far, at)  # a line that is reached before zero force is left again
         slope_from_here = wp.where(follows_line, line_slope, stiff)
-        # Back along the line of unloading, if reloading is no stiffer, and no farther than the peak that is known.
+        # Back along the unloading line if reloading is not stiffer, at most to the known peak.
         reach = c[C.CRACKING_DRIFT] + behind
         returns = slope * (reach + direction * memory[M.ORIGIN]) >= backbone(reach, c)
         if IS_TAKEDA:
@@ -160,7 +160,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         near = wp.where(is_unloading and returns, maximum(last, -reach), at)
         crossing_ahead = minimum(crossing - type(drift)(LEAST_FORCE) / slope, c[C.CRACKING_DRIFT] + ahead)
         far = wp.where(is_unloading, crossing_ahead, far)
-        far = wp.where(at >= -reach, far, at)  # where no peak has been yet, a line would put one
+        far = wp.where(at >= -reach, far, at)  # without a peak, the line would create one
         slope_from_here = wp.where(is_unloading, slope, slope_from_here)
         is_hard = at >= one
         far = wp.where(is_beyond, wp.where(is_hard, type(drift)(FARTHEST), one), far)
@@ -195,7 +195,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         after = type(memory)()
         after[M.DRIFT] = x
         after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
-        # Only on the backbone is it a new peak.
+        # A new peak only on the backbone.
         after[M.PEAK_ABOVE] = wp.where(
             x > memory[M.DRIFT], maximum(memory[M.PEAK_ABOVE], x - c[C.CRACKING_DRIFT]), memory[M.PEAK_ABOVE]
         )
@@ -209,7 +209,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         return after
 
     def tangent_on_line(drift: Any, memory: Any, c: Any):
-        # A line without length, as the first one is, has no slope: to stand there is elastic.
+        # A line without length, such as the first one, has no slope: the storey is elastic there.
         is_empty = memory[M.LOWER_END] == memory[M.UPPER_END]
         slope = wp.where(is_empty, c[C.INITIAL_SLOPE], memory[M.LINE_SLOPE])
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope

@@ -1,19 +1,19 @@
 """Peak-oriented storeys: Clough's law and Takeda's, on a trilinear backbone of cracking and yield.
 
-`takeda` (Takeda, Sozen and Nielsen 1970) unloads the softer the farther the peak drift d of its side is:
+`takeda` (Takeda, Sozen and Nielsen 1970) unloads more softly after larger peak drifts d of its side:
 
-- up to yield towards the cracking point of the other side;
-- beyond it by (yield drift / d)^`unloading_exponent` of that slope at yield, but no softer than towards the origin.
+- before yield, towards the cracking point of the other side;
+- after yield, with (yield drift / d)^`unloading_exponent` of that slope at yield, but no softer than to the origin.
 
-Where the storey yields as it cracks, as by default, that is what is called modified Takeda, or Clough with degrading
-unloading stiffness (Otani 1981). OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta the unloading
-exponent, but for the origin, and in the one step in which the force changes its sign: there Hysteretic's force depends
-on the length of the step.
+Without cracking, which is the default, this is the modified Takeda law, or Clough's law with degrading unloading
+stiffness (Otani 1981). OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta as the unloading exponent,
+except for the bound towards the origin, and for the step in which the force changes its sign: there Hysteretic's force
+depends on the length of the step.
 
-With cracking it differs. Hysteretic unloads from the cracking point on by (e1 / d)^beta of the initial stiffness, and
-aims at the cracking point of a side that has not cracked. Takeda's storey, once it has yielded, is loaded on such a
-side by the slope of unloading up to the cracking force, and aims at the yield point from there. Inner loops aim at
-the peak of their side, as Hysteretic's do, not at that of the cycle before.
+With cracking, the laws differ. Hysteretic unloads from the cracking point with (e1 / d)^beta of the initial stiffness,
+and reloads towards the cracking point of an uncracked side. Takeda's storey, once it has yielded, is loaded on such a
+side with the unloading slope up to the cracking force, and then towards the yield point. Inner loops lead to the peak
+of their side, as in Hysteretic, not to that of the previous cycle.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """What the device functions read, in yield drifts and yield forces; the last two are Takeda's."""
+    """Coefficients of the device functions, in yield drifts and yield forces; the last two only of Takeda."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
     INITIAL_SLOPE = enum.auto()
-    SECOND_HEIGHT = enum.auto()  # of the backbone's second line at no drift
+    SECOND_HEIGHT = enum.auto()  # of the backbone's second line at zero drift
     SECOND_SLOPE = enum.auto()
     THIRD_HEIGHT = enum.auto()
     THIRD_SLOPE = enum.auto()
     CRACKING_DRIFT = enum.auto()
     UNLOADING_EXPONENT = enum.auto()
-    UNCRACKED = enum.auto()  # how far beyond cracking an uncracked peak can be: 0, or less where cracking is yield
+    UNCRACKED = enum.auto()  # an uncracked peak minus cracking is at most this: 0, or -1 if cracking is yield
 
 
 class PeakOriented(Law):
     """A peak-oriented storey with cracking (Clough and Johnston 1966; Mahin and Bertero 1976).
 
-    OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta = 0; its points are those of cracking (s1, e1), of
-    yield (s2, e2) and any further one (s3, e3). After partial unloading it reloads as Mahin and Bertero have it.
+    OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta = 0; its points are cracking (s1, e1), yield (s2,
+    e2) and any further one (s3, e3). Reloading after partial unloading follows Mahin and Bertero.
 
     Example:
         >>> wd.laws.PeakOriented(yield_force=1e6, cracking_ratio=0.4, cracked_stiffness_ratio=0.5, hardening_ratio=0.02)
@@ -101,9 +101,9 @@ class PeakOriented(Law):
 
 
 class Takeda(PeakOriented):
-    """A peak-oriented storey that unloads the softer the farther its peak is (Takeda, Sozen and Nielsen 1970).
+    """A peak-oriented storey that unloads more softly after larger peaks (Takeda, Sozen and Nielsen 1970).
 
-    `warpdyn.engine.laws.peak_oriented.parameters` has its rules of unloading, and how OpenSees' Hysteretic differs.
+    The help of its module has the unloading rules and the differences from OpenSees' Hysteretic.
 
     Example:
         >>> wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02, unloading_exponent=0.5)

@@ -1,0 +1,89 @@
+"""`certify`: checks of a storey law or a device."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.campaigns.running.certification.checks import (
+    Checks,
+    oscillator_checks,
+    path_checks,
+    precision_checks,
+    work,
+)
+from warpdyn.campaigns.running.certification.paths import Storeys
+from warpdyn.campaigns.running.certification.report import Certificate
+from warpdyn.engine.laws import Device, Law
+from warpdyn.foundations.core.checks import real_number
+
+YIELD_DRIFT, STIFFNESS = 0.01, 1.0e7  # m, N/m: of laws whose parameters do not decide them
+PATHS = 12  # random paths of a law with one value for each parameter
+
+
+def certify(
+    law: Law | Device, *, stiffness: float | None = None, drift: float | None = None, device: str | None = None
+) -> Certificate:
+    """Check a storey law or a device: continuity, passivity, energy, steps, rates, number types and processors.
+
+    Args:
+        law: The law or device with its parameters; of parameters with several values, all are checked.
+        stiffness: Storey stiffness [N/m]. None: a yield force over 0.01 m, or else 1e7.
+        drift: Scale of the paths [m], such as the yield drift; their largest drifts are 16 times as large. None: the
+            first force among the parameters over the stiffness, or the largest length among them.
+        device: GPU whose forces are compared with those of the CPU, such as "cuda:0". None: the first GPU, if any.
+
+    Returns:
+        A report. It prints a table of checks; `passed` is True if all checks passed; `figure()` draws loops, energies
+        and convergence. Nothing is raised if a check fails.
+
+    Raises:
+        TypeError: If `law` is not an object of a law or device.
+        ValueError: If its parameters contradict each other.
+
+    Example:
+        >>> wd.laws.certify(wd.laws.Bilinear(yield_force=1e5, hardening_ratio=0.05)).passed
+        True
+    """
+    if not isinstance(law, Law | Device):
+        raise TypeError(f"certify takes a law with its parameters, such as wd.laws.Elastic(), got {law!r}")
+    storeys = _storeys(law, stiffness, drift)
+    return certificate(repr(law), storeys, device)
+
+
+def certificate(name: str, storeys: Storeys, device: str | None = None) -> Certificate:
+    """Return the report on storeys of a law; the oscillator has the parameters of the first storey.
+
+    Args:
+        name: The law as text.
+        storeys: Storeys that take the paths.
+        device: GPU to compare with; None for the first, if any.
+    """
+    checks = Checks(storeys.element)
+    path_checks(storeys, checks)
+    precision_checks(storeys, checks, device)
+    steps, errors = oscillator_checks(storeys, checks)
+    shown = storeys.answers(storeys.cycles())
+    drawn = (shown["drift"], shown["force"], work(shown), shown["recoverable"])
+    drift, force, done, elastic = (values[:, 0] for values in drawn)
+    return Certificate(name, tuple(checks.found), drift, force, done, elastic, steps, errors)
+
+
+def _storeys(law: Law | Device, stiffness: float | None, drift: float | None) -> Storeys:
+    """Return storeys with the parameters of a law, and the scale of their paths."""
+    values = {name: np.atleast_1d(value) for name, value in law.values().items()}
+    forces = [values[name].max() for name, known in law.parameters.items() if known.units == "N"]
+    lengths = [values[name].max() for name, known in law.parameters.items() if known.units == "m"]
+    if stiffness is None:
+        stiffness = forces[0] / YIELD_DRIFT if forces and not law.is_device else STIFFNESS
+    stiffness = real_number("stiffness", stiffness, above=0)
+    count = max([PATHS, *(value.size for value in values.values())])
+    count = count if all(count % value.size == 0 for value in values.values()) else max(v.size for v in values.values())
+    p = {name: np.resize(value, (1, count)).astype(float) for name, value in values.items()}
+    p["stiffness"] = np.full((1, count), stiffness)
+    if problem := law.problem(p):
+        raise ValueError(f"{problem}; the stiffness is {stiffness:g} N/m: give certify(..., stiffness=...)")
+    if drift is None:
+        stiffest = float(np.max(law.stiffest(p)))
+        of_force = forces[0] / (stiffest if law.is_device else stiffness) if forces and stiffest > 0 else YIELD_DRIFT
+        drift = of_force if forces or not lengths else max(lengths)
+    return Storeys(type(law), p, real_number("drift", drift, above=0))

@@ -1,0 +1,170 @@
+"""The checks of a storey law or device: along paths, in other number types and processors, and in an oscillator."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.campaigns.running.certification.exceptions import EXCEPTIONS
+from warpdyn.campaigns.running.certification.paths import CHORD, STEPS, Storeys
+from warpdyn.campaigns.running.certification.report import Check
+from warpdyn.campaigns.running.histories import Histories
+from warpdyn.campaigns.running.simulate import simulate
+from warpdyn.engine.laws.law import StoreyElement
+from warpdyn.engine.laws.springs import spring_row
+from warpdyn.model.ground_motions.designs import Cloud
+from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.shear_building import ShearBuilding
+
+FINER = 4  # factor of the steps by which step independence is measured
+ROUNDING = 1e-9
+LEAST_FORCE = 1e-3  # smaller forces and jumps do not count, over stiffness times scale or the largest force
+PERIOD, DURATION, INTERVAL = 0.5, 4.0, 0.01  # s: of the oscillator and its base motion
+INTEGRATION_STEPS, REFERENCE_STEP = (0.01, 0.005, 0.0025, 0.00125), 0.00015625  # s
+
+Answers = Mapping[str, np.ndarray]
+
+
+class Checks:
+    """The checks of one law or device, with its wider bounds."""
+
+    def __init__(self, element: type[StoreyElement]) -> None:
+        self.exceptions = {**EXCEPTIONS.get(element.name, {}), **element.exceptions}
+        self.found: list[Check] = []
+
+    def add(self, name: str, measured: float, bound: float, *, is_least: bool = False, reason: str = "") -> None:
+        """Add a check; the arguments are those of `Check`."""
+        bound, reason = self.exceptions.get(name, (bound, reason))
+        self.found.append(Check(name, float(measured), bound, is_least, reason))
+
+
+def path_checks(storeys: Storeys, checks: Checks) -> None:
+    """Check forces, tangents, memory and energies along paths in float64."""
+    spring, add = spring_row(storeys.rules), checks.add
+    found, size = storeys.answers(storeys.path()), force_size(storeys)
+    energy = size * storeys.scale
+    add("values that are not finite", sum(int((~np.isfinite(values)).sum()) for values in found.values()), 0)
+    if not storeys.element.is_device:
+        add("initial stiffness", _initial_stiffness_error(storeys), 1e-2)
+    finer = storeys.answers(storeys.path(FINER * STEPS))
+    # With steps of a quarter, falls of a continuous force are about a quarter, and jumps do not change.
+    jumps = [_largest_jump(storeys, each) for each in (found, finer)]
+    add("continuity of the force", (jumps[1] / np.maximum(jumps[0], LEAST_FORCE * size)).max(), 0.6)
+    add("stiffness bound", (_stiffness_excess(storeys, found) / size).max(), 1e-3)
+    way = np.where(np.diff(found["drift"], axis=0, prepend=0.0) < 0, -1.0, 1.0)
+    slope = (found["force"] - found["behind"]) / (way * CHORD * storeys.scale)
+    # A step that ends on a corner has another slope behind; the tangent of a rate law is that of its equation.
+    missed = np.abs(found["tangent"] - slope) / storeys.p["stiffness"]
+    add("tangent", np.quantile(missed, 0.97), 2e-2 if spring.rate is not None else 1e-4)
+    add("kept force", (np.abs(found["held"] - found["force"]) / size).max(), ROUNDING)
+    if spring.rate is None:
+        add("force of a trial step", (np.abs(found["trial"] - found["force"]) / size).max(), ROUNDING)
+    if spring.return_mapping is not None:
+        add("memory of a trial step", found["unlike_advance"].max(), 0)
+    if spring.memory_on_line is not None:
+        lines = found["leaves_line"] == 0
+        add("memory on a line", found["unlike_mapping"][lines].max(), ROUNDING)
+        # Where a line begins or ends in a step, each of the two slopes may be given.
+        missed = np.abs(found["tangent_on_line"] - found["tangent"])[lines] / storeys.p["stiffness"].max()
+        add("tangent on a line", np.quantile(missed, 0.999), 1e-6)
+    add("negative elastic energy", -(found["recoverable"] / energy).min(), ROUNDING)
+    done = work(found)
+    add("passivity", -(done / energy).min(), 2e-3)
+    lost = done - found["recoverable"]
+    add("dissipation", ((np.maximum.accumulate(lost, axis=0) - lost) / energy).max(), 0.02)
+    difference = (np.abs(finer["force"][FINER - 1 :: FINER] - found["force"]) / size).max()
+    add("step independence", difference, 5e-3 if spring.rate is not None else ROUNDING)
+    add("rate independence", found["unlike_slower"].max(), ROUNDING)
+
+
+def precision_checks(storeys: Storeys, checks: Checks, device: str | None = None) -> None:
+    """Compare forces in float32, and on a GPU, with those in float64 on the CPU."""
+    path, size = storeys.path(), force_size(storeys)
+    force = storeys.answers(path)["force"]
+    single = storeys.answers(path, "float32")["force"]
+    checks.add("float32 against float64", (np.abs(single - force) / size).max(), 1e-3)
+    gpus = wp.get_cuda_devices()
+    gpu = device or (gpus[0].alias if gpus else None)
+    on_gpu = np.nan if gpu is None else (np.abs(storeys.answers(path, device=gpu)["force"] - force) / size).max()
+    checks.add("GPU against CPU", on_gpu, ROUNDING, reason="" if gpu else "no GPU")
+
+
+def oscillator_checks(storeys: Storeys, checks: Checks) -> tuple[np.ndarray, np.ndarray]:
+    """Check an oscillator with the first storey; return steps [s] and errors of its displacement."""
+    steps, errors, balance = _oscillator(storeys)
+    checks.add("energy balance", balance, 1e-3)
+    reason = "the stability limit is shorter than the steps" if steps[-1] > steps[0] / 4 else ""
+    order = np.nan if reason else np.polyfit(np.log(steps), np.log(np.maximum(errors, 1e-15)), 1)[0]
+    # A smooth law has order 4; corners of a law leave 1 to 2.
+    checks.add("convergence order of rk4", order, 1.0, is_least=True, reason=reason)
+    return steps, errors
+
+
+def force_size(storeys: Storeys) -> np.ndarray:
+    """Return the largest force of each storey along its path [N], [storey]."""
+    largest = np.abs(storeys.answers(storeys.path())["force"]).max(axis=0)
+    return np.maximum(largest, LEAST_FORCE * storeys.stiffest * storeys.scale + 1e-30)
+
+
+def work(found: Answers) -> np.ndarray:
+    """Return the work done along a path from rest [J], by the trapezoidal rule, [step, storey]."""
+    force, drift = (np.concatenate([np.zeros((1, found[name].shape[1])), found[name]]) for name in ("force", "drift"))
+    return np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(drift, axis=0), axis=0)
+
+
+def _initial_stiffness_error(storeys: Storeys) -> float:
+    drift = np.full((1, storeys.count), 1e-9 * storeys.scale)
+    force = storeys.answers(drift)["force"] / drift
+    return float(np.abs(force / storeys.p["stiffness"] - 1).max())
+
+
+def _rises(found: Answers) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rise of the force in the direction of each step [N] and the size of the step [m]."""
+    steps = np.diff(found["drift"], axis=0)
+    rises = np.diff(found["force"], axis=0) * np.sign(steps)
+    rises[found["force"][1:] == 0] = 0  # a storey that is exhausted loses its force at once
+    return rises, np.abs(steps)
+
+
+def _stiffness_excess(storeys: Storeys, found: Answers) -> np.ndarray:
+    """Return the rise of the force in each step beyond that of the declared stiffness [N]."""
+    rises, steps = _rises(found)
+    return rises - storeys.stiffest * steps
+
+
+def _largest_jump(storeys: Storeys, found: Answers) -> np.ndarray:
+    """Return the largest fall, or rise beyond that of the declared stiffness, in a step [N], [storey]."""
+    return np.maximum(_stiffness_excess(storeys, found), -_rises(found)[0]).max(axis=0)
+
+
+def _oscillator(storeys: Storeys) -> tuple[np.ndarray, np.ndarray, float]:
+    """Return steps [s], errors of an oscillator's displacement at these steps, and the error of its energy balance."""
+    p = {name: float(values[0, 0]) for name, values in storeys.p.items()}
+    stiffness = p.pop("stiffness")
+    given: Any = storeys.element(**p)
+    kind: dict[str, Any] = {"devices": (given,)} if storeys.element.is_device else {"law": given}
+    mass = stiffness * (PERIOD / (2 * np.pi)) ** 2
+    time = np.arange(0, DURATION + INTERVAL / 2, INTERVAL)
+    wave = np.sin(2 * np.pi * time / (1.3 * PERIOD)) * np.sin(np.pi * time / DURATION) ** 2
+    motion = GroundMotion(2.0 * stiffness * storeys.scale / mass * wave, INTERVAL)
+    found, taken, balance = [], [], 0.0
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        building = ShearBuilding(
+            [mass], stiffness, 3.0, damping="storey", damping_coefficient=0.06 * np.sqrt(stiffness * mass), **kind
+        )
+        scene = Scene(building, Cloud([motion]), recorders=("drift", "energy"), tail=0.0)
+        for step in (REFERENCE_STEP, *INTEGRATION_STEPS):
+            run = simulate(scene, method="rk4", dtype="float64", step=step, device="cpu", histories=Histories((0,)))
+            displacement = run["displacement"].values.reshape(-1)
+            found.append(displacement[:: (displacement.size - 1) // (time.size - 1)])
+            taken.append(float(run["integration_step"].max()))
+            balance = float(np.abs(run["energy_balance_error"]).max()) if step == REFERENCE_STEP else balance
+    reference, *others = found
+    errors = [np.sqrt(np.mean((each - reference) ** 2) / np.mean(reference**2)) for each in others]
+    return np.array(taken[1:]), np.array(errors), balance

@@ -1,0 +1,190 @@
+"""Definition of laws and devices: each class is checked and registered when its body ends."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warpdyn.engine.laws.parameter import Parameter
+from warpdyn.engine.laws.springs import Variant
+from warpdyn.engine.laws.written.checks import ARGUMENTS, check_memory, check_set_of_functions
+from warpdyn.engine.laws.written.rewriting import written
+from warpdyn.engine.laws.written.source import Captured, captured, device_function
+from warpdyn.engine.methods.table import StoreyForces
+
+if TYPE_CHECKING:
+    from warpdyn.engine.laws.law import Device, Law, StoreyElement
+
+#: The class of every storey law by its name in a scene.
+LAWS: dict[str, type[Law]] = {}
+#: The class of every device by its name in a scene; a device is parallel to a storey's law.
+DEVICES: dict[str, type[Device]] = {}
+
+HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
+OF_STOREY = ("stiffness", "mass", "height")
+SAMPLE_STIFFNESS = 1.0e7  # N/m
+
+
+def define(cls: type[StoreyElement]) -> None:
+    """Complete and register a class whose body has ended; its annotated fields become its parameters.
+
+    Raises:
+        TypeError: If the class has a fault; the message names the class and the fault.
+    """
+    body = {name: value for name, value in vars(cls).items() if not (name.startswith("__") and name != "__doc__")}
+    if "__annotations__" not in vars(cls) and not any(value is not None for value in body.values()):
+        return  # an empty class, which pickle fills after it is made
+    try:
+        _define(cls, body)
+    except TypeError as error:
+        raise TypeError(f"{cls.kind} {cls.__name__}: {error}") from error.__cause__
+
+
+def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
+    cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+    functions = _functions(cls, body)
+    cls.make_dataclass()
+    cls.parameters = MappingProxyType(_parameters(cls))
+    cls.describe()
+    if "table" in body or not hasattr(cls, "table"):
+        return  # Law and Device themselves
+    _check_name(cls)
+    if functions:
+        _write(cls, functions)
+    elif "variants" in body:
+        cls.rows = MappingProxyType({name: variant.coefficients for name, variant in cls.variants.items()})
+    elif "rows" in body:
+        module = cls.device_functions or f"{cls.__module__.rpartition('.')[0]}.device_functions"
+        cls.variants = MappingProxyType({name: Variant(name, tuple(row), module) for name, row in cls.rows.items()})
+    elif not cls.variants and not cls.__module__.startswith("warpdyn."):
+        check_set_of_functions((), cls.memory)
+    cls.forces = StoreyForces((cls.name,), cls.is_linear, cls.has_rate, cls.relaxes)
+    cls.written = _text_of(cls)
+    if not cls.__name__.startswith("_"):
+        cls.table[cls.name] = cls
+
+
+def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
+    """Return the parameters that the fields describe."""
+    found: dict[str, Parameter] = {}
+    for field in dataclasses.fields(cls):
+        make = field.metadata.get("parameter")
+        if make is None:
+            raise TypeError(
+                f"{field.name} is not a parameter: write {field.name}: float = wd.laws.parameter('N', 'what it is')"
+            )
+        if field.name in OF_STOREY:
+            raise TypeError(f"parameter {field.name!r} has the name of a property that every storey has: rename it")
+        try:
+            found[field.name] = known = make if isinstance(make, Parameter) else make()
+        except (ValueError, TypeError) as error:
+            raise TypeError(f"parameter {field.name!r}: {error}") from error
+        if not known.units:
+            raise TypeError(f"parameter {field.name!r} has no unit: give one, such as 'N', or '1' for a ratio")
+        if known.default is not None and known.violations(np.array([known.default])).any():
+            raise TypeError(f"parameter {field.name!r} has the default {known.default:g}; it must be {known.allowed}")
+    return found
+
+
+def _check_name(cls: type[StoreyElement]) -> None:
+    """Refuse a class of a user with the name of a law or device of warpdyn."""
+    for table in (cls.table, *(base.table for base in cls.kinds)):
+        known = table.get(cls.name)
+        if known is not None and known.__module__.startswith("warpdyn.") and known.__module__ != cls.__module__:
+            raise TypeError(f"warpdyn has a {known.kind} {cls.name!r} already: give the class another name")
+        if known is not None and table is not cls.table:
+            raise TypeError(f"{cls.name!r} is a {known.kind} already: give the class another name")
+
+
+def _functions(cls: type[StoreyElement], body: Mapping[str, Any]) -> dict[str, Captured]:
+    """Return the device functions in a class body and its bases, and remove them from the class."""
+    found = dict(cls.captured)
+    for name, value in body.items():
+        function = device_function(value)
+        if function is None and name in ARGUMENTS and callable(value):
+            function = value
+        if function is None:
+            continue
+        found[name] = captured(name, function)
+        delattr(cls, name)
+    cls.captured = found
+    return found
+
+
+def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
+    """Give a class its only variant, whose device functions are those of its body."""
+    check_memory(cls.memory)
+    check_set_of_functions(functions.keys() & ARGUMENTS.keys(), cls.memory)
+    p = _sample(cls)
+    derived = _asked(cls, "derived", p)
+    if not isinstance(derived, dict):
+        raise TypeError(f"derived must return a dictionary of coefficients, got {type(derived).__name__}")
+    if cls.is_device and "stiffest" not in {name for each in cls.__mro__[:-3] for name in vars(each)}:
+        raise TypeError("a device must define stiffest(p), its largest tangent stiffness [N/m]")
+    stiffest = np.asarray(_asked(cls, "stiffest", p))
+    if stiffest.shape not in ((), p["stiffness"].shape) or not np.isfinite(stiffest).all():
+        raise TypeError(f"stiffest must return one finite number per storey, got {stiffest!r}")
+    hidden = "" if "elastic_energy" in functions else HALF_FLEXIBILITY
+    text = written(functions, cls.memory, ("stiffness", *cls.parameters, *derived), hidden)
+    variant = Variant(f"{cls.name}_{text.digest}", text.coefficients, written=text)
+    cls.variants = MappingProxyType({variant.name: variant})
+    cls.rows = MappingProxyType({variant.name: variant.coefficients})
+    cls.has_rate = "rate" in functions
+
+
+def _sample(cls: type[StoreyElement]) -> dict[str, np.ndarray]:
+    """Return allowed parameters of one storey, [structure, storey]."""
+
+    def value(known: Parameter) -> float:
+        if known.default is not None:
+            return known.default
+        low, high = known.low, known.high
+        if np.isfinite(low) and np.isfinite(high):
+            return (low + high) / 2
+        return low + 1 if np.isfinite(low) else high - 1 if np.isfinite(high) else 1.0
+
+    values = {name: value(known) for name, known in cls.parameters.items()} | {"stiffness": SAMPLE_STIFFNESS}
+    return {name: np.full((1, 1), number) for name, number in values.items()}
+
+
+def _asked(cls: type[StoreyElement], name: str, p: dict[str, np.ndarray]) -> Any:
+    """Return the result of a method for sample parameters.
+
+    Raises:
+        TypeError: If the method fails.
+    """
+    with np.errstate(all="ignore"):
+        try:
+            return getattr(cls, name)(p)
+        except KeyError as error:
+            raise TypeError(f"{name} reads the unknown parameter {error}; known: {', '.join(p)}") from error
+        except Exception as error:
+            raise TypeError(f"{name} fails for sample parameters ({type(error).__name__}: {error})") from error
+
+
+def _text_of(cls: type[StoreyElement]) -> str:
+    """Return the text of a class that decides its results, for the fingerprint of a run; "" for laws of warpdyn."""
+    if cls.__module__.startswith("warpdyn."):
+        return ""
+    parts = [variant.written.text for variant in cls.variants.values() if variant.written is not None]
+    for each in cls.__mro__:
+        if each.__module__.startswith("warpdyn.") or each is object:
+            continue
+        for value in vars(each).values():
+            function = getattr(value, "__func__", value)
+            if inspect.isfunction(function) and function.__module__ == each.__module__:
+                parts.append(_source(function))
+    return "\n\n".join(parts)
+
+
+def _source(function: Callable[..., Any]) -> str:
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):
+        return repr((function.__code__.co_code, function.__code__.co_consts))

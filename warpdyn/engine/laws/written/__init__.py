@@ -1,0 +1,1 @@
+"""Laws whose device functions are written in the class body."""
