@@ -126,7 +126,7 @@ RUNS = {
     "distributions of one run": (
         lambda: wd.plots.drift_distributions(demands()),
         TypeError,
-        "takes a run for each name of a design, such as {'as it is': ...",
+        "takes a run for each name of a design, such as {'existing': ...",
         "got Dataset",
     ),
     "distributions of a list": (

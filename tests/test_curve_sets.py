@@ -47,7 +47,7 @@ def test_curves_of_a_cloud_with_collapses_are_written_at_intensities(tmp_path):
     fitted = wd.fragility_of_cloud(cloud, {"slight": 0.02, "complete": 0.05}, estimator="collapse")
     levels = [0.2, 0.5, 1.0, 1.5]
     given = {"intensities": levels, "measure": "PGA"}
-    with pytest.raises(ValueError, match="of demand and collapse, and the engine's continuous functions are lognormal"):
+    with pytest.raises(ValueError, match="of demand and collapse, but OpenQuake's continuous functions are lognormal"):
         wd.write_nrml_fragility({"A": fitted}, tmp_path / "model.xml", measure="PGA")
     path = wd.write_nrml_fragility({"A": fitted}, tmp_path / "model.xml", format="discrete", **given)
     read = wd.read_nrml_fragility(path)["A"]["exceedance_fraction"].values

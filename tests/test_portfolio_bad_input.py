@@ -56,7 +56,7 @@ RUNS = {
     "scatter": ({"scatter": SCATTER}, r"scatter of .*mass.* has no scatter.*Archetype\(building, count, scatter\)"),
     "correlation": ({"correlation": {("mass", "stiffness"): 0.5}}, "correlation of .* has no correlation"),
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "OneMotionPerStructure or MotionsAtSites, got FreeVibration"),
-    "structures": ({"structures": 3}, "structures= does not apply to a portfolio: remove structures"),
+    "structures": ({"structures": 3}, "structures= does not apply to a portfolio: remove structures, and give"),
     "histories": ({"histories": wd.Histories([0])}, "histories of a portfolio are not kept"),
     "individual": ({"excitation": wd.OneMotionPerStructure(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
     "method": ({"method": "exact"}, "archetype 'low': method 'exact' does not fit storeys of law 'bilinear'"),

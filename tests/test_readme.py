@@ -120,7 +120,7 @@ def test_every_warning_of_a_run_is_told() -> None:
         "estimated error",
         "sensitive",
         "largest number of their type",
-        "too large for float32",
+        "whether a storey unloads",
         "`unreliable`",
         "energy balance",
     )

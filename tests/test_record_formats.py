@@ -93,7 +93,7 @@ def test_cosmos_with_velocities(tmp_path):
     [
         (record_files.cosmos(VALUES, unit="counts(50)"), r"txt:48: 'counts' \(50\) is not a unit of acceleration"),
         (record_files.cosmos(VALUES, unit="g(04)"), r"txt:48: unit 'g' is not that of its code \(4\), 'cm/s2'"),
-        (record_files.cosmos(VALUES, azimuth=400), "no component of this file \('UP'\) is horizontal"),
+        (record_files.cosmos(VALUES, azimuth=400), r"no component of this file \('UP'\) is horizontal"),
         (record_files.cosmos(VALUES).replace("(Format v01.20 with", "(Format"), r"txt:1: expected '\(Format v01.20"),
         (record_files.cosmos(VALUES).replace("Real-header", "Rael-header"), "txt:25: expected '100 Real-header values"),
         (record_files.cosmos(VALUES).replace("       5.000000", "     -50.000000"), "has no step: its value 62"),

@@ -38,7 +38,11 @@ CASES = [
     ("crossed", lambda: wd.DamageCounts(LIMITS, over=("motion", "motion")), "each at most once"),
     ("cloud", lambda: wd.DamageCounts(LIMITS, over="stripe"), "unknown over 'stripe'"),
     ("sequence", lambda: wd.DamageCounts(LIMITS, over="motion"), "over 'event'"),
-    ("sequence", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"] * 3), "has its own events"),
+    (
+        "sequence",
+        lambda: wd.DamageCounts(LIMITS, over="event", events=["a"] * 3),
+        "an EventSequence has its own events: remove events",
+    ),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"]), "each of the 3 motions, and holds 1"),
     (
         "crossed",

@@ -103,7 +103,7 @@ class _Rewriting(ast.NodeTransformer):
             argument.annotation = ast.Name("Any", ast.Load())
         if ast.get_docstring(node) is not None:
             node.body = node.body[1:]
-        node.body = [line for each in node.body for line in _listed(self.visit(each))]
+        node.body = [line for each in node.body for line in _statements(self.visit(each))]
         return ast.unparse(ast.fix_missing_locations(node))
 
     def visit_Return(self, node: ast.Return) -> Any:
@@ -241,5 +241,5 @@ def _expression(text: str) -> ast.expr:
     return ast.parse(text, mode="eval").body
 
 
-def _listed(found: Any) -> list[ast.stmt]:
+def _statements(found: Any) -> list[ast.stmt]:
     return found if isinstance(found, list) else [found]
