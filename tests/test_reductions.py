@@ -254,7 +254,7 @@ def test_damage_shares_from_counts_are_those_of_the_run(design, events, share, m
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("warpdyn.answers.fragility.damage_shares.warn_caller", lambda text: None)
         of_run, of_counts = wd.damage_shares(run, CITY_LIMITS, events=events), wd.damage_shares(counts)
-    with pytest.raises(ValueError, match="has no status, integration_step: give what simulate"):
+    with pytest.raises(ValueError, match="has no status, integration_step: pass the result of simulate"):
         wd.summary(of_counts)  # which tells failed samples, too
     assert (int(of_run["failed_samples"]) > 0) == (share > 0)
     xr.testing.assert_equal(of_counts, of_run)

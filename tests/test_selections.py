@@ -124,5 +124,5 @@ def test_samples_of_a_later_event_differ_by_the_history_before():
     assert np.mean(by_hand) > np.mean(counted)
     np.testing.assert_allclose(fractions, by_hand)
     twice = xr.concat([second, second], "sample", data_vars="minimal", coords="minimal", compat="equals", join="outer")
-    with pytest.raises(ValueError, match=r"72 of 144 samples are there twice.*earlier_history 0"):
+    with pytest.raises(ValueError, match=r"72 of 144 samples occur twice.*earlier_history 0"):
         wd.fragility(twice.assign_coords(sample=np.arange(144)), {"moderate": 0.01})

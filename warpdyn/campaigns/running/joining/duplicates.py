@@ -12,7 +12,7 @@ REMEDY = "join runs by wd.join([run, other]), which counts structures and motion
 
 
 def check_samples(function: str, dataset: xr.Dataset) -> None:
-    """Raise a ValueError if samples of a dataset are there twice, or if their numbers are those of several runs.
+    """Raise a ValueError if samples of a dataset occur twice, or if their numbers are those of several runs.
 
     An event of a sequence that was selected by xarray, and not by `select_event`, has each history several times.
 
@@ -58,6 +58,6 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
         place = int(np.flatnonzero(again)[0])
         told = ", ".join(f"{name} {dataset[name].values[place]}" for name in names)
         raise ValueError(
-            f"{function}: {int(again.sum())} of {key.size} samples are there twice, the first of them {told}: samples "
+            f"{function}: {int(again.sum())} of {key.size} samples occur twice, the first of them {told}: samples "
             f"of two runs have the same numbers, or a run was joined with itself. {REMEDY}; remove repeated samples"
         )
