@@ -132,8 +132,7 @@ def fragility_posterior(
             # pyFragility adds the whole log-likelihood, but only a share of it counts.
             return prior(parameters) - (1.0 - share) * best.likelihood.loglik(parameters)
 
-        with np.errstate(over="ignore"):  # pyFragility rejects a proposal whose parameters are infinite
-            posterior = best.posterior(log_prior=log_prior, n_samples=draws, burn_in=_BURN_IN, seed=seed)
+        posterior = best.posterior(log_prior=log_prior, n_samples=draws, burn_in=_BURN_IN, seed=seed)
         found[:, :, state] = posterior.params.T
         effective[state] = posterior.effective_sample_size().min()
     ends = float(counts.levels[0]), float(counts.levels[-1])
