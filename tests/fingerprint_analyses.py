@@ -39,7 +39,7 @@ SCATTER = {
     "yield_force": factor(wd.Lognormal.from_mean(1.1, 0.3), per="storey", storey_correlation=0.3),
     "height": value(wd.Uniform(2.8, 3.4)),
     "damping_ratio": value(wd.Uniform(0.02, 0.08)),
-    "hardening_ratio": 0.07,
+    "hardening_ratio": listed([0.07] * 37),
 }
 CORRELATION = {("stiffness", "yield_force"): 0.7, ("mass", "damping_ratio"): -0.4}
 for sampling in ("monte_carlo", "latin_hypercube", "sobol"):

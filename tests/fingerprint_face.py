@@ -25,7 +25,7 @@ RENAMED: dict[str, str] = {
     "archetype_index": "archetype",
     "archetype": "archetype_name",
 }
-ADDED = ("motion",)  # coordinates that a dataset has had since the first `take`
+ADDED = ("motion", "earlier_history")  # coordinates that a dataset has had since the first `take`
 USED = {"device": "cpu"}  # what all runs are run on
 STEP = 0.02  # of all motions [s]
 DAMPED = {"damping": "rayleigh", "damping_ratio": 0.05}

@@ -18,7 +18,8 @@ NUMBER = np.where(np.arange(CITY.buildings) % 3 == 0, 12.375, 1.0 + np.arange(CI
 
 def states_of(run):
     """Return the damage state of every sample by its place among the states, -1 where it failed."""
-    worst = np.nanmax(run["peak_storey_drift_ratio"].values.astype(np.float64), axis=1)
+    drift = run["peak_storey_drift_ratio"].values.astype(np.float64)
+    worst = np.fmax.reduce(drift, axis=1)  # NaN if the sample failed
     names = run["archetype"].values[run["archetype_index"].values]
     limits = np.array([list(CITY_LIMITS[str(name)].values()) for name in names])
     found = np.where(run["status"] == 1, 2, (worst[:, None] > limits).sum(axis=1))

@@ -230,7 +230,7 @@ def test_losses_of_events(stock):
             loss, variance = loss + cost * mean, variance + (cost * deviation) ** 2
         assert float(found["loss"][place]) == pytest.approx(loss, rel=1e-12)
         assert float(found["loss_deviation"][place]) == pytest.approx(np.sqrt(variance), rel=1e-12)
-    larger = int(found["loss"].argmax())
+    larger = int(np.argmax(found["loss"].values))
     assert found["exceedance_probability"].values.tolist() == [0.0 if place == larger else 0.5 for place in range(2)]
     rated = wd.event_losses(
         counted, event_rates=xr.DataArray([0.01, 0.002], {"event": ["a", "b"]}), return_periods=[50]

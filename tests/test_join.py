@@ -90,12 +90,12 @@ def test_every_estimator_refuses_repeated_samples_and_clashing_numbers(estimator
     with pytest.raises(ValueError, match=r"in the dataset twice.*wd\.join"):
         estimator(together, LIGHT)
     renumbered = together.assign_coords(sample=np.arange(together.sizes["sample"]))
-    with pytest.raises(ValueError, match=r"samples are there twice, the first of them structure 0.*wd\.join"):
+    with pytest.raises(ValueError, match=r"samples occur twice, the first of them structure 0.*wd\.join"):
         estimator(renumbered, LIGHT)
-    with pytest.raises(ValueError, match=r"samples are there twice"):
+    with pytest.raises(ValueError, match=r"samples occur twice"):
         estimator(renumbered.drop_vars("sample"), LIGHT)
     along = xr.concat([one, other], "sample", **CONCAT | {"data_vars": "all"}).drop_vars("sample")
-    with pytest.raises(ValueError, match=r"'motion_name' lies along sample|there twice"):
+    with pytest.raises(ValueError, match=r"'motion_name' lies along sample|occur twice"):
         estimator(along, LIGHT)
 
 
@@ -247,7 +247,7 @@ def test_capacities_are_joined_along_structures_or_motions():
     joined = wd.join([one, two])
     assert joined.sizes["structure"] == 4
     assert np.unique(joined["drawn_structure"]).tolist() == [0, 1, 2, 3]
-    with pytest.raises(ValueError, match=r"are there twice.*wd\.join"):
+    with pytest.raises(ValueError, match=r"occur twice.*wd\.join"):
         wd.fragility_from_capacities(xr.concat([one, two], "structure", **CONCAT))
     with pytest.raises(ValueError, match="6 pairs of a structure and a motion of dataset 1 are in dataset 0"):
         wd.join([one, one])

@@ -10,6 +10,7 @@ import xarray as xr
 from warpdyn.foundations.core.checks import check_dataset, one_of, whole_number
 from warpdyn.foundations.core.output_variables import (
     DAMPING,
+    EARLIER_HISTORY,
     KIND_ATTRIBUTES,
     KIND_OF_ARCHETYPES,
     MEASURE,
@@ -39,6 +40,9 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     A history of an event belongs to all samples of later events that follow from it; here the first of these samples
     represents it. In `run.sel(event=name)` it is in all of them, sample by sample, like the later events.
 
+    In an event after the first one, samples of the same structure, motion and level differ by the earlier events:
+    `earlier_history(sample)` is the number of the history that the structure had gone through.
+
     Args:
         run: A run, or some of its samples.
         name: The event.
@@ -58,21 +62,26 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
         raise ValueError("the dataset has no events: it is not what simulate() returned of an EventSequence")
     names = run["event"].values.tolist()
     one_of("name of an event of the run", name, names)
-    event = run.isel(event=names.index(name))
+    place = names.index(name)
+    event = run.isel(event=place)
+    if place:
+        earlier = event["sample"].values // int(run["samples_per_history"].values[place - 1])
+        attributes = {"long_name": "number of the history of the earlier events", "units": "1"}
+        event = event.assign_coords({EARLIER_HISTORY: ("sample", earlier, attributes)})
     if event["samples_per_history"] > 1:
         history = event["sample"].values // int(event["samples_per_history"])
         event = event.isel(sample=np.unique(history, return_index=True)[1])
-    attributes: dict[str, Any] = {}
+    of_level: dict[str, Any] = {}
     for key, missing in OF_EVENTS.items():
         value = event[f"im_level_{key}"].values[()] if f"im_level_{key}" in event.coords else missing
         if not (isinstance(missing, float) and np.isnan(value)):
-            attributes[key] = float(value) if isinstance(missing, float) else str(value)
-    attributes |= unit_attributes(attributes["units"])
+            of_level[key] = float(value) if isinstance(missing, float) else str(value)
+    of_level |= unit_attributes(of_level["units"])
     event = event.drop_vars(
         ["event", "samples_per_history", *(f"im_level_{key}" for key in OF_EVENTS)], errors="ignore"
     )
-    event["im_level"].attrs = attributes
-    return event.assign_attrs(measure_attributes(attributes))
+    event["im_level"].attrs = of_level
+    return event.assign_attrs(measure_attributes(of_level))
 
 
 def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:

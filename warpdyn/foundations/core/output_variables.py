@@ -12,6 +12,8 @@ import xarray as xr
 STRIPED = "stripes"
 OF_SEQUENCE = "of a sequence: see select_event"  # design of the levels of all events together
 
+EARLIER_HISTORY = "earlier_history"  # coordinate of a run of one event after the first one
+
 # Values of the status variable, with their flag_meanings.
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
 # A drift beyond this many storey heights is a numerical blow-up that has not become infinite yet, not a collapse.

@@ -6,13 +6,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from warpdyn.foundations.core.output_variables import OF_SEQUENCE
+from warpdyn.foundations.core.output_variables import EARLIER_HISTORY, OF_SEQUENCE
 
 REMEDY = "join runs by wd.join([run, other]), which counts structures and motions anew and refuses duplicate samples"
 
 
 def check_samples(function: str, dataset: xr.Dataset) -> None:
-    """Raise a ValueError if samples of a dataset are there twice, or if their numbers are those of several runs.
+    """Raise a ValueError if samples of a dataset occur twice, or if their numbers are those of several runs.
 
     An event of a sequence that was selected by xarray, and not by `select_event`, has each history several times.
 
@@ -45,18 +45,19 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
     is_drawn = '"type":"MotionsAtSites"' in str(dataset.attrs.get("scene", "")) or "samples_per_history" in dataset
     if label is None or is_drawn or not {"motion_index", "im_level"} <= set(dataset.coords):
         return
-    names = (label, "motion_index", "im_level")
+    names = [label, "motion_index", "im_level"]
+    names += [EARLIER_HISTORY] if EARLIER_HISTORY in dataset.coords else []
     if any(dataset[name].dims != ("sample",) for name in names):
         return
     key = np.zeros(dataset.sizes["sample"], dtype=np.int64)
     for name in names:
         codes, distinct = pd.factorize(dataset[name].values)
-        key = key * distinct.size + codes
+        key = pd.factorize(key * distinct.size + codes)[0]  # small numbers, whose products do not overflow
     again = pd.Series(key).duplicated().to_numpy()
     if again.any():
         place = int(np.flatnonzero(again)[0])
         told = ", ".join(f"{name} {dataset[name].values[place]}" for name in names)
         raise ValueError(
-            f"{function}: {int(again.sum())} of {key.size} samples are there twice, the first of them {told}: samples "
+            f"{function}: {int(again.sum())} of {key.size} samples occur twice, the first of them {told}: samples "
             f"of two runs have the same numbers, or a run was joined with itself. {REMEDY}; remove repeated samples"
         )
