@@ -1,6 +1,7 @@
 """Mutation testing: change one operator or number of the package at a time, and see whether a test fails.
 
     python tests/mutants.py list [--count 150] [--seed 1]            the mutants that `run` tries
+    python tests/mutants.py baseline RESULTS.jsonl                   tests that fail without a mutant, to leave them out
     python tests/mutants.py run RESULTS.jsonl [--processes 2] ...     tries those that the file does not contain yet
 
 A mutant is killed if a test fails, and survives if all tests pass. The tests run in three stages, until one fails: the
@@ -15,6 +16,7 @@ import ast
 import copy
 import json
 import os
+import queue
 import random
 import re
 import shutil
@@ -157,11 +159,40 @@ def tests_of(mutant: Mutant) -> list[str]:
     return [name for _, name in sorted(scores)[:MOST_TEST_FILES]]
 
 
-def tried(mutant: Mutant, *, runs_all: bool) -> dict[str, object]:
-    """Return what became of a mutant: "killed" with the stage and the failed test, or "survived"."""
+def failing(results: Path) -> Path:
+    """Return the file with the tests that fail without a mutant, such as tests that need a package that is missing."""
+    return results.with_suffix(".failing")
+
+
+def baseline(results: Path) -> None:
+    """Run all tests without a mutant, and write the names of those that fail."""
+    command = [sys.executable, "-m", "pytest", "-q", "-m", "not thorough", "-p", "no:cacheprovider"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    names = re.findall(r"^(?:FAILED|ERROR) (\S.*?)(?: - .*)?$", done.stdout, re.MULTILINE)
+    failing(results).write_text("\n".join(sorted(set(names))))
+    print(done.stdout[-300:], f"{len(names)} tests are left out", sep="\n")
+
+
+def left_out(results: Path) -> list[str]:
+    """Return pytest's arguments that leave out the tests that fail without a mutant."""
+    names = failing(results).read_text().splitlines() if failing(results).exists() else []
+    return [f"--deselect={name}" if "::" in name else f"--ignore={name}" for name in names]
+
+
+def tried(mutant: Mutant, *, runs_all: bool, without: list[str], core: int) -> dict[str, object]:
+    """Return the fate of a mutant: "killed" with the stage and the failed test, or "survived".
+
+    Args:
+        mutant: The mutant.
+        runs_all: Whether the slow tests run, too.
+        without: Arguments that leave out tests.
+        core: Processor core on which its tests run.
+    """
     with tempfile.TemporaryDirectory() as folder:
         copied = Path(folder) / "copy"
-        shutil.copytree(ROOT, copied, ignore=shutil.ignore_patterns(".git", "results", "build", ".venv", "__pycache__"))
+        shutil.copytree(
+            ROOT, copied, ignore=shutil.ignore_patterns(".git", "results", "build", ".venv", ".dev", "__pycache__")
+        )
         target = copied / mutant.path
         source = target.read_bytes()
         target.write_bytes(source[: mutant.start] + mutant.after.encode() + source[mutant.end :])
@@ -169,11 +200,28 @@ def tried(mutant: Mutant, *, runs_all: bool) -> dict[str, object]:
         for stage, arguments in stages.items():
             if not arguments:
                 continue
-            command = [sys.executable, "-m", "pytest", "-x", "-q", "-n0", "-p", "no:cacheprovider", *arguments]
+            command = [
+                sys.executable,
+                "-m",
+                "pytest",
+                "-x",
+                "-q",
+                "-n0",
+                "-p",
+                "no:cacheprovider",
+                *without,
+                *arguments,
+            ]
             environment = os.environ | {"PYTHONPATH": str(copied), "PYTHONDONTWRITEBYTECODE": "1"}
             try:
                 done = subprocess.run(
-                    command, cwd=copied, env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+                    ["taskset", "-c", str(core), *command],
+                    cwd=copied,
+                    env=environment,
+                    capture_output=True,
+                    text=True,
+                    timeout=PATIENCE,
+                    check=False,
                 )
             except subprocess.TimeoutExpired:
                 return {"result": "killed", "stage": stage, "by": "timeout"}
@@ -185,7 +233,7 @@ def tried(mutant: Mutant, *, runs_all: bool) -> dict[str, object]:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("action", choices=("list", "run"))
+    parser.add_argument("action", choices=("list", "baseline", "run"))
     parser.add_argument("results", nargs="?", type=Path)
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--seed", type=int, default=1)
@@ -197,13 +245,23 @@ def main() -> int:
         print(*mutants, sep="\n")
         return 0
     if arguments.results is None:
-        parser.error("run needs a file for its results: python tests/mutants.py run RESULTS.jsonl")
+        parser.error(f"give a file for the results: python tests/mutants.py {arguments.action} RESULTS.jsonl")
+    if arguments.action == "baseline":
+        baseline(arguments.results)
+        return 0
     found: dict[str, dict[str, object]] = {}
     if arguments.results.exists():
         found = {each["mutant"]: each for each in map(json.loads, arguments.results.read_text().splitlines())}
 
+    cores, without = queue.SimpleQueue[int](), left_out(arguments.results)
+    for core in sorted(os.sched_getaffinity(0))[: arguments.processes]:
+        cores.put(core)
+
     def attempt(mutant: Mutant) -> None:
-        result = {"mutant": str(mutant), **tried(mutant, runs_all=arguments.all), **asdict(mutant)}
+        core = cores.get()
+        fate = tried(mutant, runs_all=arguments.all, without=without, core=core)
+        cores.put(core)
+        result = {"mutant": str(mutant), **fate, **asdict(mutant)}
         with arguments.results.open("a") as file:
             file.write(json.dumps(result) + "\n")
         print(result["result"], result.get("stage", ""), mutant, flush=True)
