@@ -37,7 +37,7 @@ PATTERNS: dict[str, str] = {
     r"\btells? (of|what|which|why|how|whether|where|when)\b": "reports, shows, states",
     r"\b(says?|said) (of|what|which|why|how|whether|where|when|so)\b": "states, reports, shows",
     r"\b(is|are|was|were) (?-i:none)\b": "is missing, is not a ..., is meaningless",
-    r"(?<!there )\b(is|are|was|were) no (?!longer\b|more\b|less\b)[A-Za-z]": "is not a ...",
+    r"(?<!there )\b(is|are|was|were) no (?!longer\b|more\b|less\b|\w+er than\b)[A-Za-z]": "is not a ...",
     r"\bNone for (none|no)\b": "None: no ...",
     r"\bwhere there (is|are|was|were) (none|no)\b": "if there is no ...",
     r"\bfor none\b": "name what is missing",

@@ -16,8 +16,8 @@ from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 # A sample that failed because of its storey law is run again with twice as many steps, up to MOST_RERUNS times. Within
 # a range of structures, each rerun may take at most MOST_COST times the steps of the samples before it, or
-# ALWAYS_AFFORDED steps times storeys (some tenths of a second for most laws, some seconds for the slowest). If most of
-# a run fails, it needs another method. A CPU integrates rows of ROW samples: one sample takes as long as ROW.
+# ALWAYS_AFFORDED steps times storeys (0.1 to 1 s for most laws, a few seconds for the slowest): if most of a run fails,
+# it needs another method. A CPU integrates rows of ROW samples: one sample takes as long as ROW samples.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
 # A range is as many whole structures as have this many samples in all, at least one structure. It depends on the scene
 # alone, so that no result depends on blocks, regions, devices or on failures outside of the range.

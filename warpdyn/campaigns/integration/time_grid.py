@@ -94,8 +94,8 @@ def build_timeline(
             that it does not depend on the number of samples.
         step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
         longest_step: Upper bound of chosen steps [s]; None for the default step.
-        resample: Whether motions whose step is no multiple of `step` are resampled at it.
-        refinement: Number of steps that are taken in each of these.
+        resample: Whether motions whose step is not a multiple of `step` are resampled at `step`.
+        refinement: Number of integration steps that replace each step chosen here.
 
     Raises:
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
