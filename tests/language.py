@@ -155,9 +155,10 @@ def matches_of(path: Path) -> Iterator[Match]:
 
 
 def files_in(paths: list[Path]) -> list[Path]:
-    """Return the Python and Markdown files of some files and folders."""
+    """Return the Python and Markdown files of some files and folders, without pages that the site's build generates."""
     found = [each for path in paths for each in ([path] if path.is_file() else sorted(path.rglob("*")))]
-    return [each for each in found if each.suffix in (".py", ".md") and each.name != "language.py"]
+    texts = [each for each in found if each.suffix in (".py", ".md") and each.name != "language.py"]
+    return [each for each in texts if "generated" not in each.parts]
 
 
 if __name__ == "__main__":

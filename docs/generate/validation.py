@@ -11,7 +11,15 @@ SUBJECTS = {
     "Exact solutions": ("test_exact", "test_exact_bilinear", "test_exact_bouc_wen"),
     "Linear response": ("test_linear", "test_modal", "test_vibration"),
     "Orders, period errors and stability of methods": ("test_order", "test_methods", "test_growth"),
-    "Storey laws, isolators and devices": ("test_law_study", "test_laws_opensees", "test_devices"),
+    "Storey laws, isolators and devices": (
+        "test_law_study",
+        "test_laws_opensees",
+        "test_law_asymmetric",
+        "test_law_saws",
+        "test_law_self_centring",
+        "test_devices",
+        "test_maxwell_damper",
+    ),
     "Yielding buildings, gravity and pushover": (
         "test_nonlinear",
         "test_histories_opensees",
