@@ -30,7 +30,7 @@ class Page(HTMLParser):
 
 
 def broken_links(site: Path) -> list[str]:
-    """Return the links within a site whose file or anchor is missing, each after the page that it stands in."""
+    """Return the links within a site whose file or anchor is missing, each after the page that contains it."""
     pages = {path.resolve(): Page(path) for path in sorted(site.rglob("*.html")) if "_static" not in path.parts}
     broken = []
     for path, page in pages.items():

@@ -46,11 +46,12 @@ suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no pictur
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
 myst_heading_anchors = 3
 
-# Programs in pages show what they draw by pyplot, as in a notebook, whatever backend this process was started with.
+# Programs in pages show their pyplot figures, as in a notebook, for any matplotlib backend of this process.
 os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
 
 # Programs in pages run when the site is built, and one that fails stops the build.
-# Each has a process of its own, half of whose time goes by in imports; a third of that is Python's search for cycles.
+# Each program runs in a separate process. Half of its time is spent in imports, and a third of that in Python's search
+# for reference cycles.
 notebooks = tempfile.TemporaryDirectory()
 (startup := Path(notebooks.name, "profile_default", "startup")).mkdir(parents=True)
 (startup / "fewer_searches.py").write_text(
@@ -102,7 +103,7 @@ html_theme_options = {
     "show_toc_level": 2,
     "header_links_before_dropdown": 6,
     "navbar_align": "left",
-    # Pages of one function or class need the room for their examples.
+    # Pages of one function or class need the full width for their examples.
     "secondary_sidebar_items": {
         "[!r]**": ["page-toc"],
         "reference/[!a]**": ["page-toc"],

@@ -37,7 +37,7 @@ PATTERNS: dict[str, str] = {
     r"\btells? (of|what|which|why|how|whether|where|when)\b": "reports, shows, states",
     r"\b(says?|said) (of|what|which|why|how|whether|where|when|so)\b": "states, reports, shows",
     r"\b(is|are|was|were) (?-i:none)\b": "is missing, is not a ..., is meaningless",
-    r"(?<!there )\b(is|are|was|were) no (?!longer\b|more\b|less\b)[A-Za-z]": "is not a ...",
+    r"(?<!there )\b(is|are|was|were) no (?!longer\b|more\b|less\b|\w+er than\b)[A-Za-z]": "is not a ...",
     r"\bNone for (none|no)\b": "None: no ...",
     r"\bwhere there (is|are|was|were) (none|no)\b": "if there is no ...",
     r"\bfor none\b": "name what is missing",
@@ -155,9 +155,10 @@ def matches_of(path: Path) -> Iterator[Match]:
 
 
 def files_in(paths: list[Path]) -> list[Path]:
-    """Return the Python and Markdown files of some files and folders."""
+    """Return the Python and Markdown files of some files and folders, without pages that the site's build generates."""
     found = [each for path in paths for each in ([path] if path.is_file() else sorted(path.rglob("*")))]
-    return [each for each in found if each.suffix in (".py", ".md") and each.name != "language.py"]
+    texts = [each for each in found if each.suffix in (".py", ".md") and each.name != "language.py"]
+    return [each for each in texts if "generated" not in each.parts]
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ def test_friction_damper_beside_a_law(law, protocol, measured):
     assert np.ptp(theirs) == pytest.approx(8e4)
     ours = forces(drift, law=law, **own, **device) - forces(drift, law=law, **own)
     measured(
-        "forces of `friction_damper` beside three laws, over the yield force",
+        "forces of `friction_damper` parallel to three laws, over the yield force",
         truth="OpenSees' ElasticPP",
         value=difference(ours, theirs) / 1e5,
         bound=1e-9,  # the same rules, rounded otherwise

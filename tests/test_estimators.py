@@ -59,7 +59,7 @@ def test_probit_and_logit_of_collapse_counts_are_those_of_two_other_programs(bui
         np.testing.assert_allclose(ours, theirs.probability(levels), atol=1e-6)
         for program, due in (("statsmodels", glm.predict()), ("pyFragility", theirs.probability(levels))):
             measured(
-                f"lognormal and loglogistic collapse curves of three wood frames beside {program}",
+                f"lognormal and loglogistic collapse curves of three wood frames compared with {program}",
                 truth=f"probabilities of its fit to the same published counts ({program})",
                 value=difference(ours, due),
                 bound=1.1e-6,  # 1e-6, and a relative 1e-7 of probabilities up to 1

@@ -69,7 +69,7 @@ def test_limits_match_the_table(zeta, measured):
             # The table was bisected on |R| - 1, which leaves it up to 6e-15 off for Euler.
             measured(
                 "stability limits of Runge-Kutta methods by damping ratio",
-                truth="bisection of |R(z)| = 1, not by warpdyn",
+                truth="bisection of |R(z)| = 1, independent of warpdyn",
                 value=abs(stability_limit(method, zeta) - expected),
                 bound=1e-12,
             )

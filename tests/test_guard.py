@@ -108,7 +108,7 @@ def test_steps_that_do_not_divide_cost_the_order_and_must_be_asked_for():
 
     with pytest.raises(ValueError, match=r"0.0016 s does not divide .* 0.02 s.*resample=True"):
         peak(step=0.0016)
-    with pytest.raises(ValueError, match="resample needs a step"):
+    with pytest.raises(ValueError, match="resample needs step="):
         peak(resample=True)
     with pytest.raises(ValueError, match="a step or a longest_step, not both"):
         peak(step=0.001, longest_step=0.001)

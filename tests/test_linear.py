@@ -97,7 +97,7 @@ def test_chain_equals_dense_under_harmonic_force(measured):
         dense, expected = seed_problem(step)
         # Both take the same steps: rounding of 0.014 m, adding up over up to 10,000 of them.
         measured(
-            "a chain of storeys beside the same system as full matrices",
+            "a chain of storeys compared with the same system as full matrices",
             truth="the other kernel of warpdyn, with the same steps",
             value=difference(displacement, expected),
             bound=2e-15,

@@ -285,18 +285,30 @@ def test_other_input_that_is_refused():
 
 
 NO_DATASET = {
-    "annual_rates": (lambda given: wd.annual_rates(given, HAZARD), "give what fragility(run, limits) returned"),
-    "disaggregate": (lambda given: wd.disaggregate(given, HAZARD), "give what fragility(run, limits) returned"),
-    "rates_by_record": (lambda given: wd.rates_by_record(given, HAZARD), "give what capacities(scene, limits)"),
-    "check_risk_target": (lambda given: wd.check_risk_target(given, HAZARD), "give what fragility(run, limits)"),
-    "vulnerability": (lambda given: wd.vulnerability(given, RATIOS), "give what fragility(run, limits) returned"),
-    "annual_losses": (lambda given: wd.annual_losses(given, HAZARD, RATIOS), "give what fragility(run, limits)"),
+    "annual_rates": (lambda given: wd.annual_rates(given, HAZARD), "give the result of fragility(run, limits)"),
+    "disaggregate": (lambda given: wd.disaggregate(given, HAZARD), "give the result of fragility(run, limits)"),
+    "rates_by_record": (
+        lambda given: wd.rates_by_record(given, HAZARD),
+        "give the result of capacities(scene, limits)",
+    ),
+    "check_risk_target": (
+        lambda given: wd.check_risk_target(given, HAZARD),
+        "give the result of fragility(run, limits)",
+    ),
+    "vulnerability": (lambda given: wd.vulnerability(given, RATIOS), "give the result of fragility(run, limits)"),
+    "annual_losses": (
+        lambda given: wd.annual_losses(given, HAZARD, RATIOS),
+        "give the result of fragility(run, limits)",
+    ),
     "expected_annual_loss": (
         lambda given: wd.expected_annual_loss(given, HAZARD),
-        "give what vulnerability() returned",
+        "give the result of vulnerability()",
     ),
-    "portfolio_losses": (lambda given: wd.portfolio_losses(given, RATIOS, {}), "give what damage_shares(run, limits)"),
-    "storey_losses": (lambda given: wd.storey_losses(given, ([0, 1], [0, 1])), "give what simulate() returned"),
+    "portfolio_losses": (
+        lambda given: wd.portfolio_losses(given, RATIOS, {}),
+        "give the result of damage_shares(run, limits)",
+    ),
+    "storey_losses": (lambda given: wd.storey_losses(given, ([0, 1], [0, 1])), "give the result of simulate()"),
     "plots.disaggregation": (wd.plots.disaggregation, "draw the result of disaggregate("),
     "plots.vulnerability": (wd.plots.vulnerability, "draw the result of vulnerability("),
     "plots.loss_exceedance": (wd.plots.loss_exceedance, "draw the result of annual_losses("),

@@ -162,7 +162,7 @@ def test_moments_of_many_samples_by_exact_sums(scatter, measured):
     # About a mean that is rounded by at most 1e-16, squares are off by 1e-32.
     true_variance = math.fsum((each - true_mean) ** 2 for each in exact) / (len(exact) - 1)
     measured(
-        "variances of 150,000 samples that are reduced while a run goes on",
+        "variances of 150,000 samples that are reduced during a run",
         truth="math.fsum, which sums exactly",
         value=abs(variance / true_variance - 1),
         bound=1e-12,

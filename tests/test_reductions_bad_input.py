@@ -63,7 +63,7 @@ CASES = [
     (
         "crossed",
         lambda: wd.DamageCounts(LIMITS, over="motion", labels={"motion": np.zeros(21, int)}),
-        "'motion' is no free name",
+        "'motion' cannot name a dimension",
     ),
     ("crossed", lambda: wd.DemandMoments("input_energy", each_place=True), "each_place=True needs a demand"),
     (
@@ -76,7 +76,7 @@ CASES = [
         lambda: [wd.DamageCounts(LIMITS), wd.DamageCounts({"other": 0.01})],
         "two statistics (fill|have different values along) 'dam",
     ),
-    ("city crossed", lambda: wd.DamageCounts(LIMITS), "limits name 'slight', which is no archetype"),
+    ("city crossed", lambda: wd.DamageCounts(LIMITS), "limits name 'slight', which is not an archetype"),
     (
         "city crossed",
         lambda: wd.DamageCounts({name: CITY_LIMITS[name] for name in list(CITY.archetypes)[1:]}),

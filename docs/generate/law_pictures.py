@@ -1,4 +1,4 @@
-"""The pictures of the pages on laws: loops under the standard cycles, and the path of one push with its corners."""
+"""Pictures of the pages on laws: loops under the standard cycles, and the backbone in one push, with its corners."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ DPI = 110
 
 
 def draw_law(curves: xr.Dataset, yield_drift: float, parameters: Mapping[str, float], path: Path) -> None:
-    """Draw the loops of a law or device beside its path in one push.
+    """Draw the loops of a law or device, and next to them its path in one push.
 
     Args:
         curves: Its part of cycles.nc.
-        yield_drift: Yield drift of the storeys that the cycles were taken with [m].
-        parameters: What the law was given, for the corners of its backbone.
+        yield_drift: Yield drift of the storeys in the cycles [m].
+        parameters: Parameters of the law, for the corners of its backbone.
         path: File of the picture.
     """
     figure = Figure(figsize=(8.6, 3.7), layout="constrained")
@@ -32,7 +32,7 @@ def draw_law(curves: xr.Dataset, yield_drift: float, parameters: Mapping[str, fl
     push.set_title("Pushed once from rest", fontsize=10)
     for drift, force, words in corners(yield_drift, parameters).values():
         push.plot(drift, force, "o", color=COLOURS[3], ms=5, zorder=3)
-        # Above the corner: the backbone, or the curve of a smooth law, goes on below it.
+        # Above the corner, because the backbone, or the curve of a smooth law, continues below it.
         push.annotate(words, (drift, force), (0, 6), textcoords="offset points", fontsize=8, ha="center")
     push.margins(y=0.12)
     for axes in (loops, push):
@@ -60,7 +60,7 @@ def corners(yield_drift: float, parameters: Mapping[str, float]) -> dict[int, tu
 def draw_viscous_damper(exponents: tuple[float, ...], path: Path) -> None:
     """Draw the force of viscous dampers against velocity and, in harmonic motion, against drift.
 
-    The force is C |v|^a, and below the velocity v0 = 0.01 m/s linear, C v0^(a - 1) v, as the class has it.
+    The force is C |v|^a, and below the velocity v0 = 0.01 m/s linear, C v0^(a - 1) v, as in the class ViscousDamper.
     """
     figure = Figure(figsize=(8.6, 3.7), layout="constrained")
     loops, law = figure.subplots(1, 2, width_ratios=(1.35, 1))

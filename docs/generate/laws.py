@@ -39,10 +39,10 @@ def write_pages(docs: Path) -> None:
     held = rows_of(docs / "validation" / "measured.csv")[1]
     with xr.open_dataset(folder / "cycles.nc") as kept:
         curves = kept.load()
-    # The toctree has the order for readers.
+    # The toctree lists the laws in the order of the page.
     names = re.findall(r"^generated/(\w+)$", (folder / "index.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
     if missing := set(names) ^ (LAWS | DEVICES).keys():
-        raise ValueError(f"docs/reference/laws/index.md lacks, or has although it does not exist: {sorted(missing)}")
+        raise ValueError(f"docs/reference/laws/index.md lacks laws, or lists laws that do not exist: {sorted(missing)}")
     for name in names:
         write(out / f"{name}.md", page(name, curves, measured, held))
         picture(name, curves, out / f"{name}.png", folder / "cycles.nc")
@@ -118,7 +118,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
     parts = [
         f"# {element.__name__}",
         prose(_without_help(head.split("\n\nExample:")[0])),
-        f"In a scene it is `{kind}={(name,) if name in DEVICES else name!r}`, or an object of "
+        f"Give a `wd.ShearBuilding` the argument `{kind}={(name,) if name in DEVICES else name!r}`, or an object of "
         f"{{py:class}}`warpdyn.engine.laws.{element.__name__}`. {_kind_of_memory(element)}",
         f"![Force of {name} under cycles of growing drift and in one push](./{name}.png)",
         _caption(name),
@@ -136,7 +136,7 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
 
 
 def _without_help(text: str) -> str:
-    """Return a docstring that refers to a section of the page instead of the help of its module."""
+    """Return a docstring whose references to the help of its module are replaced by references to the page."""
     listed = r"[Tt]he help of\s+its\s+module\s+lists\s+the\s+rules\s+and\s+the\s+differences\s+from\s+OpenSees\."
     text = re.sub(listed, "The rules and the differences from OpenSees are listed below.", text)
     text = re.sub(r"`warpdyn\.laws\.\w+\.parameters`[^.]*\.\s*", "", text)
@@ -161,9 +161,12 @@ def _values(element: type[StoreyElement]) -> str:
 
 def _caption(name: str) -> str:
     if name == "viscous_damper":
-        return "Forces are divided by that at 1 m/s; the three curves have different velocity exponents."
+        return "Forces are divided by the force at 1 m/s; the three curves have different velocity exponents."
     if name == "maxwell_damper":
-        return "Forces are divided by that of the damper at 1 m/s, in harmonic motion and at a constant velocity."
+        return (
+            "Forces in harmonic motion and at a constant velocity, divided by the force of the damper at 1 m/s; the "
+            "three curves have different velocity exponents."
+        )
     if name in DEVICES:
         drawn = "It shows the device alone, without its storey; drifts are divided by 10 mm and forces by 100 kN."
     else:
@@ -182,7 +185,7 @@ def _parameter_table(element: type[StoreyElement]) -> str:
         default = (known.optional or "must be given") if known.default is None else f"{known.default:g}"
         rows.append((f"`{name}`<br>{known.long_name}", f"`{known.units}`", bounds, default, known.opensees or "none"))
     if not rows:
-        return "It has no parameters except the storey's `stiffness` [N/m], a parameter of the building."
+        return "The only parameter is the storey's `stiffness` [N/m], a parameter of the building."
     words = (
         ""
         if issubclass(element, tuple(DEVICES.values()))
@@ -204,7 +207,8 @@ def _held_to(name: str, held: list[dict[str, str]]) -> list[str]:
     if not rows:
         return []
     lines = [
-        f"- {row['claim']}: {float(row['value']):.2g} off {row['truth']}, at most {float(row['bound']):.2g} allowed."
+        f"- {row['claim']}: error {float(row['value']):.2g} (bound {float(row['bound']):.2g}), compared with "
+        f"{row['truth']}."
         for row in rows
     ]
     report = "[validation report](../../../validation/index.md)"
@@ -217,8 +221,8 @@ def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
     if not own:
         return []
     words = (
-        "Errors of peak storey drifts, and integration time divided by that of bilinear storeys by RK4. All methods "
-        "have the same steps: at most a hundredth of the first period of a five-storey building, and a whole number "
+        "Errors of peak storey drifts, and integration time divided by that of `rk4` with bilinear storeys. All "
+        "methods have the same steps: at most 1/100 of the first period of a five-storey building, and a whole number "
         f"in each step of the records. Measured by `studies/law_methods.py`: {where}."
     )
     lines = [
@@ -233,7 +237,7 @@ def _speed(name: str, measured: tuple[str, list[dict[str, str]]]) -> list[str]:
     head = ("method", "median error", "95 % quantile", "time")
     found = default_method(LAWS[name].forces, ("rayleigh",))
     default = (
-        f"If a scene names no method, `simulate` uses `{found.method}` on a CPU with Rayleigh damping of 5 % or more: "
+        f"Without `method=`, `simulate` uses `{found.method}` on a CPU with Rayleigh damping of 5 % or more: "
         f"{found.reason} (`data/default_methods.csv`, by `studies/default_methods.py`). With less damping, `rk4`."
     )
     return ["## Speed and error of methods", words, table(head, lines), default]

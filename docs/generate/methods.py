@@ -1,4 +1,4 @@
-"""Tables of the pages on methods: from the registry METHODS, and from what studies measured of its kernels."""
+"""Tables of the pages on methods: from the registry METHODS, and from measurements by studies."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FAMILIES = {
     ),
     "exact": ("exact",),
 }
-LEAST_SEEN = 0.02  # of w h: what grows more slowly than the study can see
+LEAST_SEEN = 0.02  # smallest w h at which the study can detect growth
 
 
 def write_tables(docs: Path) -> None:
@@ -39,7 +39,7 @@ def write_tables(docs: Path) -> None:
     missing = METHODS.keys() ^ {name for names in FAMILIES.values() for name in names}
     if missing:
         raise ValueError(
-            f"methods that no page in docs/reference/methods tells of, or that are gone: {sorted(missing)}"
+            f"methods without a page in docs/reference/methods, or pages without a method: {sorted(missing)}"
         )
     out = docs / "reference" / "methods" / "generated"
     write(out / "_all.md", facts(METHODS, link=True))
@@ -50,7 +50,7 @@ def write_tables(docs: Path) -> None:
 
 
 def facts(names: Iterable[str], *, link: bool = False) -> str:
-    """Return order, cost, limit and refusals of methods."""
+    """Return order, stages, stability limits and unsupported scenes of methods."""
     family = {name: page for page, names in FAMILIES.items() for name in names}
     rows = []
     for name in names:
@@ -59,7 +59,7 @@ def facts(names: Iterable[str], *, link: bool = False) -> str:
         order = "exact" if method.kind == "exact" else str(method.order)
         rows.append((shown, order, _stages(method), _limit(method, 0.05), _memory_limit(method), _refused(name)))
     head = ("method", "order", "stages", "largest ωh at 5 % damping")
-    return table((*head, "largest step times rate of a smooth law", "refuses"), rows)
+    return table((*head, "largest step times rate of a smooth law", "does not support"), rows)
 
 
 def _stages(method: Method) -> str:
@@ -79,10 +79,10 @@ def _memory_limit(method: Method) -> str:
 
 
 def _refused(name: str) -> str:
-    """Return in words what the checks of a scene refuse for a method."""
+    """Return the laws and kinds of damping that a method does not support, from the checks of a scene."""
     laws = [law for law in LAWS if name not in fitting_methods(LAWS[law].forces)]
     if len(laws) > len(LAWS) / 2:
-        return "all but linear structures and single events"
+        return "nonlinear structures, `EventSequence`"
     words = ["storeys of " + ", ".join(f"`{law}`" for law in laws)] if laws else []
     if name not in fitting_methods(LAWS["bilinear"].forces, "rayleigh_tangent"):
         words.append("damping `rayleigh_tangent`")
@@ -90,7 +90,7 @@ def _refused(name: str) -> str:
 
 
 def limits(path: Path) -> str:
-    """Return the measured limits beside those of theory, by damping ratio."""
+    """Return the measured stability limits, with the theoretical ones in brackets, by damping ratio."""
     where, rows = rows_of(path)
     ratios = [key for key in rows[0] if key != "method"]
     lines = []
@@ -118,5 +118,5 @@ def speed(path: Path) -> str:
         for row in rows
         if row["law"] == "bilinear"
     ]
-    head = ("method", "median error of peak drifts", "95 % stay below", "time over RK4's")
+    head = ("method", "median error of peak drifts", "95 % quantile of the error", "time over that of `rk4`")
     return f"{table(head, lines)}\nMeasured by `studies/law_methods.py`: {where}.\n"

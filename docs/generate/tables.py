@@ -1,4 +1,4 @@
-"""Markdown tables, and files that are written where they change alone, so that Sphinx builds again what it must."""
+"""Markdown tables, and pages that are written only if their text changes, so that Sphinx rebuilds only these."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ def table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
 
 
 def write(path: Path, text: str) -> None:
-    """Write a page, unless it holds this text."""
+    """Write a page, unless the file already has this text."""
     path.parent.mkdir(parents=True, exist_ok=True)
     if not path.is_file() or path.read_text(encoding="utf-8") != text:
         path.write_text(text, encoding="utf-8")
 
 
 def rows_of(path: Path) -> tuple[str, list[dict[str, str]]]:
-    """Return what the first line of a kept table says of the machine and the date, and its rows."""
+    """Return machine and date, from the first line of a measured table, and the rows of the table."""
     lines = path.read_text(encoding="utf-8").splitlines()
     return lines[0].removeprefix("# "), list(csv.DictReader(line for line in lines if not line.startswith("#")))
 

@@ -1,4 +1,4 @@
-"""The tables of the validation report, one a subject, from what `studies/validation.py` kept of the tests' figures."""
+"""Tables of the validation report, one per subject, from the errors of tests that `studies/validation.py` collected."""
 
 from __future__ import annotations
 
@@ -8,10 +8,18 @@ from generate.tables import rows_of, table, write
 
 # Subject -> files of tests.
 SUBJECTS = {
-    "Exact solutions that the kernels are held to": ("test_exact", "test_exact_bilinear", "test_exact_bouc_wen"),
+    "Exact solutions": ("test_exact", "test_exact_bilinear", "test_exact_bouc_wen"),
     "Linear response": ("test_linear", "test_modal", "test_vibration"),
     "Orders, period errors and stability of methods": ("test_order", "test_methods", "test_growth"),
-    "Storey laws, isolators and devices": ("test_law_study", "test_laws_opensees", "test_devices"),
+    "Storey laws, isolators and devices": (
+        "test_law_study",
+        "test_laws_opensees",
+        "test_law_asymmetric",
+        "test_law_saws",
+        "test_law_self_centring",
+        "test_devices",
+        "test_maxwell_damper",
+    ),
     "Yielding buildings, gravity and pushover": (
         "test_nonlinear",
         "test_histories_opensees",
@@ -47,7 +55,7 @@ def write_tables(docs: Path) -> None:
         own = [row for row in rows if subject[row["test"].split(".py")[0]] == name]
         parts += [
             f"## {name}",
-            table(("claim, and the test that holds it", "held to", "measured", "bound"), map(_cells, own)),
+            table(("claim, and its test", "compared with", "measured", "bound"), map(_cells, own)),
         ]
     tests = len({row["test"] for row in rows})
     cases = sum(int(row["cases"]) for row in rows)
@@ -57,7 +65,7 @@ def write_tables(docs: Path) -> None:
 
 def _cells(row: dict[str, str]) -> tuple[str, ...]:
     units = "" if row["units"] == "1" else f" {row['units']}"
-    # A figure and its units stand in one line, also where it has a minus sign.
+    # A number and its units stay on one line, even if the number has a minus sign.
     figures = (f"<span class='text-nowrap'>{float(row[key]):.2g}{units}</span>" for key in ("value", "bound"))
-    test = row["test"].split("::")[1].replace("_", "_<wbr>")  # where a narrow column may break it
+    test = row["test"].split("::")[1].replace("_", "_<wbr>")  # allows line breaks in a narrow column
     return f"{row['claim']}<br><code>{test}</code>", row["truth"], *figures

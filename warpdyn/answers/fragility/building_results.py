@@ -72,7 +72,7 @@ def building_results(
         1  b             0.125             8
         2  c             0.500             8
     """
-    check_dataset(_FUNCTION, counted, advice="give what simulate(..., statistics=...) returned", argument="counted")
+    check_dataset(_FUNCTION, counted, advice="give the result of simulate(..., statistics=...)", argument="counted")
     as_returned = "as wd.inventories.portfolio returns it"
     check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, as_returned, argument="stock")
     as_read = "as the readers of wd.inventories return it"

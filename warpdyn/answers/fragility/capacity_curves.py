@@ -27,7 +27,7 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION, measure_of_dataset
 
 PAIRS = ("structure", "motion")
-_ADVICE = "give what capacities() returned"
+_ADVICE = "give the result of capacities()"
 
 
 @suggests_names

@@ -113,7 +113,7 @@ def fragility_of_cloud(
         >>> curves["fragility_median"].round(1).values  # g
         array([0.5, 0.7])
     """
-    check_dataset("fragility_of_cloud", dataset, advice="give what simulate() returned")
+    check_dataset("fragility_of_cloud", dataset, advice="give the result of simulate()")
     if not true_or_false("added_storeys", added_storeys):
         dataset = without_added_storeys(dataset)
     refuse_portfolio("fragility_of_cloud", dataset)

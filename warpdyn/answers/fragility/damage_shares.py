@@ -87,7 +87,7 @@ def damage_shares(
         >>> shares["damage_share"].mean("motion").sel(damage_state=["none", "slight"]).round(2).values
         array([0.25, 0.71])
     """
-    check_dataset("damage_shares", run, advice="give what simulate() returned of a portfolio", argument="run")
+    check_dataset("damage_shares", run, advice="give the result of simulate() for a portfolio", argument="run")
     if limits is None and not is_reduced(run):
         raise TypeError("give limits=, which maps each archetype to its limits; only counts have limits already")
     if is_reduced(run):

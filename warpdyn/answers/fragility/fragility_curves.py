@@ -114,7 +114,7 @@ def fragility(
         >>> wd.fragility(run, **contents, intervals_over="records")["fragility_median"].round(2).values
         array([0.75])
     """
-    check_dataset("fragility", dataset, advice="give what simulate() returned")
+    check_dataset("fragility", dataset, advice="give the result of simulate()")
     replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     one_of("intervals_over", intervals_over, OVER)

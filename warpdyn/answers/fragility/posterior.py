@@ -86,7 +86,7 @@ def fragility_posterior(
         >>> dict(drawn["replicate_median"].sizes)
         {'replicate': 500, 'damage_state': 2}
     """
-    check_dataset("fragility_posterior", dataset, advice="give what simulate() returned")
+    check_dataset("fragility_posterior", dataset, advice="give the result of simulate()")
     if not true_or_false("added_storeys", added_storeys):
         dataset = without_added_storeys(dataset)
     try:

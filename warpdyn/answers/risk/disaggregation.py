@@ -138,7 +138,7 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     name, dims = "rates_by_record", ("motion", "structure", "damage_state")
     needed = "capacity", "capacity_lower", "capacity_upper"
     check_dataset(
-        name, capacities, *needed, advice="give what capacities(scene, limits) returned", argument="capacities"
+        name, capacities, *needed, advice="give the result of capacities(scene, limits)", argument="capacities"
     )
     tree = branches_of(name, hazard)
     given = capacities["capacity"]

@@ -185,7 +185,7 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
         1030.0
     """
     name = "expected_annual_loss"
-    needed, advice = ("mean_loss_ratio", "intensity"), "give what vulnerability() returned"
+    needed, advice = ("mean_loss_ratio", "intensity"), "give the result of vulnerability()"
     check_dataset(name, vulnerability, *needed, advice=advice, argument="vulnerability")
     tree = branches_of(name, hazard)
     value = real_number("replacement_value", replacement_value, above=0)

@@ -58,7 +58,7 @@ def portfolio_losses(
         0.011
     """
     needed = "archetype_damage_share", "counted_buildings"
-    check_dataset(_FUNCTION, shares, *needed, advice="give what damage_shares(run, limits) returned", argument="shares")
+    check_dataset(_FUNCTION, shares, *needed, advice="give the result of damage_shares(run, limits)", argument="shares")
     names = [str(name) for name in shares["archetype"].values]
     states = [str(state) for state in shares["damage_state"].values if str(state) != NO_DAMAGE]
     ratios = ratios_of_archetypes(_FUNCTION, names, states, loss_ratios)

@@ -78,7 +78,7 @@ def storey_losses(
         >>> losses["mean_loss_ratio"].round(2).values  # at the level of each stripe
         array([0.01, 0.02, 0.04, 0.09, 0.17, 0.32])
     """
-    check_dataset(_FUNCTION, run, "status", advice="give what simulate() returned", argument="run")
+    check_dataset(_FUNCTION, run, "status", advice="give the result of simulate()", argument="run")
     refuse_portfolio(_FUNCTION, run)
     run = without_added_storeys(run)
     if "event" in run.dims:

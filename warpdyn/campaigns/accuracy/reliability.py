@@ -89,7 +89,7 @@ def reliability(
         samples: The samples.
         outputs: Their outputs, sample last.
         share: Share of the sensitive samples that are checked.
-        sensitive: What `sensitive_samples` returns of the samples; None to call it.
+        sensitive: Result of `sensitive_samples` for the samples; None: this function calls it.
     """
     flags = np.where(outputs["status"] < DIVERGED, NO, NOT_CHECKED).astype(np.int8)
     if not is_checked(run.model):

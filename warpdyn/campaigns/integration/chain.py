@@ -26,7 +26,7 @@ from warpdyn.model.structures.shear_building import ShearBuilding
 
 
 class ChainDynamics(Dynamics):
-    """The equation of motion of shear buildings; arguments and attributes as of Dynamics."""
+    """The equation of motion of shear buildings; arguments and attributes: see Dynamics."""
 
     structure: ShearBuilding
     steps_modes = False
@@ -46,8 +46,8 @@ class ChainDynamics(Dynamics):
         # Under gravity a storey that has yielded may lose its stiffness.
         falls_over = bool(self.physics) and not structure.storey_law.has_only_linear_springs
         self.is_sensitive = falls_over or structure.storey_law.is_sensitive(values)
-        # Rayleigh damping is in proportion to the springs' stiffness, without that of P-Delta, which has no dashpots;
-        # its ratio is that of modes of the frequencies that the building has, with P-Delta. OpenSees does the same.
+        # Rayleigh damping is proportional to the stiffness of the springs, without P-Delta, which has no dashpots. The
+        # damping ratio is given at the frequencies with P-Delta. OpenSees does the same.
         is_short = inherent.is_of_springs and bool(self.physics)
         self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
         self.needs_eigenvalues = self.couples_modes
@@ -58,7 +58,8 @@ class ChainDynamics(Dynamics):
         frequency = circular_frequencies(mass, effective).T  # [mode, structure]
         period, rayleigh = 2 * np.pi / frequency[0], inherent.rayleigh(parameters, frequency)
         if self.couples_modes:
-            # Below 1 m/s, a damper's force falls no faster than that of a linear one.
+            # Up to 1 m/s, the force C |v|^a of a damper with an exponent a below 1 is at least C |v|, that of a linear
+            # damper. So the decay is computed with the coefficient C.
             slope = 0.0 if self.viscous_dampers == "none" else parameters["damper_coefficient"]
             matrix, elastic = inherent.matrix(parameters, rayleigh, slope), chain_stiffness_matrix(effective)
             eigenvalues = state_eigenvalues(mass, matrix, elastic)
@@ -74,7 +75,7 @@ class ChainDynamics(Dynamics):
             stable = stable_step(method, frequency, ratios).min(axis=0)
             rates = ratios * frequency
             rate = 2 * rates.max(axis=0)
-            # The slower of the two rates of decay of an overdamped mode; other modes have one.
+            # An overdamped mode has two rates of decay; take the slower one.
             over = ratios > 1
             rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
             decay = rates.min(axis=0)
@@ -90,7 +91,7 @@ class ChainDynamics(Dynamics):
         return period, decay, stable, rayleigh.T
 
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
-        """Return the modes of shear chains, their shapes as storey drifts, of unit modal mass."""
+        """Return the modes of shear chains, with shapes as storey drifts and with unit modal mass."""
         inherent, mass, stiffness = (
             self.structure.inherent_damping,
             parameters["mass"],
@@ -100,7 +101,8 @@ class ChainDynamics(Dynamics):
         matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
         shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
         drift = np.diff(shape, axis=1, prepend=0.0)
-        # Strain energies are sums of positive terms, and so keep digits of low frequencies that the matrix has lost.
+        # Squared frequencies from strain energies: sums of positive terms are accurate for low frequencies, for which
+        # the eigenvalues of the matrix have lost digits.
         squared = (stiffness[:, None, :] @ drift**2)[:, 0]
         rayleigh = inherent.rayleigh(parameters, np.sqrt(squared).T)
         of_mass = inherent.of_mass(parameters, squared, rayleigh)
@@ -121,7 +123,7 @@ class ChainDynamics(Dynamics):
         """Return the arrays of the chain's kernels, structures last."""
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)
-        # Structures are contiguous in memory, as kernels read them and as they were drawn.
+        # Values of successive structures are contiguous in memory, as drawn and as kernels read them.
         coefficients = np.stack([values.T for values in self.structure.storey_law.coefficients(parameters)], axis=1)
         packed = {
             "mass": mass.T,
@@ -143,7 +145,7 @@ class ChainDynamics(Dynamics):
         return packed
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return what is recorded and judged by: heights, stiffnesses and drift capacities of the storeys."""
+        """Return the arrays for outputs and status: heights, stiffnesses and drift capacities of the storeys."""
         own = {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}
         return own | self._pack_capacity(parameters)
 

@@ -1,4 +1,4 @@
-"""Equations of motion of linear systems of full matrices: their vibration, modes, and the arrays that kernels read."""
+"""Equations of motion of linear systems with full matrices: vibration, modes, and the arrays that kernels read."""
 
 from __future__ import annotations
 
@@ -16,14 +16,15 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.modal import undamped_modes
 
-DIAGONAL_TOLERANCE = 1e-12  # rounding outside of a diagonal, over its largest entry
-ROUNDED_FREE = 1e-6  # eigenvalues of free motions over the largest: the root of some roundings
+DIAGONAL_TOLERANCE = 1e-12  # largest off-diagonal entry that counts as rounding, over the largest entry
+ROUNDED_FREE = 1e-6  # eigenvalues below this share of the largest belong to free motions: the root of rounding errors
 
 
 class DenseDynamics(Dynamics):
-    """The equation of motion of linear systems; arguments and attributes as of Dynamics.
+    """The equation of motion of linear systems; arguments and attributes: see Dynamics.
 
-    Modes of the same frequency that the damping couples count as coupled; their propagator is the same, but full.
+    If damping couples only modes of the same frequency, the modes still count as coupled. The result is the same, but
+    the propagator is a full matrix.
     """
 
     structure: LinearSystem
@@ -47,7 +48,7 @@ class DenseDynamics(Dynamics):
         eigenvalues = state_eigenvalues(mass_matrix, damping_matrix, stiffness_matrix)
         modes = self.structure.modal()["circular_frequency"].values
         if modes[0] == 0:
-            # A free motion has the eigenvalue 0 twice, which rounding moves by the root of its size.
+            # A free motion has a double eigenvalue 0; a rounding error e moves it by about sqrt(e).
             size = np.abs(eigenvalues)
             eigenvalues = np.where(size <= ROUNDED_FREE * size.max(axis=1, keepdims=True), 0.0, eigenvalues)
         lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[modes > 0][[0, -1]])
@@ -56,7 +57,7 @@ class DenseDynamics(Dynamics):
         return 2 * np.pi / lowest, slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
 
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
-        """Return the modes of scaled linear systems: one set of shapes, with the factor of the mass as modal mass."""
+        """Return the modes of scaled linear systems: all have the same shapes; the modal mass is the factor on the mass."""
         nominal, mass = self.structure.parameters, parameters["mass"]
         squared, shape = undamped_modes(nominal["stiffness"], nominal["mass"])
         damping = shape.T @ nominal["damping"] @ shape

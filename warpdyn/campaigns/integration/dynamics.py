@@ -1,4 +1,4 @@
-"""Equations of motion: the interface to every family of structures, computed once for a scene."""
+"""Equations of motion: the base class for all families of structures."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.structure import Structure
 
 Arrays = dict[str, np.ndarray]
-DOUBLES_AT_A_TIME = 2**20  # in the state matrices of eigenvalue problems, which are larger than any result
+DOUBLES_AT_A_TIME = 2**20  # numbers in the state matrices that are solved at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,7 @@ class Vibration:
         period: First period [s].
         decay: Slowest rate of decay of free vibration [1/s].
         stable_step: Longest step at which the method is stable [s].
-        rayleigh: Factors of the mass [1/s] and the stiffness [s] in Rayleigh damping, 0 in any other, shape
-            [structure, 2].
+        rayleigh: Rayleigh factors of mass [1/s] and stiffness [s], shape [structure, 2]; 0 without Rayleigh damping.
     """
 
     period: np.ndarray
@@ -67,21 +66,22 @@ class Dynamics(ABC):
 
     Args:
         structure: The nominal structure.
-        representative: Values of its scattered parameters that are equal only where all values that can be drawn are.
+        representative: Values of its scattered parameters; values of two storeys are equal only if all values that can
+            be drawn for them are equal.
 
     Attributes:
         law: Device functions of the storeys of all structures.
         forces: Properties of the storey forces that decide which methods fit.
-        damping: Damping that a kernel is built with, except for the exact method.
-        viscous_dampers: "none", "linear" or "power" of the velocity.
-        physics: Rows of PHYSICS that the structures have.
+        damping: Kind of damping of the kernel, for all methods except the exact one.
+        viscous_dampers: "none", "linear" in the velocity, or a "power" of the velocity.
+        physics: Names of the rows of PHYSICS that apply to the structures.
         has_drift_capacity: Whether each storey has a drift at which it collapses.
-        counts_reversals: Whether storeys are damaged by each reversal, also by those that rounding makes.
-        is_sensitive: Whether a slightly other step or motion may change peak drifts a lot.
+        counts_reversals: Whether each load reversal damages a storey, also a reversal caused by rounding.
+        is_sensitive: Whether a small change of the step or the motion may change peak drifts a lot.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
-        steps_modes: Whether implicit methods advance its modes, and not its degrees of freedom.
-        histories: Variables of whole histories.
+        steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
+        histories: Names of the variables in whole histories.
     """
 
     law: StoreyRules
@@ -116,7 +116,7 @@ class Dynamics(ABC):
         }
 
     def vibration_of(self, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
-        """Return every structure's vibration at its initial stiffness, and a method's stable step at its stiffest."""
+        """Return each structure's vibration with its initial stiffness, and the stable step with its largest stiffness."""
         count = len(next(iter(drawn.values()))) if drawn else 1
         at_a_time = STRUCTURES_AT_A_TIME
         if self.needs_eigenvalues:
@@ -134,12 +134,12 @@ class Dynamics(ABC):
 
     @abstractmethod
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
-        """Return the undamped modes of some structures, given every parameter of them.
+        """Return the undamped modes of some structures.
 
         Args:
             parameters: Every parameter of some structures, `structure` first.
             excitation: The excitation.
-            is_coupled: Whether the damping is wanted as a full matrix.
+            is_coupled: Whether the damping is returned as a full matrix.
         """
 
     @abstractmethod
@@ -153,7 +153,7 @@ class Dynamics(ABC):
 
     @abstractmethod
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return the arrays that kernels of modes read besides the modes, structures last."""
+        """Return the arrays that kernels of modes read in addition to the modes, structures last."""
 
     @property
     def is_packed_in_parts(self) -> bool:

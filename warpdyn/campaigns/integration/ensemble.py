@@ -49,8 +49,8 @@ class Ensemble:
         row: Place of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn.
         schedule: How each sample is stepped; it may be changed between integrations.
         sample: Index of each sample in the run, shape [sample].
-        queue: Where they run.
-        before: The samples of the previous event, whose final states the structures here start from, if there is one.
+        queue: Device queue that runs them.
+        before: Samples of the previous event; the structures start from their final states. None for the first event.
     """
 
     def __init__(
@@ -135,7 +135,7 @@ class Ensemble:
         Args:
             rows: Memory for each recorded variable, sample first.
             advance: Called with the number of samples done since its last call, if the launch waits for the device.
-            arriving: Variables that come back from a GPU, which keeps all of them to be used there; None for all.
+            arriving: Variables that are copied back from a GPU; the GPU keeps all variables. None: all.
         """
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
@@ -149,7 +149,7 @@ class Ensemble:
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
-        """Wait until the rows that were given to `start` hold the recorded values."""
+        """Wait until the rows that were passed to `start` contain the recorded values."""
         self.queue.read_into(rows, map_function)
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
@@ -167,8 +167,8 @@ class Ensemble:
 
         Args:
             kept: The samples.
-            every: Common steps between the states that are kept.
-            common_step: A step [s] that all their steps divide.
+            every: Number of common steps from one kept state to the next.
+            common_step: Time [s] that is a whole number of steps of each of the samples.
         """
         part = self.select(np.array(kept))
         times_finer = np.round(common_step / part.schedule.step).astype(np.int64)
@@ -188,7 +188,8 @@ class Ensemble:
             part._launch(history_plan(self.plan), packed, inputs, output, history, every=int(own))
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         if self.plan.collapses:
-            # The last state is that of the step in which it collapses; an adaptive method stops within that step.
+            # The last state is the one at the end of the step in which the sample collapses; an adaptive method stops
+            # within this step.
             steps = self.queue.read(output.time_of_collapse) / part.schedule.step
             steps = np.floor(steps + 1e-3) if self.model.method.is_adaptive else np.ceil(steps - 1e-6)
             last = np.where(np.isfinite(steps), steps // every_own, last).astype(np.int64)
@@ -202,9 +203,9 @@ class Ensemble:
         self._packed = self._pack()
 
     def _pack(self, chosen: np.ndarray | None = None) -> Packed:
-        """Return the arrays that a launch of some samples reads, or of all.
+        """Return the arrays that a launch of the chosen samples reads; None: of all samples.
 
-        If a kernel reads propagators, there is one for each pair of a structure and a step.
+        If the kernel reads propagators, there is one propagator for each pair of a structure and a step.
         """
         dynamics = self.model.dynamics
         if self.model.needs_step:
@@ -233,7 +234,7 @@ class Ensemble:
         )
 
     def _upload(self, packed: Packed) -> tuple[Any, Any]:
-        """Return the structs of structures and samples, where they run."""
+        """Return the structs of structures and samples in the memory of the device."""
         dtype = self.plan.dtype
         structures = self.queue.upload("Structure", packed.structures, dtype)
         return structures, self.queue.upload("Samples", packed.samples, dtype)

@@ -1,4 +1,4 @@
-"""Everything that follows from a scene and the way it is integrated, computed once."""
+"""The model of a run: everything that follows from the scene and the integration settings, computed once."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
 
 
 def levels_of(scene: Scene) -> list[Assignment]:
-    """Return the assignment of each event without samples, which describes its intensity measure."""
+    """Return an assignment without samples for each event, which describes the intensity measure of the event."""
     nothing = np.arange(0)
     return [scene.excitation.assign(nothing, 0, event) for event in range(len(scene.excitation.event_names))]
 
@@ -104,10 +104,10 @@ class Model:
         method: Integration method.
         plan: The kernel's plan.
         timeline: Time grid of each motion.
-        tolerance: Relative error that an adaptive method allows itself in a step.
+        tolerance: Relative error that an adaptive method allows in a step.
         seed: Seed of every random draw.
         threads: CPU threads.
-        refinement: Number of steps that are taken in each step of the default rule.
+        refinement: Number of integration steps that replace each step of the default rule.
     """
 
     scene: Scene
@@ -141,8 +141,9 @@ class Model:
     def undivided(self) -> Plan:
         """The plan of the kernel for samples with one step in each interval of their motions.
 
-        It is the kernel of all others unless every motion is stepped so: a kernel more takes longer to compile than it
-        saves. The rare sample that has its steps divided in such a run has its kernel compiled when it is launched.
+        If any motion has several steps in an interval, it is `plan`, because compiling a second kernel takes longer
+        than the kernel saves. If no motion has several steps, but those of a sample are divided later (which is rare),
+        the kernel of `plan` is compiled when this sample is launched.
         """
         return undivided(self.plan) if self.timeline.substeps.max() == 1 else self.plan
 
@@ -150,7 +151,7 @@ class Model:
     def shapes(self) -> dict[str, tuple[int, ...]]:
         """The shapes of one sample's outputs: every dimension besides `sample` has the number of dofs as its length.
 
-        Among them are some that are not in the dataset: peak drifts that judge a sample, and its final state.
+        Some outputs are not in the dataset: peak drifts that decide the status of a sample, and its final state.
         """
         outputs = self._recorded(self.plan.recorders)
         shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in outputs.items()} | {"status": ()}
@@ -187,7 +188,7 @@ class Model:
         return replace(self, plan=plan, tolerance=tolerance)
 
     def loads_on(self, device: str) -> object:
-        """Return the load in a device's memory, to which models of the same scene copy it once."""
+        """Return the load in the memory of a device; models of the same scene share one copy."""
         place = device, self.plan.dtype
         if place not in self._loads:
             packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
@@ -195,7 +196,7 @@ class Model:
         return self._loads[place]
 
     def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:
-        """Return memory for the outputs of some samples, or for those of some names, sample first."""
+        """Return memory for the outputs of some samples, sample first; `names` selects outputs (None: all)."""
         names = self.shapes if names is None else names
         return {name: np.empty((samples, *self.shapes[name]), self.output_dtype(name)) for name in names}
 

@@ -1,4 +1,4 @@
-"""From drawn parameters and samples to the plain arrays that a kernel reads, named as in its structs."""
+"""Conversion of drawn parameters and samples to the arrays of a kernel, named like the fields of its structs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from warpdyn.model.ground_motions.excitation import Assignment
 if TYPE_CHECKING:
     from warpdyn.campaigns.integration.model import Model
 
-ROUNDING = 1e-9  # of a time over a step, relative, so that a time which is a whole number of steps is that number
+ROUNDING = 1e-9  # relative error of a time over a step that does not change the number of steps
 SORTED_BITS = 16  # leading bits of the durations by which samples are sorted
 
 
@@ -74,17 +74,18 @@ def pack_samples(
         assignment: The motion of each sample.
         place: Place of each sample's structure in the packed arrays, shape [sample].
         number: Index of each sample in the run, shape [sample], if its motion depends on it.
-        chosen: The samples that are launched; None for all.
-        by_intensity: Whether the strongest motions go first: those samples collapse together, and their threads end.
+        chosen: The samples that are launched; None: all.
+        by_intensity: Whether samples with the strongest motions come first: such samples collapse at similar times, so
+            that their threads end together.
         record_from: Start time of the recorders of peaks [s].
 
     Returns:
-        The arrays, and the steps in an interval and the number of samples of each group, which is one launch.
+        The arrays; and, for each group of samples (one launch), the number of steps per interval and of samples.
     """
     # Consecutive samples with the same steps are sorted as one.
     repeats = 1 if by_intensity or chosen is not None else schedule.repeats
     run_intervals, substeps = schedule.run_intervals[::repeats], schedule.substeps[::repeats]
-    # Longest first, so that no thread waits long for the last history of another.
+    # Longest first, so that no thread waits long for the last history of another thread.
     if chosen is not None:
         order = chosen[_longest_first(run_intervals[chosen])]
     elif by_intensity:
@@ -119,7 +120,7 @@ def pack_samples(
 
 
 def _longest_first(durations: np.ndarray) -> np.ndarray:
-    """Return the order of falling durations, to 16 bits; equal durations keep their order."""
+    """Return the order of decreasing durations, compared by their leading 16 bits; equal durations keep their order."""
     shorter = durations.max() - durations
     coarser = max(0, int(shorter.max()).bit_length() - SORTED_BITS)
     # NumPy sorts 16-bit numbers without comparisons, in 10 % of the time.
@@ -127,7 +128,7 @@ def _longest_first(durations: np.ndarray) -> np.ndarray:
 
 
 def _strongest_first(assignment: Assignment) -> np.ndarray:
-    """Return the order of falling intensities, to 1/256 of a factor of two, and of motions where these are equal."""
+    """Return the order of decreasing intensities, rounded to powers of 2^(1/256); equal intensities by motion."""
     level = assignment.scale if assignment.im_level is None else assignment.im_level
     octaves = np.log2(np.maximum(level, np.finfo(np.float64).tiny))
     below = np.minimum(256 * (octaves.max() - octaves), 2**16 - 1).astype(np.uint16)
@@ -139,7 +140,7 @@ def _strongest_first(assignment: Assignment) -> np.ndarray:
 
 
 def _distinct(counts: np.ndarray) -> np.ndarray:
-    """Return the distinct ones of some positive counts, in order; small ones are counted, which takes no sorting."""
+    """Return the distinct values of positive counts, in order; small values are tallied, because sorting is slower."""
     if counts.size and counts.max() <= counts.size:
         return np.flatnonzero(np.bincount(counts))
     return np.unique(counts)

@@ -59,7 +59,7 @@ def pack_linear(
 
 
 def _halvings(modes: Modes, step: np.ndarray, frequency: float) -> np.ndarray:
-    """Return how often each step is halved, shape [pair]."""
+    """Return the number of halvings of each step, shape [pair]."""
     damping = np.abs(modes.damping)
     rates = np.sqrt(modes.stiffness) + (damping if damping.ndim == 2 else damping.sum(axis=2))
     norm = step * np.maximum(rates.max(axis=1), abs(frequency))
@@ -75,20 +75,21 @@ def _increments(
     by_force: bool,
     halvings: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return increments over a step of (q, q'), or of q'' for an implicit method, by the state and by the loads.
+    """Return the increments of (q, q') over a step (implicit methods: of q'') per unit of the state and of the loads.
 
     Args:
         method: Integration method.
         modes: The modes.
-        chosen: Pairs.
+        chosen: Numbers of the pairs.
         step: Their steps [s].
         frequency: Circular frequency of a harmonic load [rad/s]; None for a load that is linear within the step.
         by_force: Whether each mode has its own load.
         halvings: Halvings of the step.
 
     Returns:
-        Increments by the state, shape [pair, row, state] or, for modes that do not couple, [pair, 2, mode, 2]; and by
-        the load's values at the step's ends, or by its sine and cosine at the start, shape [pair, row, load, 2].
+        Increments per unit of the state, shape [pair, row, state] or, for uncoupled modes, [pair, 2, mode, 2]; and per
+        unit of the load at the start and at the end of the step (harmonic load: of its sine and cosine at the start),
+        shape [pair, row, load, 2].
     """
     stiffness, damping, load = modes.stiffness[chosen], modes.damping[chosen], modes.load[chosen]
     number = stiffness.shape[1]
@@ -109,10 +110,10 @@ def _coupled(
     frequency: float | None,
     halvings: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of coupled modes, by series and doubling as for oscillators, with matrices."""
+    """Return the increments of coupled modes: as `oscillator_increments` by series and doubling, but with matrices."""
     omega, number = np.sqrt(stiffness), stiffness.shape[1]
-    # In the state (omega q, q') the matrix is skew-symmetric except for damping, so that its powers do not grow. Free
-    # motions have any scale that is not 0.
+    # In the state (omega q, q') the matrix is skew-symmetric except for damping, so that its powers do not grow. For
+    # free motions (omega = 0) the scale is arbitrary, but must not be 0.
     omega = np.where(omega > 0, omega, omega.max(axis=1, keepdims=True))
     z = np.zeros((len(omega), 2 * number, 2 * number))
     z[:, :number, number:] = omega[:, :, None] * np.eye(number)
@@ -147,7 +148,7 @@ def _coupled(
 def _implicit(
     method: ImplicitMethod, stiffness: np.ndarray, damping: np.ndarray, h: np.ndarray, loads: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the change of the acceleration over a step of an implicit method, by (q, q', q'') and by the loads.
+    """Return the change of q'' over a step of an implicit method, per unit of (q, q', q'') and of the loads.
 
     At t + theta h the acceleration has changed by x, the velocity by theta h (a + gamma x), and the displacement by
     theta h v + (theta h)^2 (a / 2 + beta x); at t + h the acceleration has changed by x / theta.

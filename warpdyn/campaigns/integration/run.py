@@ -33,7 +33,7 @@ class Run:
         model: How all samples are integrated.
         sampler: Sampler of the structures.
         structures: Number of structures.
-        first: Scattered parameters of the first of them.
+        first: Scattered parameters of the first structure.
         execution: Devices, threads and memory.
         integration: How samples are integrated.
     """
@@ -99,7 +99,7 @@ class Run:
 def build_run(
     scene: Scene, structures: int, how: Integration, execution: Execution, seed: int = 0, **chosen: Any
 ) -> Run:
-    """Check the arguments of a run and build its time grid; nothing is drawn yet.
+    """Check the arguments of a run and build its time grid; only the first structure is drawn.
 
     Args:
         scene: The scene.
@@ -130,7 +130,7 @@ def build_run(
     excitation.check_structures(structures)
     # A scatter out of bounds is reported for a drawn value, not for its median.
     first = sampler.draw(np.arange(1))
-    stepped_as = METHODS[FALLBACK] if integration.refinement > 1 else row  # the steps divided are RK4's
+    stepped_as = METHODS[FALLBACK] if integration.refinement > 1 else row  # refinement divides the default steps of RK4
     timeline = build_timeline(
         scene,
         lambda: central_vibration(scene, dynamics, stepped_as),
@@ -157,8 +157,8 @@ def prepare(
 ) -> tuple[Ensemble, Vibration]:
     """Prepare all samples of a run of one event at once, on the first of its devices; arguments: see `simulate`.
 
-    For many runs of the same samples of one scene, pass the same `known` each time, at first empty: it keeps the drawn
-    structures and their vibration, by method.
+    For several runs of the same samples of one scene, pass the same dictionary `known` each time (empty at first): it
+    keeps the drawn structures and their vibration, by method.
     """
     how = Settled(**integration)  # type: ignore[arg-type]
     run = build_run(scene, structures, how, Execution(device=device, threads=threads).on_first(), seed)

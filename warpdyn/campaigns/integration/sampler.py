@@ -29,8 +29,8 @@ BYTES_OF_A_POINT = 24  # per variable: SciPy's permutations, its points and a co
 class Sampler:
     """Draws the scattered parameters of any structures of a run.
 
-    The parameters of a structure depend on the seed and the structure's index alone; in a Latin hypercube also on the
-    number of structures, and all its points are held in memory.
+    The parameters of a structure depend only on the seed and the index of the structure. In a Latin hypercube they also
+    depend on the number of structures, and all points are kept in memory.
 
     Args:
         structure: The nominal structure.
@@ -56,8 +56,8 @@ class Sampler:
         for name, spread in scatter.items():
             if isinstance(spread, GivenValues) and len(spread.values) != structures:
                 raise ValueError(
-                    f"scatter[{name!r}] lists {len(spread.values)} structures, and structures={structures} are asked "
-                    "for: they must agree"
+                    f"scatter[{name!r}] lists values for {len(spread.values)} structures, but structures={structures}: "
+                    "remove structures=, or list a value for each structure"
                 )
         self.structure, self.scatter, self.seed = structure, scatter, seed
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
@@ -74,7 +74,7 @@ class Sampler:
                 BYTES_OF_A_POINT * structures * len(self.variables),
                 'choose sampling="sobol" in the Scene, which needs no memory for its points',
             )
-            from scipy.stats import qmc  # which takes a third of a second to import
+            from scipy.stats import qmc  # its import takes 0.3 s
 
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
 
@@ -86,7 +86,7 @@ class Sampler:
         Args:
             structures: Their indices, increasing.
             threads: CPU threads.
-            is_all: Whether all other parameters are nominal, so that the drawn values must fit them.
+            is_all: Whether all other parameters are nominal; then it is checked that the drawn values fit them.
 
         Raises:
             ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
@@ -126,11 +126,14 @@ class Sampler:
         everything = {**self.structure.parameters, **drawn}
         problem = self.structure.storey_law.problem(everything) or physics_problem(everything)
         if problem:
-            counted = f", counted from structure {structures[0]}" if structures[0] else ""
-            raise ValueError(f"drawn{counted}: {problem}")
+            shifted = f" (structure 0 of this message is structure {structures[0]})" if structures[0] else ""
+            raise ValueError(f"drawn{shifted}: {problem}")
 
     def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
-        """Return correlated standard normal values, shape [variable, structure], of points in (0, 1) or drawn ones."""
+        """Return correlated standard normal values, shape [variable, structure].
+
+        They are made of points in (0, 1), or of random numbers if `points` is None.
+        """
         values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
         if not self.variables:
             return values
@@ -142,7 +145,7 @@ class Sampler:
         return values[:, : structures.size]
 
     def _points_of(self, structures: np.ndarray) -> np.ndarray | None:
-        """Return the points of a design, shape [structure, variable]; None where numbers are drawn at random."""
+        """Return the points of a Sobol sequence or a Latin hypercube, shape [structure, variable]; None for others."""
         if self._points is not None:
             return self._points[structures]
         if self._sobol is None:

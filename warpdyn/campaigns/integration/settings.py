@@ -1,4 +1,4 @@
-"""Settings of a run besides its scene: how samples are integrated, and where."""
+"""Settings of a run in addition to its scene: how samples are integrated, and on which devices."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 ON_UNSTABLE = ("substep", "raise", "flag")
 DTYPES = ("float32", "float64")
-LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # below it a step's error estimate is rounding alone
+LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # below it the error estimate of a step is only rounding
 DEFAULT_TOLERANCE = 1e-6  # of an adaptive method
 LEAST_ERROR = 1e-8  # least target error
 
@@ -31,18 +31,18 @@ class Integration:
     """How the samples of a run are integrated.
 
     Args:
-        method: Integration method, a row of METHODS, such as "rk4". None: if `target_error` is given, `plan` chooses.
+        method: Name of the integration method, such as "rk4". None: if `target_error` is given, `plan` chooses.
             Otherwise, if no step is given, the cheapest method whose measured error is at most 1.2 times that of "rk4"
             for the scene's laws and device; else "rk4". The attributes `method` and `method_chosen_because` of the run
-            name the method and the reason.
+            contain the method and the reason.
         dtype: "float32" or "float64". None: "float32", or the choice for `target_error`.
         step: Integration step [s], which must divide the step of every motion; None: chosen for each motion.
         longest_step: Upper bound of the chosen steps [s], instead of the default rule.
         resample: Whether a motion whose step is not a multiple of `step` is resampled at `step`, which cuts its peaks.
         tolerance: Relative error [1] that an adaptive method allows in a step (1e-6 by default); its steps are not
             longer than those of other methods.
-        target_error: Relative error [1] that the peak drifts of 95 % of the samples stay below; a pilot chooses the
-            step, and method and dtype if they are not given. None: no pilot.
+        target_error: Bound [1] on the relative error of peak drifts, for 95 % of the samples; a pilot run of a few
+            samples chooses the step, and method and dtype if they are not given. None: no pilot run.
         on_unstable: Treatment of a structure if the step is beyond its stability limit: "substep" (the samples of the
             structure take the fewest stable steps in each interval of the record), "raise" (an error before any sample
             runs), or "flag" (status unstable_step). If a step proves too long only during the run, "substep" runs the
@@ -74,7 +74,7 @@ class Integration:
                 raise ValueError(
                     "target_error chooses the step: remove target_error, or remove step, longest_step and tolerance"
                 )
-        else:  # what is not chosen falls back to its default; default methods were measured at default steps
+        else:  # with a given step the default method is FALLBACK, because others were measured at default steps only
             object.__setattr__(self, "dtype", self.dtype or "float32")
             if any(each is not None for each in (self.step, self.longest_step, self.tolerance)):
                 object.__setattr__(self, "method", self.method or FALLBACK)
@@ -133,9 +133,9 @@ class Settled(Integration):
     """How the samples of a scene of one structure are integrated, with a method and a number type.
 
     Args:
-        divides_steps: Whether steps are divided for a sample that needs shorter ones, since the caller gave no step.
-        refinement: Number of steps that are taken in each step of the default rule, which is RK4's.
-        reason: Why the method is the default of the law; empty if it, or a step, is given.
+        divides_steps: Whether steps may be divided for a sample that needs shorter ones; False if the caller gave a step.
+        refinement: Number of integration steps that replace each default step of RK4.
+        reason: Why the method is the default of the law; empty if the method or a step is given.
     """
 
     method: str = FALLBACK
@@ -199,12 +199,12 @@ class Execution:
         return self.devices[0] != "cpu"
 
     def on_first(self) -> Self:
-        """Return the same with the first device alone."""
+        """Return these settings with the first device only."""
         return replace(self, device=self.devices[0])
 
 
 def measured_dampings(structure: Structure) -> tuple[str, ...]:
-    """Return the kinds of damping of the table of default methods that a structure has.
+    """Return the kinds of damping in the table of default methods that apply to a structure.
 
     A building counts as undamped, the least accurate case, if its damping ratio is below that of the measured buildings
     or if its Rayleigh damping has this ratio in other modes than the first two: its higher modes have less damping.
@@ -221,6 +221,6 @@ def measured_dampings(structure: Structure) -> tuple[str, ...]:
 
 
 def check_target_error(target_error: float) -> None:
-    """Raise an error unless a target error is within the range that can be kept."""
+    """Raise an error unless a target error can be reached."""
     if not LEAST_ERROR <= real_number("target_error", target_error, above=0) < 1:
         raise ValueError(f"target_error must be a relative error from {LEAST_ERROR:g} to below 1, got {target_error}")

@@ -16,13 +16,13 @@ from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 # A sample that failed because of its storey law is run again with twice as many steps, up to MOST_RERUNS times. Within
 # a range of structures, each rerun may take at most MOST_COST times the steps of the samples before it, or
-# ALWAYS_AFFORDED steps times storeys (some tenths of a second for most laws, some seconds for the slowest). If most of
-# a run fails, it needs another method. A CPU integrates rows of ROW samples: one sample takes as long as ROW.
+# ALWAYS_AFFORDED steps times storeys (0.1 to 1 s for most laws, a few seconds for the slowest): if most of a run fails,
+# it needs another method. A CPU integrates rows of ROW samples: one sample takes as long as ROW samples.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
-# A range is as many whole structures as have this many samples in all, at least one structure. It depends on the scene
-# alone, so that no result depends on blocks, regions, devices or on failures outside of the range.
+# A range consists of whole structures with at most this many samples together, or of one structure. It depends only on
+# the scene, so that no result depends on blocks, regions, devices or on failures outside of the range.
 SAMPLES_OF_A_RANGE = 2**12
-LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; an accurate run is a hundred times below it
+LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; the error of an accurate run is 100 times smaller
 LARGEST_CHANGE = 0.01  # of a peak drift of a reliable sample in a second run: see accuracy/reliability.py
 # How findings of blocks are merged: SUMS are added, LEAST and MOST take the extreme, FIRST keeps the first value.
 SUMS = (
@@ -53,12 +53,12 @@ class StabilityFindings:
     def __init__(self, samples: int, method: str, event: str = "") -> None:
         self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
         self.beyond = self.unsure = self.in_float64 = self.blank = 0
-        self.too_long, self.longest_accurate = 0, np.inf  # samples whose step is inaccurate; a step [s] that is not
+        self.too_long, self.longest_accurate = 0, np.inf  # samples with an inaccurate step; longest accurate step [s]
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
-        self.leaping = 0  # samples that passed a drift capacity by too long a move in one step to be a collapse
+        self.leaping = 0  # samples with a storey that moved by over half its drift capacity in the step that passed it
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
         self.unreliable = self.checked = self.unchecked = 0  # samples, by their flag `unreliable`
-        self.error, self.off, self.sensitive = 0.0, 0, 0  # asked for; samples whose error is larger; sensitive ones
+        self.error, self.off, self.sensitive = 0.0, 0, 0  # required error; samples with a larger one; sensitive samples
         self.first = ""  # description of the first sample beyond the limit
         self.never: int | None = None  # a sample for which no step is stable
 
@@ -81,13 +81,13 @@ class StabilityFindings:
         return unstable
 
     def of_no_samples(self) -> StabilityFindings:
-        """Return findings of the same run and event in which nothing is found yet."""
+        """Return empty findings for the same run and event."""
         findings = StabilityFindings(self.samples, self.method)
         findings.event = self.event
         return findings
 
     def include(self, other: StabilityFindings) -> None:
-        """Add what was found of the samples after those so far, such as those of the next block."""
+        """Add the findings on the samples that follow those included so far, such as those of the next block."""
         for name in SUMS:
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for name in LEAST:
@@ -101,7 +101,7 @@ class StabilityFindings:
             self.failed[code] += other.failed[code]
 
     def add_sample_errors(self, error: float, off: int, sensitive: int) -> None:
-        """Count samples whose estimated error is larger than that asked for, and sensitive ones."""
+        """Count samples whose estimated error is larger than the required one, and sensitive samples."""
         self.error, self.off, self.sensitive = error, self.off + off, self.sensitive + sensitive
 
     def add_flags(self, flags: np.ndarray, status: np.ndarray) -> None:
@@ -115,14 +115,14 @@ class StabilityFindings:
         """Raise a ValueError if a sample has no stable step or, with `any_step`, if any step was beyond its limit."""
         if self.never is not None:
             raise ValueError(
-                f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, since a mode of it is "
-                "(nearly) undamped: choose a method with a stability limit, such as 'rk4', or a damping"
+                f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, because one of its "
+                "modes has (nearly) no damping: use method='rk4', which is stable below a limit, or add damping"
             )
         if any_step and self.beyond:
             raise ValueError(
                 f"{self.event}the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the "
                 f"first of them {self.first}. A step of at most {self.least:.4g} s is stable for "
-                "all; on_unstable='substep' divides the steps of these samples alone"
+                "all; on_unstable='substep' divides only the steps of these samples"
             )
 
     def warn(self, on_unstable: str) -> None:
@@ -165,8 +165,8 @@ class StabilityFindings:
         if self.too_long:
             messages.append(
                 f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
-                f"period error accumulates. Use a step of at most {self.longest_accurate:.3g} s, or give no step: then "
-                "the steps of these samples alone are divided"
+                f"period error accumulates. Use a step of at most {self.longest_accurate:.3g} s, or remove step=: then "
+                "only the steps of these samples are divided"
             )
         if self.off:
             messages.append(
@@ -176,7 +176,7 @@ class StabilityFindings:
         if self.sensitive:
             messages.append(
                 f"{self.sensitive} of {self.samples} samples are `sensitive`: a motion scaled by 1.001 changes their "
-                f"peaks by more than {self.error:g}, and so may any step"
+                f"peaks by more than {self.error:g}, and another step may do so, too"
             )
         if self.unreliable or self.unchecked:
             not_checked = f", {self.unchecked} were not checked" if self.unchecked else ""
@@ -284,7 +284,7 @@ class Reruns:
         numerical blow-up and not a collapse.
 
         Args:
-            run: The samples' structures.
+            run: The ensemble of the samples.
             samples: The samples, after all earlier samples of their ranges.
             outputs: Their outputs, sample last, which are overwritten.
         """
@@ -326,7 +326,7 @@ class Reruns:
             rerun: The rerun.
             ranges: The range of each sample.
             steps: The steps of some of the samples.
-            which: Numbers of the samples that the charges are returned of, increasing.
+            which: Numbers of the samples whose charges are returned, increasing.
         """
         charged = np.empty(which.size)
         for first, last in pairwise([*np.flatnonzero(np.diff(ranges, prepend=-1)).tolist(), ranges.size]):
@@ -344,7 +344,7 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
     """Integrate some samples and run those that fail again, at shorter and shorter steps.
 
     Args:
-        run: The samples' structures.
+        run: The ensemble of the samples.
         samples: The samples.
         reruns: Reruns of the samples before them; None if there are no such samples.
     """
@@ -354,7 +354,7 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
 
 
 def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
-    """Set the outputs of failed samples to NaN, or -1, so that no statistic takes a blow-up for a response."""
+    """Set the outputs of failed samples to NaN, or -1, so that no statistic contains a numerical blow-up."""
     if not failed.any():
         return
     for name, values in outputs.items():

@@ -34,8 +34,8 @@ class Schedule:
         substeps: Integration steps in one interval.
         step: Integration step [s].
         residual_steps: Steps at the end over which the residual drift is averaged.
-        repeats: Number of consecutive samples that have a structure, a motion and all of this in common, the same
-            throughout.
+        repeats: Number of consecutive samples with the same structure, motion and schedule; all such groups have this
+            size.
     """
 
     run_intervals: np.ndarray
@@ -90,12 +90,12 @@ def build_timeline(
 
     Args:
         scene: The scene.
-        central: Returns the vibration of the structure with median parameters, for which the default step is chosen, so
-            that it does not depend on the number of samples.
-        step: Integration step [s] that divides the step of every motion; None to choose one for each motion.
-        longest_step: Upper bound of chosen steps [s]; None for the default step.
-        resample: Whether motions whose step is no multiple of `step` are resampled at it.
-        refinement: Number of steps that are taken in each of these.
+        central: Function that returns the vibration of the structure with median parameters. The default step is chosen
+            for this structure, so that the step does not depend on the number of samples.
+        step: Integration step [s] that divides the step of every motion; None: chosen for each motion.
+        longest_step: Upper bound of chosen steps [s]; None: the default step.
+        resample: Whether motions whose step is not a multiple of `step` are resampled at `step`.
+        refinement: Number of integration steps that replace each step chosen here.
 
     Raises:
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
@@ -110,7 +110,7 @@ def build_timeline(
         target = default_step(central())
     excitation = scene.excitation
     if resample and step is None:
-        raise ValueError("resample needs a step to resample the motions at")
+        raise ValueError("resample needs step=, the step at which the motions are resampled")
     if resample and not excitation.motions:
         raise ValueError("resample needs sampled motions or forces, which this scene does not have: remove resample")
     if excitation.forcing_frequency and longest_step is None:
@@ -158,8 +158,8 @@ def build_schedule(
     Raises:
         ValueError: If a sample would take more steps than can be counted.
     """
-    # Computed once for consecutive samples that have structure and motion in common, and what depends on the motion
-    # alone once for each motion, where every structure has the same ones.
+    # Compute values once for consecutive samples with the same structure and motion. If all structures have the same
+    # motions, compute values that depend only on the motion once for each motion.
     structure, motion = row[:: assignment.repeats], assignment.motion[:: assignment.repeats]
     shared = len(motions_of_all(structure, motion))
     rows: Any = structure
@@ -183,11 +183,11 @@ def build_schedule(
     steps = run * substeps
     if steps.max() >= MOST_STEPS:
         raise ValueError(
-            f"a sample would take {steps.max():.3g} steps, and {MOST_STEPS} can be counted: "
+            f"a sample would take {steps.max():.3g} steps, but at most {MOST_STEPS} can be counted: "
             "choose a longer step or a shorter tail"
         )
     step = interval / substeps
-    residual_steps = np.ones(1)  # read where a residual drift is recorded
+    residual_steps = np.ones(1)  # used only if residual drifts are recorded
     if "residual" in scene.recorders:
         residual_steps = np.clip(np.round(window / step), 1, steps)
     values = run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32)
@@ -198,7 +198,7 @@ def build_schedule(
 
 
 def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return the motions that every structure runs under, in order; none if they differ, or samples are out of order.
+    """Return the motions of every structure, in order; empty if structures have different motions or another order.
 
     Args:
         structure: Place of each sample's structure, shape [sample].

@@ -261,7 +261,10 @@ class Cells:
         for name, values in self._labels.items():
             array = unmasked(f"labels[{name!r}]", values)
             if not isinstance(name, str) or not name.isidentifier() or name in taken:
-                raise ValueError(f"labels: {name!r} is no free name of a dimension; give another one, such as 'cell'")
+                raise ValueError(
+                    f"labels: {name!r} cannot name a dimension: give a Python identifier that is not the name of "
+                    "another dimension, such as 'cell'"
+                )
             count, what = self.population.structures, self.population.structure_dim
             if array.shape != (count,):
                 raise ValueError(

@@ -44,7 +44,7 @@ class DemandHistogram(Statistic):
     Raises:
         ValueError: If the edges do not increase, a quantile is not between 0 and 1, or a label's name is not among
             `over`; when a run begins, if the scene does not record the demand.
-        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
 
     Example:
         >>> asked = wd.DemandHistogram("peak_storey_drift_ratio", np.geomspace(1e-4, 0.1, 61), quantiles=(0.5, 0.84))

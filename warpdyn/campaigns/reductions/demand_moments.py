@@ -33,7 +33,7 @@ class DemandMoments(Statistic):
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
-        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
 
     Example:
         >>> found = wd.simulate(scene, structures=3, statistics=wd.DemandMoments("peak_base_shear", over="stripe"))
@@ -64,7 +64,7 @@ class LargestDemand(Statistic):
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
-        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
 
     Example:
         >>> found = wd.simulate(scene, structures=3, statistics=wd.LargestDemand("peak_storey_drift_ratio"))

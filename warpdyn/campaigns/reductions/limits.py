@@ -148,7 +148,9 @@ def limits_by_archetype(
         raise TypeError(f"limits must map each archetype to its limits, got {type(limits).__name__}")
     unknown = [name for name in limits if name not in names]
     if unknown:
-        raise ValueError(f"limits name {unknown[0]!r}, which is no archetype of the run; it has {', '.join(names)}")
+        raise ValueError(
+            f"limits name {unknown[0]!r}, which is not an archetype of the run; its archetypes are {', '.join(names)}"
+        )
     states: list[str] = []
     rows: list[list[float]] = []
     missing = [name for name in names if name not in limits]

@@ -56,11 +56,11 @@ class Mergeable:
         return found
 
     def include(self, part: Arrays) -> None:
-        """Add what `partial` returned of structures that are not counted yet."""
+        """Add a result of `partial` for structures that are not counted yet."""
         self.tally.include(part["cells"], part["counts"])
         self.include_sums(part)
 
     def include_sums(self, part: Arrays) -> None:
-        """Add the sums by cell of what `partial` returned."""
+        """Add the sums by cell in a result of `partial`."""
         for place, sums in enumerate(self.sums_by_cell):
             sums.include(part["cells"], ExactSums(part[f"bins_{place}"], part[f"largest_{place}"]))

@@ -81,7 +81,7 @@ class Reduction:
                 values = {name: np.ascontiguousarray(array[::copies, event]) for name, array in rows.items()}
             block = Block(structures, event, values)
             self._count_failures(block.status)
-            # Side by side, as each of them waits for its own threads.
+            # In parallel, because each reducer waits for its own kernels.
             adding = [self._side_by_side.submit(reducer.add, block, self._threads) for reducer in self._reducers]
             for each in adding:
                 each.result()

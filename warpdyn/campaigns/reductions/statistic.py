@@ -44,7 +44,7 @@ class Reducer(Protocol):
         """Return what has been counted, of the cells that samples were counted in."""
 
     def include(self, part: Arrays) -> None:
-        """Add what `partial` returned of structures that are not counted yet."""
+        """Add a result of `partial` for structures that are not counted yet."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -83,7 +83,8 @@ class Statistic:
             raise ValueError(f"labels has {', '.join(map(repr, unused))}, which `over` does not name")
         given = {f"labels[{name!r}]": values for name, values in self.labels.items()}
         given |= {each.name: getattr(self, each.name) for each in fields(self)}
-        # Values become arrays, which tell nothing of where they come from; the run's archetypes are not known yet.
+        # Remember which values are in the order of an inventory, because the arrays made below do not show it. The
+        # warning waits for the run, whose archetypes are not known yet.
         columns = tuple(name for name, values in given.items() if is_in_inventory_order(values))
         object.__setattr__(self, "_inventory_columns", columns)
         object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})

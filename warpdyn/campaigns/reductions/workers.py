@@ -22,9 +22,10 @@ class Workers(Protocol):
     """Threads that share the rows of a block, and the memory that they read and write.
 
     Attributes:
-        threads: How many there are on a processor; 1 for a GPU, which has thousands.
+        threads: Number of CPU threads; 1 for a GPU, which has thousands of threads.
         memory_of_sums: Bytes that the sums of rows may take at a time.
-        copies_of_cells: Most copies of the cells of sums, so that threads which add to one cell do so side by side.
+        copies_of_cells: Largest number of copies of the sums by cell, so that several threads can add to the same cell
+            in parallel, each in its own copy.
     """
 
     threads: int
@@ -148,7 +149,7 @@ class Threads:
         most: int = 0,
         together: int = 1,
     ) -> None:
-        """Launch a kernel over parts of a range side by side, and wait."""
+        """Launch a kernel over parts of a range in parallel, and wait."""
         loaded(kernel)
         parts = max(1, min(most or self.threads, self.threads, (last - first) // max(1, least)))
         edges = (np.linspace(first // together, last // together, parts + 1).astype(int) * together).tolist()
@@ -240,7 +241,7 @@ class Gpu:
             if taken == shape and view.dtype is kind:
                 return view
         if place == len(self._held) or self._held[place].dtype is not kind or self._held[place].size < size:
-            # With room for somewhat larger blocks, as all that is queued is waited for.
+            # Allocate 25 % more, because larger memory for a later block would need another wait for the whole device.
             held = wp.empty(max(size + size // 4, 1), dtype=kind, device=self.device)
             wp.synchronize_device(self.device)
             self._held[place : place + 1] = [held]

@@ -14,7 +14,7 @@ from warpdyn.foundations.core.checks import check_memory
 
 SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block. CPU_BLOCK makes the cost of launches negligible. A GPU reaches its full speed only if a launch has
-# several times as many samples as fit side by side (2^16 of 5 storeys): 2^18 samples of one to three storeys take 25 %
+# several times as many samples as run in parallel (2^16 of 5 storeys): 2^18 samples of one to three storeys take 25 %
 # longer in four launches. But the preparation of the first block and the collection of the last block do not overlap
 # with kernels: 2^20 samples in two blocks take 10 % more kernel time than in one block, and 14 % less time in all.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**18, 2
@@ -107,9 +107,9 @@ def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
 
 
 def blocks_ahead(run: Run) -> int:
-    """Return how many blocks are prepared ahead of a free device, side by side.
+    """Return how many blocks are prepared in parallel before their device is free.
 
-    One thread prepares a block of short histories in twice the time that a GPU takes to run it.
+    One thread takes twice as long to prepare a block of short histories as a GPU takes to run it.
     """
     if not run.execution.is_gpu:
         return 0

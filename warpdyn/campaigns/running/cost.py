@@ -10,9 +10,9 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.foundations.core.messages import tell, warn_caller
 
-# A step of a storey takes 0.8 ns (elastic) to 2.3 ns (Bouc-Wen) of a processor's core by RK4 in float32, and some ten
-# times that by laws that deteriorate, in float64 and by implicit methods: an order of magnitude. GPUs are as fast as
-# some hundred cores.
+# By RK4 in float32, one CPU core takes 0.8 ns (elastic) to 2.3 ns (Bouc-Wen) for a step of a storey; about ten times as
+# long for laws with deterioration, in float64 and by implicit methods. 5 ns is right within a factor of about ten. A
+# GPU is as fast as a few hundred cores.
 SECONDS_OF_A_STEP, CORES_OF_A_GPU = 5e-9, 200
 TOLD = 300.0  # seconds; longer runs are reported before they start
 MOST_STEPS_OF_A_SAMPLE = 10**7  # a day of a record at 10 ms; nothing stops a launch within a sample

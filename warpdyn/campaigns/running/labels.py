@@ -136,7 +136,7 @@ def _start_time(scene: Scene, name: str) -> dict[str, str]:
 
 def _level_attributes(level: Assignment) -> dict[str, Any]:
     """Return the attributes of `im_level` for the samples of a design."""
-    striped = STRIPED if level.is_striped else "of a design where every motion has a level of its own"
+    striped = STRIPED if level.is_striped else "of a design in which every motion has its own level"
     name = str(level.measure.get(MEASURE, UNNAMED[1]))
     label = {"long_name": label_of_levels(name), "design": striped} | unit_attributes(level.units)
     return {**label, **level.measure}

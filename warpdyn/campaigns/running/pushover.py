@@ -57,7 +57,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
 
     Raises:
         ValueError: If a drift is not finite or the shape is another.
-        TypeError: If `building` is no ShearBuilding.
+        TypeError: If `building` is not a ShearBuilding.
 
     Example:
         >>> cycle = wd.storey_hysteresis(building, [0.0, 0.01, -0.01, 0.0])
@@ -112,7 +112,7 @@ def pushover(
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
         RuntimeError: If no equilibrium is found at all.
-        TypeError: If `building` is no ShearBuilding.
+        TypeError: If `building` is not a ShearBuilding.
 
     Example:
         >>> pushed = wd.pushover(building, np.linspace(0.0, 0.1, 101))

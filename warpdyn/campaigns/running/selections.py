@@ -49,7 +49,7 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
 
     Raises:
         ValueError: If the run is not of an EventSequence, or has no such event.
-        TypeError: If `run` is no Dataset.
+        TypeError: If `run` is not a Dataset.
 
     Example:
         >>> events = wd.EventSequence({"mainshock": stripes, "aftershock": wd.Cloud(motions[:2])})
@@ -57,9 +57,9 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
         >>> wd.select_event(run, "mainshock").sizes["sample"], run.sizes["sample"]
         (48, 96)
     """
-    check_dataset("select_event", run, advice="give what simulate() returned of an EventSequence", argument="run")
+    check_dataset("select_event", run, advice="give the result of simulate() for an EventSequence", argument="run")
     if "event" not in run.dims or "im_level_design" not in run.coords:
-        raise ValueError("the dataset has no events: it is not what simulate() returned of an EventSequence")
+        raise ValueError("the dataset has no events: it is not the result of simulate() for an EventSequence")
     names = run["event"].values.tolist()
     one_of("name of an event of the run", name, names)
     place = names.index(name)
@@ -93,14 +93,14 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
 
     Raises:
         ValueError: If there is no such archetype.
-        TypeError: If `run` is no Dataset.
+        TypeError: If `run` is not a Dataset.
 
     Example:
         >>> run = wd.simulate(region)
         >>> wd.select_archetype(run, "C1L high 2").sizes["sample"]
         8
     """
-    check_dataset("select_archetype", run, advice="give what simulate() returned of a portfolio", argument="run")
+    check_dataset("select_archetype", run, advice="give the result of simulate() for a portfolio", argument="run")
     names = archetypes_of(run).tolist()
     one_of("name of an archetype of the run", name, names)
     place = names.index(name)
@@ -126,14 +126,14 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 
     Raises:
         ValueError: If the run has no such storeys.
-        TypeError: If `run` is no Dataset.
+        TypeError: If `run` is not a Dataset.
 
     Example:
         >>> upper = wd.select_storeys(run, first=2, last=2)
         >>> upper.sizes["storey"]
         1
     """
-    check_dataset("select_storeys", run, advice="give what simulate() returned", argument="run")
+    check_dataset("select_storeys", run, advice="give the result of simulate()", argument="run")
     storeys = run.sizes.get("storey", 0)
     first, last = whole_number("first", first, 1), whole_number("last", last, 1)
     if not first <= last <= storeys:
@@ -188,5 +188,5 @@ def archetypes_of(run: xr.Dataset) -> np.ndarray:
     needed = ("archetype", "archetype_index", "building", "status")
     missing = [name for name in needed if name not in run.variables]
     if missing:
-        raise ValueError(f"the dataset has no {missing[0]!r}: it is not what simulate() returned of a portfolio")
+        raise ValueError(f"the dataset has no {missing[0]!r}: it is not the result of simulate() for a portfolio")
     return run["archetype"].values.astype(str)

@@ -20,7 +20,7 @@ def cpu_flags(keeps_lanes: bool = True) -> str:
             1/5 longer to run and long to compile.
     """
     configured = wp.config.cpu_compiler_flags
-    # Without any, Warp itself compiles for the processor at hand.
+    # Without configured flags, Warp compiles for the processor of this machine.
     own = "-march=native" if configured is None else configured
     as_loops = f" -fno-slp-vectorize -mllvm=-unroll-full-max-count={FEWEST_LANES - 1}" if keeps_lanes else ""
     return f"{own} -ffp-contract=fast -mprefer-vector-width=512{as_loops}".strip()

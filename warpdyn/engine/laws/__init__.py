@@ -9,6 +9,7 @@ imported when a kernel is built. Nothing here imports warp.
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 from warpdyn.engine.laws.definition import DEVICES, LAWS
@@ -79,9 +80,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Return `certify`, which simulates laws and is imported when it is used."""
     if name == "certify":
-        from warpdyn.campaigns.running.certification import certify
-
-        return certify
+        # A later package, which may be imported only when this function is called.
+        return importlib.import_module("warpdyn.campaigns.running.certification").certify
     raise AttributeError(f"warpdyn.laws has no {name!r}")
 
 

@@ -24,10 +24,10 @@ from warpdyn.foundations.core.interruption import interruptible, stop_if_asked
 from warpdyn.foundations.files.unfinished import Unfinished
 from warpdyn.foundations.files.versions import version_of
 
-# Samples in a chunk of the file: some hundred kilobytes of each variable, so that half-filled chunks at the end of a
+# Samples in a chunk of the file: a few hundred kB of each variable, so that half-filled chunks at the end of a
 # block take little time and space.
 CHUNK = 2**14
-ROWS_AT_A_TIME = 16 * CHUNK  # samples written between two checks for a signal; compressing them takes some 0.1 s
+ROWS_AT_A_TIME = 16 * CHUNK  # samples written between two checks for a signal; compressing them takes about 0.1 s
 TRIED_BYTES = 2**15  # bytes of a variable that are compressed to decide whether to compress the variable
 LEAST_SHRINKING = 10
 OF_ZARR = ("chunks", "preferred_chunks", "compressors", "filters", "shards")  # encodings of variables of a Zarr store

@@ -134,8 +134,8 @@ class CalibratedChain:
         rounding, for any softening storey, except that unloading is softer with damage (GEM's damage shifts the curve
         by less than 1 %). With "every_storey", as in GEM's toolkit and Lu's model, each storey's backbone is the whole
         curve in proportion, and the roof follows the curve if all storeys soften alike. In a pushover that finds the
-        stable equilibrium, and in an earthquake, one storey softens alone, and the building falls more steeply than the
-        curve, the more so the more storeys it has.
+        stable equilibrium, and in an earthquake, one storey softens alone, and the building's resistance falls more
+        steeply than the curve; the difference grows with the number of storeys.
 
         A warning is given if the chain's period, strength or yield drift suggests a curve in mm, kN or g.
 

@@ -18,7 +18,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.output_variables import EXTRAPOLATED, MEDIAN_STATUS, UNNAMED
 from warpdyn.model.ground_motions.measures.names import same_measure, warn_unless_compared
 
-ADVICE = "give what fragility(run, limits) returned"
+ADVICE = "give the result of fragility(run, limits)"
 
 
 @dataclass(frozen=True, eq=False)

@@ -67,7 +67,7 @@ class DamageCounts(Statistic):
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if a limit is not positive and finite or
             limits do not increase, or the scene does not record the demand.
-        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
 
     Example:
         >>> counts = wd.simulate(scene, structures=3, statistics=wd.DamageCounts({"slight": 0.005}, over="stripe"))
@@ -207,7 +207,7 @@ class DamageReducer(Mergeable):
         return super().partial() | {"least_drift": np.array(self._least_drift)}
 
     def include(self, part: Arrays) -> None:
-        """Add what `partial` returned of structures that are not counted yet."""
+        """Add a result of `partial` for structures that are not counted yet."""
         super().include(part)
         self._least_included = min(self._least_included, float(part["least_drift"]))
 
@@ -293,7 +293,7 @@ class NumberReducer(Mergeable):
         return super().partial() | self.counted.partial()
 
     def include(self, part: Arrays) -> None:
-        """Add what `partial` returned of structures that are not counted yet."""
+        """Add a result of `partial` for structures that are not counted yet."""
         self.counted.include(part)
         self.include_sums(part)
 

@@ -44,7 +44,7 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
         where: Whose ratios they are, for errors.
 
     Raises:
-        TypeError: If `ratios` is no mapping.
+        TypeError: If `ratios` is not a mapping.
         ValueError: If a state is missing or unknown, a mean is not between 0 and 1 or falls from one state to the next,
             or a coefficient of variation is negative or too large for a beta distribution.
     """

@@ -50,7 +50,7 @@ class DamageLoss(Statistic):
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, see `DamageCounts`, or if a state has no
             loss ratio or a structure no replacement value.
-        TypeError: If `over` is no name and no row of names, or `labels` no mapping.
+        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
 
     Example:
         >>> costs = stock.replacement_costs(inventory)

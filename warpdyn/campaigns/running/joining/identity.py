@@ -1,7 +1,7 @@
 """Identity of the buildings, structures and motions of a run's samples, independent of their numbers.
 
-A number says nothing beyond its run: structure 0 of another seed is another structure, and motion 0 of another scene
-may be another record. Identities are digests, which are the same in every run that has the same thing.
+Numbers are valid only within one run: structure 0 of another seed is another structure, and motion 0 of another scene
+may be another record. Identities are digests: the same structure or motion has the same digest in every run.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class Identities:
             return self.run[OF_SAMPLES].values
         label = "building" if self.is_portfolio else "structure"
         if label not in self.run.coords:
-            raise ValueError(f"join: run {self.place} has no coordinate {label!r}: give what simulate() returned")
+            raise ValueError(f"join: run {self.place} has no coordinate {label!r}: give the result of simulate()")
         columns = {"building_type": self.building_of_sample, "number": self.run[label].values}
         columns["seed"] = np.full(self.run.sizes["sample"], number_of(self.seed, *self._number_of_points))
         for name in self.inputs:
@@ -114,7 +114,7 @@ class Identities:
     def seed(self) -> object:
         """The seed, or the same for all where nothing depends on it."""
         if "seed" not in self.run.attrs:
-            raise ValueError(f"join: run {self.place} has no attribute 'seed'; give what simulate() returned")
+            raise ValueError(f"join: run {self.place} has no attribute 'seed'; give the result of simulate()")
         excitation = json.dumps(self.scene["excitation"])
         labels = ("drawn_structure", "structure")  # of capacities, of a run
         attributes = next((self.run[name].attrs for name in labels if name in self.run.coords), {})

@@ -44,7 +44,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
         values; `scene` is there if it is the same in all runs.
 
     Raises:
-        TypeError: If `runs` are no Datasets.
+        TypeError: If `runs` are not Datasets.
         ValueError: If a sample is in two runs, which would count twice; if intensities are of different measures, or
             peaks are recorded from different times on; if a run lacks variables of another one, has whole histories, is
             one archetype of a portfolio, or is not a run.

@@ -47,7 +47,7 @@ from warpdyn.model.scene.scene import Scene
 
 MOST_PREPARED = 4  # jobs that a process remembers
 # Regions for each worker, so that all workers end at about the same time; samples of the smallest region on a CPU and
-# on a GPU; samples of the largest region on a GPU, in at least two blocks that are under way side by side.
+# on a GPU; samples of the largest region on a GPU, in at least two blocks that are processed in parallel.
 REGIONS_PER_WORKER, LEAST_CPU_REGION, LEAST_GPU_REGION, GPU_REGION = 4, 2**10, 2**15, 2**19
 # Samples of a region on a GPU if they are reduced to statistics: some seconds of work. At the start and the end of a
 # region the GPU waits for the host, which then takes a small share of the time.

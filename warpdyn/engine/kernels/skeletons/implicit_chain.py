@@ -15,8 +15,8 @@ from warpdyn.engine.kernels.stepping import search
 from warpdyn.engine.kernels.stepping.search import is_newton
 from warpdyn.engine.methods.table import METHODS
 
-# Newton's method needs 1 to 6 iterations; some dozens if in a long step many storeys start or stop yielding. With modal
-# damping each iteration reduces the error by a constant factor, which in the worst case needs as many.
+# Newton's method needs 1 to 6 iterations; 20 to 50 if many storeys start or stop yielding in one long step. With modal
+# damping each iteration reduces the error by a constant factor, which in the worst case takes as many iterations.
 MOST_ITERATIONS = 100
 
 

@@ -21,9 +21,9 @@ Differences from OpenSees, whose forces jump in these cases:
   pinched line before the envelope does, as with a large R1 and a large alpha, the force jumps there from the pinched
   line to the reloading line (by a third of F0 with the R1 of 0.1 of a public parameter set). If dun is below DU and
   beta dun is beyond it, the force falls back to the envelope at beta dun.
-- No reloading line is steeper than unloading. In OpenSees it is if beta dun is less than F0/S0.
-- Once a wall has passed the small drifts on one side, the first loading of the other side counts as soon as it is on
-  the envelope. OpenSees returns to the rule of small drifts there.
+- No reloading line is steeper than unloading. In OpenSees a reloading line is steeper if beta dun is less than F0/S0.
+- Once a wall has passed the small drifts on one side, the first loading of the other side counts once it reaches
+  the envelope. OpenSees applies the rule of small drifts there.
 - A failed wall has no force. OpenSees gives it a stiffness of 1e-8.
 """
 

@@ -44,7 +44,7 @@ class Coefficient(Layout):
 
 
 class SelfCentring(Law):
-    """A self-centring storey with flag-shaped loops, as of post-tensioned walls and frames (OpenSees: SelfCentering).
+    """A self-centring storey with flag-shaped loops, as in post-tensioned walls and frames (OpenSees: SelfCentering).
 
     The help of its module lists the rules and the differences from OpenSees. The stiffness is OpenSees' k1.
 
