@@ -168,6 +168,8 @@ def baseline(results: Path) -> None:
     """Run all tests without a mutant, and write the names of those that fail."""
     command = [sys.executable, "-m", "pytest", "-q", "-m", "not thorough", "-p", "no:cacheprovider"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    if " passed" not in done.stdout:
+        raise RuntimeError(f"pytest ran no test: {done.stdout[-1000:]}{done.stderr[-1000:]}")
     names = re.findall(r"^(?:FAILED|ERROR) (\S.*?)(?: - .*)?$", done.stdout, re.MULTILINE)
     failing(results).write_text("\n".join(sorted(set(names))))
     print(done.stdout[-300:], f"{len(names)} tests are left out", sep="\n")
@@ -212,7 +214,8 @@ def tried(mutant: Mutant, *, runs_all: bool, without: list[str], core: int) -> d
                 *without,
                 *arguments,
             ]
-            environment = os.environ | {"PYTHONPATH": str(copied), "PYTHONDONTWRITEBYTECODE": "1"}
+            paths = os.pathsep.join([str(copied), *filter(None, [os.environ.get("PYTHONPATH")])])
+            environment = os.environ | {"PYTHONPATH": paths, "PYTHONDONTWRITEBYTECODE": "1"}
             try:
                 done = subprocess.run(
                     ["taskset", "-c", str(core), *command],
@@ -225,7 +228,9 @@ def tried(mutant: Mutant, *, runs_all: bool, without: list[str], core: int) -> d
                 )
             except subprocess.TimeoutExpired:
                 return {"result": "killed", "stage": stage, "by": "timeout"}
-            if done.returncode not in (0, 5):  # 5: no test was selected
+            if done.returncode not in (0, 1, 2, 5):  # failures, errors of collection, no test selected
+                raise RuntimeError(f"pytest ran no test: {done.stdout[-1000:]}{done.stderr[-1000:]}")
+            if done.returncode in (1, 2):
                 failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
                 return {"result": "killed", "stage": stage, "by": failed[0] if failed else done.stdout[-300:]}
     return {"result": "survived"}
