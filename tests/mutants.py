@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import ast
 import copy
+import itertools
 import json
 import os
 import queue
@@ -40,6 +41,7 @@ PACKAGES = (
 )
 MOST_TEST_FILES = 12  # in the first stage
 PATIENCE = 900  # a stage that takes longer counts as failed: a mutant may loop for ever [s]
+RESULTS_OF_TESTS = (0, 1, 2, 5)  # exit status of pytest: passed, failed, error of collection, no test selected
 # Functions whose result is text for people, which tests need not repeat word by word.
 TEXT_ONLY = re.compile(r"__repr__|_repr_html_|description|warn|message|html|sentence|tell")
 
@@ -164,15 +166,34 @@ def failing(results: Path) -> Path:
     return results.with_suffix(".failing")
 
 
-def baseline(results: Path) -> None:
-    """Run all tests without a mutant, and write the names of those that fail."""
-    command = [sys.executable, "-m", "pytest", "-q", "-m", "not thorough", "-p", "no:cacheprovider"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    if " passed" not in done.stdout:
-        raise RuntimeError(f"pytest ran no test: {done.stdout[-1000:]}{done.stderr[-1000:]}")
-    names = re.findall(r"^(?:FAILED|ERROR) (\S.*?)(?: - .*)?$", done.stdout, re.MULTILINE)
+def baseline(results: Path, processes: int) -> None:
+    """Run each test file without a mutant, and write the names of the tests that fail."""
+
+    def failed(path: Path, core: int) -> list[str]:
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "-q",
+            "-n0",
+            "-m",
+            "not thorough",
+            "-p",
+            "no:cacheprovider",
+            str(path),
+        ]
+        pinned = ["taskset", "-c", str(core), *command]
+        done = subprocess.run(pinned, cwd=ROOT, capture_output=True, text=True, check=False)
+        if done.returncode not in RESULTS_OF_TESTS:
+            raise RuntimeError(f"pytest ran no test: {done.stdout[-1000:]}{done.stderr[-1000:]}")
+        return re.findall(r"^(?:FAILED|ERROR) (\S.*?)(?: - .*)?$", done.stdout, re.MULTILINE)
+
+    cores = itertools.cycle(sorted(os.sched_getaffinity(0))[:processes])
+    with ThreadPoolExecutor(processes) as pool:
+        found = pool.map(failed, sorted((ROOT / "tests").glob("test_*.py")), cores)
+        names = [name for each in found for name in each]
     failing(results).write_text("\n".join(sorted(set(names))))
-    print(done.stdout[-300:], f"{len(names)} tests are left out", sep="\n")
+    print(f"{len(names)} tests are left out")
 
 
 def left_out(results: Path) -> list[str]:
@@ -228,7 +249,7 @@ def tried(mutant: Mutant, *, runs_all: bool, without: list[str], core: int) -> d
                 )
             except subprocess.TimeoutExpired:
                 return {"result": "killed", "stage": stage, "by": "timeout"}
-            if done.returncode not in (0, 1, 2, 5):  # failures, errors of collection, no test selected
+            if done.returncode not in RESULTS_OF_TESTS:
                 raise RuntimeError(f"pytest ran no test: {done.stdout[-1000:]}{done.stderr[-1000:]}")
             if done.returncode in (1, 2):
                 failed = re.findall(r"^(?:FAILED|ERROR) (\S+)", done.stdout, re.MULTILINE)
@@ -252,7 +273,7 @@ def main() -> int:
     if arguments.results is None:
         parser.error(f"give a file for the results: python tests/mutants.py {arguments.action} RESULTS.jsonl")
     if arguments.action == "baseline":
-        baseline(arguments.results)
+        baseline(arguments.results, arguments.processes)
         return 0
     found: dict[str, dict[str, object]] = {}
     if arguments.results.exists():
