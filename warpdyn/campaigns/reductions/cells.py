@@ -73,8 +73,8 @@ class Cells:
         self._lay_out(tuple(self._size_of(name) for name in self.dims))
         if self.count >= 2**31:
             raise ValueError(
-                f"a statistic over {', '.join(self.dims)} has {self.count:,} cells, but at most 2^31 are possible: name "
-                "fewer dimensions in over="
+                f"a statistic over {', '.join(self.dims)} has {self.count:,} cells, but at most 2^31 are possible: "
+                "name fewer dimensions in over="
             )
         self._run, self._structures = self, np.arange(0)
 
