@@ -121,7 +121,7 @@ RUNS = {
     "limits of another archetype": (
         lambda: wd.damage_shares(city_run(), {}),
         ValueError,
-        "limits have none for archetype 'a'",
+        "limits lack archetype 'a'",
     ),
     "distributions of one run": (
         lambda: wd.plots.drift_distributions(demands()),

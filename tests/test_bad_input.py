@@ -188,7 +188,7 @@ SCENES = {
     ),
     "collapse limit": (lambda: scene(collapse_drift_ratio=0.0), "collapse_drift_ratio must be a finite number above 0"),
     "tail": (lambda: scene(tail=-1.0), "tail [s] must be a finite number of at least 0, got -1.0"),
-    "nothing is kept": (lambda: wd.simulate(scene(recorders=())), "the scene has no recorders", "ask for histories"),
+    "nothing is kept": (lambda: wd.simulate(scene(recorders=())), "the scene has no recorders", "or give histories="),
     "negative frequency": (
         lambda: wd.HarmonicForce([1.0, 1.0], -3.0, 1.0),
         "circular_frequency [rad/s] must be a finite number of at least 0, got -3",

@@ -171,7 +171,7 @@ def test_stripes_are_counted_apart():
 BAD = {
     "no portfolio": (lambda run: run.drop_vars("archetype_index"), LIMITS, {}, "no 'archetype_index'"),
     "no drift": (lambda run: run.drop_vars("peak_storey_drift_ratio"), LIMITS, {}, "add 'drift' to Scene"),
-    "missing": (None, {"light": LIMITS["light"]}, {}, "limits have none for archetype 'heavy'"),
+    "missing": (None, {"light": LIMITS["light"]}, {}, "limits lack archetype 'heavy'"),
     "unknown": (None, {"lihgt": {}}, {}, "limits name 'lihgt'"),
     "states": (None, LIMITS | {"heavy": {"slight": 1.0}}, {}, "archetype 'heavy': its damage states are slight"),
     "order": (None, LIMITS | {"heavy": {"slight": 3.0, "complete": 2.0}}, {}, "'heavy': limits must increase"),
@@ -181,7 +181,7 @@ BAD = {
     "tuples": (None, LIMITS, {"events": [("a", 1)] * 4}, "events must be names or whole numbers, all of one kind"),
     "mixed": (None, LIMITS, {"events": ["a", "a", 1, 1]}, "events must be names or whole numbers, all of one kind"),
     "unnamed": (None, LIMITS, {"events": ["a", "a", None, None]}, "events must be names or whole numbers"),
-    "none": (None, {name: {"none": 1.0} for name in LIMITS}, {}, "'none' is the state of a building above no limit"),
+    "none": (None, {name: {"none": 1.0} for name in LIMITS}, {}, "'none' is the state of buildings that exceed no"),
 }  # fmt: skip
 
 

@@ -29,7 +29,7 @@ CALLS = {
 
 @pytest.mark.parametrize("name", CALLS)
 def test_states_named_by_numbers_and_limits_that_are_no_numbers(name):
-    with pytest.raises(TypeError, match=r"damage states are named by text, as in \{'1': ...\}, got 1, .* type int"):
+    with pytest.raises(TypeError, match=r"name of a damage state must be text, as in \{'1': ...\}, got 1, .* type int"):
         CALLS[name]({1: 0.005})
     with pytest.raises(ValueError, match=r"(?s)'slight'.*'0.5%'.*\(0.5 % is 0.005\)"):
         CALLS[name]({"slight": "0.5%"})

@@ -95,8 +95,8 @@ def test_losses_of_events_are_those_of_portfolio_losses():
     [
         ({"loss_ratios": {"slight": 0.1}}, "DamageLoss: loss_ratios must name the damage states"),
         ({"loss_ratios": {"slight": 2.0, "moderate": 3.0, "complete": 100.0}}, "at most 1"),
-        ({"replacement_values": [1.0, 2.0]}, r"one for each of the 21 structures, none below 0; got shape \(2,\)"),
-        ({"replacement_values": -1.0}, "none below 0; got 1 below 0, such as -1"),
+        ({"replacement_values": [1.0, 2.0]}, r"one for each of the 21 structures, at least 0; got shape \(2,\)"),
+        ({"replacement_values": -1.0}, "at least 0; got 1 below 0, such as -1"),
     ],
 )
 def test_losses_that_do_not_fit_are_refused(how, message):

@@ -108,10 +108,10 @@ def test_without_events_components_count_by_themselves():
 @pytest.mark.fast
 def test_components_of_two_events_are_refused():
     asked = wd.DamageCounts(CITY_LIMITS, over="event", events=["a", "b", "c", "a", "b", "b"])
-    with pytest.raises(ValueError, match="those at site 1 in earthquake 0 are of 'c' and 'b'"):
+    with pytest.raises(ValueError, match="those at site 1 in earthquake 0 have the events 'c' and 'b'"):
         simulate(scene_of(BOTH, CITY), statistics=asked)
     nameless = wd.DamageCounts(CITY_LIMITS, over="event", events=["a", "", "c", "a", "b", "c"])
-    with pytest.raises(ValueError, match=r"events must have names, and that of motion 1 is '': name the records"):
+    with pytest.raises(ValueError, match=r"events must have names, but that of motion 1 is '': name the records"):
         simulate(scene_of(BOTH, CITY), statistics=nameless)
     with pytest.raises(ValueError, match="unknown over 'earthquake'"):
         simulate(scene_of("cloud"), statistics=wd.DamageCounts({"slight": 0.01}, over="earthquake"))

@@ -29,21 +29,21 @@ CASES = [
     ("crossed", lambda: wd.DemandMoments("peak_base_shear"), "records no 'peak_base_shear'.*peak_storey_drift"),
     ("crossed", lambda: wd.LargestDemand("status"), "records no 'status'"),
     ("crossed", lambda: wd.DamageCounts({"slight": 0.01, "moderate": 0.005}), "limits must increase"),
-    ("crossed", lambda: wd.DamageCounts({"none": 0.01}), "'none' is the state of a sample above no limit"),
+    ("crossed", lambda: wd.DamageCounts({"none": 0.01}), "'none' is the state of samples that exceed no limit"),
     ("crossed", lambda: wd.DamageCounts([0.01]), "limits must map"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="building"), "unknown over 'building'.*'structure'"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="motions"), "unknown over 'motions'.*did you mean 'motion'"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="archetype"), "unknown over 'archetype'"),
     ("crossed", lambda: wd.DamageCounts(LIMITS, over="event"), "over='event' needs events=.*'motion'"),
-    ("crossed", lambda: wd.DamageCounts(LIMITS, over=("motion", "motion")), "each at most once"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over=("motion", "motion")), "name each dimension at most once"),
     ("cloud", lambda: wd.DamageCounts(LIMITS, over="stripe"), "unknown over 'stripe'"),
-    ("sequence", lambda: wd.DamageCounts(LIMITS, over="motion"), "over 'event'"),
+    ("sequence", lambda: wd.DamageCounts(LIMITS, over="motion"), "add 'event' to over="),
     (
         "sequence",
         lambda: wd.DamageCounts(LIMITS, over="event", events=["a"] * 3),
         "an EventSequence has its own events: remove events",
     ),
-    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"]), "each of the 3 motions, and holds 1"),
+    ("crossed", lambda: wd.DamageCounts(LIMITS, over="event", events=["a"]), "each of the 3 motions, got 1"),
     (
         "crossed",
         lambda: wd.DamageCounts(LIMITS, over="event", events="abc"),
@@ -53,7 +53,7 @@ CASES = [
     (
         "crossed",
         lambda: wd.DamageCounts(LIMITS, over="cell", labels={"cell": np.zeros(20, int)}),
-        r"labels\['cell'\] must hold a label for each of the 21 structures, and has shape \(20,\)",
+        r"labels\['cell'\] must contain a label for each of the 21 structures, got shape \(20,\)",
     ),
     (
         "crossed",
@@ -74,13 +74,13 @@ CASES = [
     (
         "crossed",
         lambda: [wd.DamageCounts(LIMITS), wd.DamageCounts({"other": 0.01})],
-        "two statistics (fill|have different values along) 'dam",
+        "two statistics have different values (of|along) 'dam",
     ),
     ("city crossed", lambda: wd.DamageCounts(LIMITS), "limits name 'slight', which is not an archetype"),
     (
         "city crossed",
         lambda: wd.DamageCounts({name: CITY_LIMITS[name] for name in list(CITY.archetypes)[1:]}),
-        "limits have none for archetype 'low'",
+        "limits lack archetype 'low'",
     ),
     ("city cloud", lambda: wd.DamageCounts(CITY_LIMITS, over="earthquake"), "unknown over 'earthquake'"),
     ("city cloud", lambda: wd.DamageCounts(CITY_LIMITS | {"lower": LIMITS}), "limits name 'lower'"),
@@ -114,7 +114,7 @@ def test_statistics_that_do_not_fit_are_refused(design, made, message):
         (lambda: wd.DamageCounts(LIMITS, each_place="storey"), TypeError, "each_place must be True or False"),
         (lambda: wd.DamageCounts(LIMITS, over=3), TypeError, "over must be a name or several"),
         (lambda: wd.DamageCounts(LIMITS, over={"cell": [1]}), TypeError, "over must be a name or several"),
-        (lambda: wd.DamageCounts(LIMITS, labels={"cell": [1]}), ValueError, "labels has 'cell', which `over` does not"),
+        (lambda: wd.DamageCounts(LIMITS, labels={"cell": [1]}), ValueError, "labels has 'cell', which is not in over"),
         (lambda: wd.DamageCounts(LIMITS, labels=[1]), TypeError, "labels must map a name"),
     ],
 )
@@ -129,7 +129,7 @@ def test_statistics_are_checked_when_they_are_made(made, error, message):
         ({"histories": wd.Histories([0], 1)}, ValueError, "histories needs single samples"),
         ({"sample_error": 0.05}, ValueError, "sample_error needs single samples"),
         ({"statistics": []}, TypeError, "statistics must be"),
-        ({"statistics": {"slight": 0.01}}, TypeError, "statistics must be DamageCounts"),
+        ({"statistics": {"slight": 0.01}}, TypeError, "statistics must be a statistic, such as wd.DamageCounts"),
     ],
 )
 def test_arguments_that_do_not_go_together_are_refused(settings, error, message):
@@ -149,7 +149,7 @@ def test_limits_in_percent_are_warned_of():
 def test_counts_over_too_much_are_refused(monkeypatch):
     monkeypatch.setattr("warpdyn.campaigns.reductions.tally.free_memory", lambda device: 1000)
     statistic = wd.DamageCounts(LIMITS, over=("structure", "motion"))
-    with pytest.raises(MemoryError, match=r"over 21 structures x 3 motions takes .* take it over less"):
+    with pytest.raises(MemoryError, match=r"over 21 structures x 3 motions takes .* name fewer dimensions in over="):
         wd.simulate(scene_of("crossed"), structures=21, device="cpu", statistics=statistic)
 
 

@@ -57,7 +57,7 @@ class DenseDynamics(Dynamics):
         return 2 * np.pi / lowest, slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
 
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
-        """Return the modes of scaled linear systems: all have the same shapes; the modal mass is the factor on the mass."""
+        """Return the modes of scaled linear systems: shapes of the nominal system, factor on the mass as modal mass."""
         nominal, mass = self.structure.parameters, parameters["mass"]
         squared, shape = undamped_modes(nominal["stiffness"], nominal["mass"])
         damping = shape.T @ nominal["damping"] @ shape

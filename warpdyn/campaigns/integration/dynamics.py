@@ -116,7 +116,7 @@ class Dynamics(ABC):
         }
 
     def vibration_of(self, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
-        """Return each structure's vibration with its initial stiffness, and the stable step with its largest stiffness."""
+        """Return each structure's vibration with the initial stiffness and stable step with the largest stiffness."""
         count = len(next(iter(drawn.values()))) if drawn else 1
         at_a_time = STRUCTURES_AT_A_TIME
         if self.needs_eigenvalues:

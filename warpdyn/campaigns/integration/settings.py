@@ -133,7 +133,7 @@ class Settled(Integration):
     """How the samples of a scene of one structure are integrated, with a method and a number type.
 
     Args:
-        divides_steps: Whether steps may be divided for a sample that needs shorter ones; False if the caller gave a step.
+        divides_steps: Whether steps that are too long for a sample may be divided; False if the caller gave a step.
         refinement: Number of integration steps that replace each default step of RK4.
         reason: Why the method is the default of the law; empty if the method or a step is given.
     """

@@ -1,1 +1,1 @@
-"""Many buildings of different kinds at once."""
+"""Portfolios: runs of buildings of different types."""

@@ -45,7 +45,7 @@ class Group:
 
     @contextmanager
     def named_in_messages(self) -> Iterator[None]:
-        """Put the buildings before the message of errors and warnings."""
+        """Put a description of the buildings before the messages of errors and warnings."""
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
         who = f"{self.buildings.size} buildings of {self.scene.structure.dofs} storeys (archetype{many} {shown})"
@@ -87,7 +87,7 @@ def portfolio_of(scene: Scene) -> Portfolio:
 
 
 def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dynamics]]:
-    """Return the scene of each archetype and its equation of motion, which a method fits.
+    """Return the scene and the equation of motion of each archetype, after a check that the method supports it.
 
     Raises:
         ValueError: If an archetype does not fit the scene or the method; the message names it.
@@ -126,11 +126,11 @@ def groups_of(
         # The kernel, which may depend on parameter values (a law's exponents, the kind of viscous dampers), and its
         # inputs; the number type and the device are common to all.
         kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
-        # On these, default steps, checks and runs in float64 depend, for all buildings of a group.
+        # Default steps, checks and runs in float64 depend on these properties, for all buildings of a group.
         treated = dynamics.counts_reversals, dynamics.is_sensitive
         members.setdefault((kernel, *_kind(own.structure), *treated, longest), []).append(place)
     groups = []
-    # The lowest first: their kernels are compiled soonest, and most buildings of a city are low.
+    # Low buildings first: their kernels are compiled fastest, and most buildings of a city are low.
     for (*_, longest), places in sorted(members.items(), key=lambda member: member[0][0].dofs):
         values = [drawn[place] for place in places]
         buildings = np.concatenate([portfolio.first[i] + np.arange(portfolio.counts[i]) for i in places])

@@ -43,7 +43,7 @@ class Joined:
         self.parts = list(zip(buildings, rows, strict=True))
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
         self.attributes, self.estimate = attributes, estimate
-        # By name the variable of the first group that has it, and the type that holds the values of all groups.
+        # For each name: the variable of the first group that has it, and a type for the values of all groups.
         found: dict[str, xr.Variable] = {}
         for template in templates:
             found = {str(name): variable for name, variable in template.variables.items()} | found
@@ -144,7 +144,7 @@ class Joined:
 
 
 def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
-    """Return the attributes of how the runs were integrated; where runs differ, the values of all."""
+    """Return the attributes that describe the integration of runs; if an attribute differs, all its values."""
     attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
     for name in ("method", "method_chosen_because", "dtype", "kernel", "resampled"):
         texts = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)

@@ -1,1 +1,1 @@
-"""Statistics of a run that are named before it: samples are counted and added up, block by block."""
+"""Statistics during a run: samples are counted and added up block by block, and are not kept."""

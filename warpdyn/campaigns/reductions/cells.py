@@ -1,4 +1,4 @@
-"""The cells that samples are counted in: one for each combination of what a statistic is taken over."""
+"""The cells of a statistic, in which samples are counted: one for each combination of places along its dimensions."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class Cells:
         population: Structures, motions and levels of the samples.
         over: Names of the dimensions of the cells.
         labels: Further names, with the label of each structure.
-        events: Label of the event of each motion, where the worst of an event's motions counts.
+        events: Label of the event of each motion, if only the worst of an event's motions counts; else None.
 
     Attributes:
-        dims: Dimensions of the cells, named as `over` names them.
+        dims: Names of the dimensions of the cells; "building" replaces "structure" in a portfolio.
         shape: Their lengths.
     """
 
@@ -65,14 +65,17 @@ class Cells:
                 )
             one_of("over", name, known)
         if len(set(self.dims)) < len(self.dims):
-            raise ValueError(f"over names {list(over)}: each at most once")
+            raise ValueError(f"over={list(over)} contains a name twice: name each dimension at most once")
         if population.is_sequence and "event" not in self.dims:
-            raise ValueError("statistics of an EventSequence are over 'event' and what else is named: add it to `over`")
+            raise ValueError("statistics of an EventSequence need the dimension 'event': add 'event' to over=")
         self.coordinates: Coordinates = {}
-        self._codes: dict[str, np.ndarray] = {}  # of each structure, motion or level, as the name says
+        self._codes: dict[str, np.ndarray] = {}  # place of each structure along the dimension of a label
         self._lay_out(tuple(self._size_of(name) for name in self.dims))
         if self.count >= 2**31:
-            raise ValueError(f"over {', '.join(self.dims)} there are {self.count:,} cells; at most 2^31 can be counted")
+            raise ValueError(
+                f"a statistic over {', '.join(self.dims)} has {self.count:,} cells, but at most 2^31 are possible: "
+                "name fewer dimensions in over="
+            )
         self._run, self._structures = self, np.arange(0)
 
     def _lay_out(self, shape: tuple[int, ...]) -> None:
@@ -83,7 +86,7 @@ class Cells:
         self._stride = {name: int(stride) for name, stride in zip(self.dims, strides, strict=True)}
 
     def of_structures(self, structures: np.ndarray) -> Cells:
-        """Return the cells of some structures alone, given by their numbers, which increase."""
+        """Return the cells of only some structures, given by their increasing numbers."""
         part, own = copy(self), self.population.structure_dim
         part._run, part._structures = self._run, structures
         part._lay_out(
@@ -92,7 +95,7 @@ class Cells:
         return part
 
     def of_run(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers of cells in the table of all structures."""
+        """Return the numbers that some of these cells have among the cells of all structures."""
         own = self.population.structure_dim
         if self._run is self or own not in self.dims:
             return cells
@@ -107,7 +110,7 @@ class Cells:
         return by_motion and not self.population.motions_by_place
 
     def needs(self, demands: Iterable[str]) -> frozenset[str]:
-        """Return the variables of samples that are read to take a statistic of some demands over these cells."""
+        """Return the variables of samples that a statistic of some demands over these cells reads."""
         return frozenset(demands) | ({"motion_index"} if self.needs_motions else set())
 
     @property
@@ -116,11 +119,11 @@ class Cells:
         return f"_by_{'_'.join(self.dims)}" if self.dims else ""
 
     def rows(self, structures: np.ndarray, motion: np.ndarray | None, event: int) -> Rows:
-        """Return how the samples of some structures go to cells.
+        """Return the assignment of the samples of some structures to cells.
 
         Args:
             structures: Their numbers in the run.
-            motion: Motion of each of their samples, where `needs_motions`.
+            motion: Motion of each of their samples if `needs_motions`; else None.
             event: The event.
         """
         samples = self.population.samples(event)
@@ -141,7 +144,7 @@ class Cells:
         motion = motion.reshape(structures.size, samples)
         if at_sites is None and (motion == motion[:, :1]).all():
             return Rows(1, structures, row + stride * codes[motion[:, 0]], places)
-        # A row is one sample, or a draw, of whose components the worst counts.
+        # A row is one sample, or one draw, in which only the worst component counts.
         each = 1 if at_sites is None or self.event_of_motion is None else at_sites.components
         cell_of_row = (row[:, None] + stride * codes[motion[:, ::each]] + places.cell[::each]).ravel()
         return Rows(samples // each, np.repeat(structures, samples // each), cell_of_row, one_unit(each))
@@ -150,11 +153,11 @@ class Cells:
         """Return the place along a dimension of some structures."""
         if name == self.population.structure_dim and self._run is not self:
             return np.searchsorted(self._structures, structures)
-        return self._run._of_structures[name][structures]  # which is found once for all parts
+        return self._run._of_structures[name][structures]  # computed once for all parts
 
     @cached_property
     def _of_structures(self) -> dict[str, np.ndarray]:
-        """The place along each dimension of every structure, where it follows from the structure."""
+        """The place of every structure along each dimension that depends only on the structure."""
         population = self.population
         known = {"archetype": population.archetype, "structure_group": population.group} | self._codes
         if population.structure_dim in self.dims:
@@ -162,13 +165,13 @@ class Cells:
         return known
 
     def _places(self, event: int) -> Places:
-        """Return the samples of a structure in an event, which are found once."""
+        """Return the places of a structure's samples in an event, which are computed once."""
         if event not in self._found_places:
             self._found_places[event] = Places(*self._cells_and_units(event))
         return self._found_places[event]
 
     def _cells_and_units(self, event: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cell of each of a structure's samples besides its own, and what is counted as one."""
+        """Return the offset of the cell of each sample of a structure, and its unit: samples of a unit count as one."""
         population, samples = self.population, self.population.samples(event)
         levels = population.levels_of(event)
         place = np.arange(samples)
@@ -194,7 +197,7 @@ class Cells:
         return np.unique(np.concatenate([self.population.levels_of(event) for event in events]))
 
     def _size_of(self, name: str) -> int:
-        """Return the length of a dimension, and keep its coordinates."""
+        """Set the coordinates of a dimension, and return its length."""
         population, coordinates = self.population, self.coordinates
         numbers: dict[str, object] = {"units": "1"}
         if name in self._labels:
@@ -249,13 +252,13 @@ class Cells:
                     repr(found[1][event].item()) for event in dict.fromkeys(of_draws[site, earthquake])
                 )
                 raise ValueError(
-                    f"events= must name one event for the components of a draw, and those at site {site} in "
-                    f"earthquake {earthquake} are of {names}"
+                    f"events= must give all components of a draw the same event, but those at site {site} in "
+                    f"earthquake {earthquake} have the events {names}"
                 )
         return found
 
     def _check_labels(self) -> None:
-        """Raise an error unless each structure has a label, none is missing, and names are free."""
+        """Raise an error unless each structure has each label, and no label has the name of another dimension."""
         taken = {"structure", "building", "structure_group", "archetype", "motion", "stripe", "event", "earthquake"}
         taken |= {"damage_state", "failure", "storey", "floor"}
         for name, values in self._labels.items():
@@ -268,7 +271,7 @@ class Cells:
             count, what = self.population.structures, self.population.structure_dim
             if array.shape != (count,):
                 raise ValueError(
-                    f"labels[{name!r}] must hold a label for each of the {count} {what}s, and has shape {array.shape}"
+                    f"labels[{name!r}] must contain a label for each of the {count} {what}s, got shape {array.shape}"
                 )
             if array.dtype.kind not in "iuUS":
                 raise ValueError(f"labels[{name!r}] must be names or whole numbers, got values of type {array.dtype}")

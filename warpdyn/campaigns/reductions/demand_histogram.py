@@ -1,4 +1,4 @@
-"""Histograms and quantiles of a demand, made where the samples run."""
+"""Histograms and quantiles of a demand, computed during the run."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ MOST_EDGES = 10_000
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class DemandHistogram(Statistic):
-    """How many samples have a demand between edges, and quantiles of the demand from these numbers.
+    """Histogram of a demand, i.e. the number of samples in each bin, and quantiles that follow from it.
 
-    Bins reach from below the first edge to above the last; a value on an edge is in the bin below it, as exceeding is
-    strict, so that the sum over the bins above an edge is the number of samples that exceed it. Collapsed samples are
-    in the last bin: they exceed every edge.
+    The first bin contains the values up to the first edge, the last bin those above the last edge. A value equal to an
+    edge is in the bin below the edge, so that the sum over the bins above an edge is the number of samples that exceed
+    the edge. Collapsed samples are in the last bin.
 
     Args:
-        demand: Variable that the scene records. Where it is known at several storeys or floors, the largest absolute
-            value of them is the sample's.
+        demand: Variable that the scene records. If a sample has several values (storeys or floors), the largest
+            absolute value counts.
         edges: Edges of the bins [units of the demand], increasing, shape [edge].
-        quantiles: Probabilities of the quantiles that are wanted [1], between 0 and 1. A quantile is interpolated in
-            its bin, whose edges bound it; one in the last bin is not known, and its upper bound is infinite.
+        quantiles: Probabilities of the quantiles [1], between 0 and 1. A quantile is interpolated within its bin, and
+            the edges of the bin are its bounds. A quantile in the last bin is NaN, with an infinite upper bound.
         over: Dimensions of the counts, such as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
@@ -44,7 +44,7 @@ class DemandHistogram(Statistic):
     Raises:
         ValueError: If the edges do not increase, a quantile is not between 0 and 1, or a label's name is not among
             `over`; when a run begins, if the scene does not record the demand.
-        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
+        TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
         >>> asked = wd.DemandHistogram("peak_storey_drift_ratio", np.geomspace(1e-4, 0.1, 61), quantiles=(0.5, 0.84))
@@ -71,7 +71,7 @@ class DemandHistogram(Statistic):
         object.__setattr__(self, "quantiles", tuple(quantiles.tolist()))
 
     def reducer(self, population: Population, threads: int) -> HistogramReducer:
-        """Return what counts the samples of a run."""
+        """Return the reducer that counts the samples of a run."""
         return HistogramReducer(self, population, threads)
 
 
@@ -79,7 +79,7 @@ class HistogramReducer(Mergeable):
     """Count the samples of a run by bins of a demand.
 
     Args:
-        statistic: The statistic that is asked for.
+        statistic: The statistic.
         population: Structures, motions and levels of the samples.
         threads: Threads that count.
     """
@@ -95,7 +95,7 @@ class HistogramReducer(Mergeable):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Begin to count in these cells."""
+        """Start with empty counts of these cells."""
         self.cells, self.tally = cells, Tally(cells, 1, self.edges.size + 1, self._threads)
 
     def add(self, block: Block, workers: Workers) -> None:
@@ -138,9 +138,9 @@ class HistogramReducer(Mergeable):
 def quantiles_of(
     counts: np.ndarray, lower: np.ndarray, upper: np.ndarray, probabilities: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return quantiles, interpolated in their bins, and the edges of these; NaN where nothing was counted.
+    """Return quantiles, interpolated within their bins, and the edges of the bins; NaN in cells without samples.
 
-    A quantile is the least value that at least its share of the samples do not exceed.
+    The quantile of probability p is the smallest value that at least the share p of the samples does not exceed.
 
     Args:
         counts: Samples by bin, shape [..., bin].
@@ -149,7 +149,7 @@ def quantiles_of(
     """
     cumulated = counts.cumsum(axis=-1)
     total = cumulated[..., -1:]
-    # The rank of the sample, counted from 1, as exact as the product of a count and a probability is.
+    # The rank of the sample, counted from 1. The factor removes the rounding error of the product.
     rank = np.maximum(np.ceil(probabilities * total * (1.0 - 1e-15)), 1.0)
     place = np.minimum((cumulated[..., None, :] < rank[..., None]).sum(axis=-1), counts.shape[-1] - 1)
     inside = np.take_along_axis(counts, place, axis=-1)

@@ -1,4 +1,4 @@
-"""Moments and largest values of a demand, made where the samples run."""
+"""Moments and largest values of a demand, computed during the run."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ SPLITTER = 2.0**27 + 1.0  # splits a float64 into halves whose products are exac
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class DemandMoments(Statistic):
-    """Mean and variance of a demand among the samples that stand.
+    """Mean and variance of a demand over the samples that neither collapsed nor failed.
 
     Args:
-        demand: Variable that the scene records, such as "peak_storey_drift_ratio". Where it is known at several storeys
-            or floors, the largest absolute value of them is the sample's.
-        each_place: Whether the moments at each storey (or floor) are given, in addition to those of the largest.
+        demand: Variable that the scene records, such as "peak_storey_drift_ratio". If a sample has several values
+            (storeys or floors), the largest absolute value counts.
+        each_place: Whether the moments at each storey (or floor) are computed, in addition to those of the largest.
         over: Dimensions of the moments, such as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
-        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
+        TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
         >>> found = wd.simulate(scene, structures=3, statistics=wd.DemandMoments("peak_base_shear", over="stripe"))
@@ -45,26 +45,26 @@ class DemandMoments(Statistic):
     each_place: bool = False
 
     def reducer(self, population: Population, threads: int) -> SumsReducer:
-        """Return what adds up the samples of a run."""
+        """Return the reducer that adds up the samples of a run."""
         return SumsReducer(self, population, threads)
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class LargestDemand(Statistic):
-    """The largest value of a demand among the samples that stand.
+    """The largest value of a demand over the samples that neither collapsed nor failed.
 
     Args:
-        demand: Variable that the scene records. Where it is known at several storeys or floors, the largest absolute
-            value of them is the sample's.
-        each_place: Whether the largest at each storey (or floor) is given, in addition to the largest of all.
+        demand: Variable that the scene records. If a sample has several values (storeys or floors), the largest
+            absolute value counts.
+        each_place: Whether the largest value at each storey (or floor) is computed, in addition to the largest of all.
         over: Dimensions of the largest demand, such as "building" or ("archetype", "motion"); see `Statistic`.
         labels: Labels of structures that `over` names.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
-        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
+        TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
         >>> found = wd.simulate(scene, structures=3, statistics=wd.LargestDemand("peak_storey_drift_ratio"))
@@ -76,7 +76,7 @@ class LargestDemand(Statistic):
     each_place: bool = False
 
     def reducer(self, population: Population, threads: int) -> SumsReducer:
-        """Return what adds up the samples of a run."""
+        """Return the reducer that adds up the samples of a run."""
         return SumsReducer(self, population, threads)
 
 
@@ -84,7 +84,7 @@ class SumsReducer(Mergeable):
     """Add up a demand of the samples of a run.
 
     Args:
-        statistic: The statistic that is asked for.
+        statistic: The statistic.
         population: Structures, motions and levels of the samples.
         threads: Threads that add.
     """
@@ -95,16 +95,19 @@ class SumsReducer(Mergeable):
         cells = statistic.cells(population)
         dims = population.demand(self.demand).dims
         if statistic.each_place and not dims:
-            raise ValueError(f"each_place=True needs a demand that is known at each storey or floor, not {self.demand}")
+            raise ValueError(
+                f"each_place=True needs a demand with a value for each storey or floor, but {self.demand} has one "
+                "value for the structure: remove each_place="
+            )
         self.dim, self._has_places = dims[0] if statistic.each_place else "", bool(dims)
         self.needs, self._threads = cells.needs([self.demand]), threads
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Begin to count in these cells."""
+        """Start with empty counts and sums of these cells."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells = cells
-        self.tally = Tally(cells, places + 1, 2, self._threads)  # samples that stand, and collapsed ones
+        self.tally = Tally(cells, places + 1, 2, self._threads)  # samples that are ok, and collapsed ones
         self.sums = [Sums(cells) for _ in range(places + 1)]  # of each place, and of the largest of all
 
     @property
@@ -123,7 +126,7 @@ class SumsReducer(Mergeable):
         self.sums[-1].add(block, self.demand, not self._has_places, -1, workers, counted=counted)
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return the statistics and the numbers of samples that they are of."""
+        """Return the statistics and their numbers of samples."""
         cells, counts = self.cells, self.tally.counts
         variables, coordinates = outcomes(self, counts[-1])
         self._name(variables, "", cells.dims, [self.sums[-1]], counts[-1:])
@@ -136,7 +139,7 @@ class SumsReducer(Mergeable):
     def _name(
         self, variables: Variables, before: str, dims: tuple[str, ...], sums: Sequence[Sums], counts: np.ndarray
     ) -> None:
-        """Add the variables of some places to others."""
+        """Add the statistics of some places to `variables`."""
         units, long_name = self.population.demand(self.demand).units, self.population.demand(self.demand).long_name
         shape, totals = self.cells.shape, np.stack([each.totals for each in sums])
         number = counts[..., 0]
@@ -155,13 +158,13 @@ class SumsReducer(Mergeable):
 
 
 def moments(count: np.ndarray, totals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and unbiased variance; NaN where there are too few samples for them.
+    """Return mean and unbiased variance; NaN if there are too few samples.
 
-    The square of the sum, which is subtracted from the sum of squares, is computed in twice the digits.
+    The square of the sum, which is subtracted from the sum of squares, is computed with twice as many digits.
 
     Args:
         count: Number of samples.
-        totals: Sums of `Sums`, with a last axis more.
+        totals: `Sums.totals`, with the shape of `count` and a last axis for the kind of sum.
     """
     number = count.astype(np.float64)
     total, left_out, squares, left_out_of_squares = (totals[..., place] for place in range(4))
@@ -177,7 +180,7 @@ def moments(count: np.ndarray, totals: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def exact_product(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a product and what rounding left out of it (Dekker 1971, Numerische Mathematik 18)."""
+    """Return a product and its rounding error (Dekker 1971, Numerische Mathematik 18)."""
     product = one * other
     high, others_high = (SPLITTER * each - (SPLITTER * each - each) for each in (one, other))
     low, others_low = one - high, other - others_high
@@ -185,7 +188,7 @@ def exact_product(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def outcomes(reducer: SumsReducer, counts: np.ndarray) -> tuple[Variables, Coordinates]:
-    """Return the samples that stand, collapsed and failed, from counts by cell and outcome."""
+    """Return the numbers of samples that are ok, collapsed and failed, from counts by cell and outcome."""
     cells = reducer.cells
     variables, coordinates = failures(cells, counts[:, -len(FAILURES) :])
     for place, (name, text) in enumerate((("standing_count", "stand"), ("collapsed_count", "collapsed"))):

@@ -1,4 +1,4 @@
-"""Limits of damage states: which demands they are of, checked before anything is counted against them."""
+"""Limits of damage states, for one or several demands, and their checks."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
 
 NO_DAMAGE = "none"
-# Variables of what is counted where the histories run, which statistics read.
+# Variables of counts made during a run, which fragility() and damage_shares() read.
 DAMAGE_COUNT, LEAST_DRIFT = "damage_count", "least_drift_ratio_of_collapse"
 BUILDING_NUMBER = "number_of_buildings"
 DRIFT = "peak_storey_drift_ratio"
-# Bands that limits are compared with, by the demand that they are of.
+# Names of the bands of plausible limits, by demand.
 LIMIT_BANDS = {
     DRIFT: "drift_limit",
     "residual_drift_ratio": "drift_limit",
@@ -32,9 +32,9 @@ def is_peak(demand: str) -> bool:
 
 
 def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
-    """Return what limits are compared with: the values of a peak, the absolute values of a demand that has a sign.
+    """Return the values that are compared with limits: peaks unchanged, other demands as absolute values.
 
-    Recorded peaks are positive. A negative peak is not from a run; it stays unchanged, to be refused later.
+    Recorded peaks are positive. A negative peak is not from a run; it stays unchanged, so that a later check finds it.
 
     Args:
         demand: Name of the variable.
@@ -45,12 +45,12 @@ def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class DamageLimits:
-    """Limits of damage states, in each demand that they are of.
+    """Limits of damage states, for each demand.
 
     Args:
         states: Names of the damage states, from the lightest on.
         demands: Names of the variables.
-        values: Limits in the units of the variables, shape [demand, damage_state]; NaN where a state has none.
+        values: Limits in the units of the variables, shape [demand, damage_state]; NaN: no limit.
     """
 
     states: tuple[str, ...]
@@ -62,13 +62,13 @@ class DamageLimits:
         """Return checked limits.
 
         Args:
-            limits: Of each damage state, from the lightest on, the limit of `demand`; or a mapping of several demands
-                to their limits.
-            demand: Variable that plain numbers are limits of.
+            limits: Maps each damage state, from the lightest on, to its limit of `demand`, or to a mapping of several
+                demands to limits.
+            demand: Demand of the limits that are plain numbers.
 
         Raises:
-            ValueError, TypeError: If a limit is missing or not above 0, or those of a demand do not increase from state
-                to state.
+            ValueError, TypeError: If a limit is missing or not above 0, or the limits of a demand do not increase from
+                state to state.
         """
         if not isinstance(limits, Mapping) or not len(limits):
             given = repr(limits) if isinstance(limits, Mapping | list | tuple | int | float) else type(limits).__name__
@@ -84,7 +84,7 @@ class DamageLimits:
         values = np.full((len(demands), len(states)), np.nan)
         for place, (state, row) in enumerate(zip(states, rows, strict=True)):
             if not row:
-                raise ValueError(f"limits of damage state {state!r} are empty; give at least one demand its limit")
+                raise ValueError(f"limits of damage state {state!r} are empty: give a limit for at least one demand")
             for name, limit in row.items():
                 value = limit_of_state(state, limit)
                 values[demands.index(str(name)), place] = value
@@ -99,7 +99,7 @@ class DamageLimits:
 
     @property
     def single(self) -> str | None:
-        """The demand that all limits are of; None if they are of several."""
+        """The demand of all limits; None if there are several demands."""
         return self.demands[0] if len(self.demands) == 1 else None
 
 
@@ -108,8 +108,8 @@ def state_names(limits: Mapping) -> tuple[str, ...]:
     for state in limits:
         if not isinstance(state, str):
             raise TypeError(
-                f"damage states are named by text, as in {{{str(state)!r}: ...}}, got {state!r}, which is of type "
-                f"{type(state).__name__}"
+                f"the name of a damage state must be text, as in {{{str(state)!r}: ...}}, got {state!r}, which is of "
+                f"type {type(state).__name__}"
             )
     return tuple(str(state) for state in limits)
 
@@ -117,15 +117,15 @@ def state_names(limits: Mapping) -> tuple[str, ...]:
 def limit_of_state(state: str, limit: object) -> float:
     """Return the limit of a damage state, or raise a ValueError unless it is one number above 0.
 
-    Collapse alone passes a limit of infinity.
+    Only collapsed samples exceed a limit of infinity.
     """
     value = limit.item() if isinstance(limit, np.ndarray) and limit.size == 1 else limit
     if not isinstance(value, Real) or isinstance(value, bool) or not float(value) > 0:
         hint = " (0.5 % is 0.005)" if isinstance(limit, str) and "%" in limit else ""
         hint = "; remove the state from limits, or give it math.inf if only collapse counts" if limit is None else hint
         raise ValueError(
-            f"the limit of damage state {state!r} is {limit!r}; it must be one number above 0 (math.inf: collapse "
-            f"alone){hint}"
+            f"the limit of damage state {state!r} is {limit!r}; it must be one number above 0 (math.inf: only "
+            f"collapse counts){hint}"
         )
     return float(value)
 
@@ -156,14 +156,14 @@ def limits_by_archetype(
     missing = [name for name in names if name not in limits]
     if missing:
         raise ValueError(
-            f"limits have none for archetype {', '.join(map(repr, missing))}: they must map each archetype of the run "
+            f"limits lack archetype {', '.join(map(repr, missing))}: they must map each archetype of the run "
             f"({', '.join(map(repr, names))}) to its limits"
         )
     for name in names:
         own = limits.get(str(name))
         if not isinstance(own, Mapping) or not own:
             raise ValueError(
-                f"archetype {str(name)!r}: limits must hold a drift ratio for each damage state, got {own!r}"
+                f"archetype {str(name)!r}: limits must map each damage state to a drift ratio, got {own!r}"
             )
         state_names(own)
         if states and list(own) != states:
@@ -180,5 +180,5 @@ def limits_by_archetype(
             raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
         rows.append(row)
     if NO_DAMAGE in states:
-        raise ValueError(f"{NO_DAMAGE!r} is the state of a building above no limit; give the other states")
+        raise ValueError(f"{NO_DAMAGE!r} is the state of buildings that exceed no limit: remove it from limits")
     return [NO_DAMAGE, *states], np.array(rows)

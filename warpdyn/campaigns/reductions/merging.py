@@ -15,39 +15,39 @@ from warpdyn.engine.kernels.reductions.exact_sums import ExactSums
 
 
 class Mergeable:
-    """A reducer of samples by cell, of all or some structures of a run.
+    """A reducer that counts and adds samples by cell, for all or some structures of a run.
 
-    Counts are added as whole numbers, and sums exactly, so that neither the parts nor their order change a bit.
+    Counts are added as whole numbers, and sums exactly, so that the bits do not depend on the parts or on their order.
 
     Attributes:
         cells: The cells.
-        tally: Counts by cell, in which every sample is counted that is in a sum.
+        tally: Counts by cell; they include every sample of the sums.
     """
 
     cells: Cells
     tally: Tally
 
     def begin(self, cells: Cells) -> None:
-        """Begin to count in these cells."""
+        """Start with empty counts and sums of these cells."""
         raise NotImplementedError
 
     @property
     def sums_by_cell(self) -> Sequence[Sums]:
-        """All sums by cell, besides the counts."""
+        """All sums by cell, in addition to the counts."""
         return ()
 
     def of_structures(self, structures: np.ndarray) -> Self:
-        """Return what counts the samples of some structures alone, given by their numbers, which increase."""
+        """Return a reducer for only some structures, given by their increasing numbers."""
         part = copy(self)
         part.begin(self.cells.of_structures(structures))
         return part
 
     def partial(self) -> Arrays:
-        """Return what has been counted, of the cells that samples were counted in."""
+        """Return the counts and sums of all cells that contain samples."""
         counts = self.tally.counts
         cells = np.flatnonzero(counts.any(axis=(0, 2)))
         own = counts[:, cells]
-        # Most counts of a region's cells are small: they travel as the least integers that hold them.
+        # Most counts of a region are small: return them in the smallest sufficient integer type.
         numbers = self.cells.of_run(cells).astype(np.int32)
         found = {"cells": numbers, "counts": own.astype(np.min_scalar_type(own.max(initial=0)))}
         for place, sums in enumerate(self.sums_by_cell):

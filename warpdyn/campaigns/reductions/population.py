@@ -20,11 +20,11 @@ from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
-MOST_GROUPS = 64  # of structures; more would not make the variance among them better known than that among records
+MOST_GROUPS = 64  # of structures; with more, the variance among records would still not be known better
 
 
 def group_numbers(structures: int, sampling: str) -> np.ndarray:
-    """Return the group of each structure that a jackknife leaves out at once, from 0.
+    """Return the number of the group of each structure, from 0; a jackknife leaves out one group at a time.
 
     Independent structures are assigned to the groups one after the other. Structures of a Sobol sequence stay in
     blocks of 2^k consecutive points, because each such block covers the parameter space evenly.
@@ -59,7 +59,7 @@ class Population:
 
     @property
     def portfolio(self) -> Portfolio | None:
-        """The buildings, where there are many."""
+        """The portfolio; None for a scene of one structure."""
         return self.scene.structure if isinstance(self.scene.structure, Portfolio) else None
 
     @cached_property
@@ -71,7 +71,7 @@ class Population:
 
     @cached_property
     def group(self) -> np.ndarray:
-        """Group of each structure, of an archetype's own buildings, that a jackknife leaves out at once."""
+        """Jackknife group of each structure; each archetype of a portfolio has groups from 0."""
         if not self.is_crossed:
             return np.zeros(self.structures, dtype=np.int64)
         if self.portfolio is None:
@@ -91,13 +91,13 @@ class Population:
 
     @property
     def at_sites(self) -> MotionsAtSites | None:
-        """The design, if structures have motions by their sites, in draws."""
+        """The design, if it is MotionsAtSites; else None."""
         design = self.designs[0]
         return design if isinstance(design, MotionsAtSites) and not self.is_sequence else None
 
     @cached_property
     def motion_of_place(self) -> np.ndarray | None:
-        """Motion of each of a structure's samples, where all structures have the same ones in the same order."""
+        """Motion of each sample of a structure; None if not all structures have the same motions in the same order."""
         (design, *more) = self.designs
         if more:
             return None
@@ -111,7 +111,7 @@ class Population:
 
     @property
     def motions_by_place(self) -> bool:
-        """Whether the motion of a sample follows from its place among its structure's samples alone."""
+        """Whether the motion of a sample depends only on the sample's place among the samples of its structure."""
         return self.motion_of_place is not None
 
     @property
@@ -120,13 +120,14 @@ class Population:
         return len(self.scene.excitation.motions) > 1 and self.motions_by_place
 
     def counted_places(self, demand: str, structures: np.ndarray, *, added_storeys: bool) -> tuple[int, int] | None:
-        """Return the first place of a demand that is counted, and that after the last; None for all of them.
+        """Return the first storey or floor that counts for a demand, and the one after the last; None: all count.
 
-        Isolators are below the storeys of the building and tuned mass dampers above, so that its own are in a row.
+        Isolators are below the storeys of the building and tuned mass dampers above them, so that the storeys of the
+        building itself are consecutive.
 
         Args:
-            demand: The demand; only those of storeys, or of the floors above them, have places that are not counted.
-            structures: Numbers of some structures, whose storeys are of the same kinds.
+            demand: The demand; for demands without a value for each storey or floor the result is None.
+            structures: Numbers of some structures with the same kinds of storeys.
             added_storeys: Whether isolators and tuned mass dampers count.
         """
         structure: Structure = self.scene.structure
@@ -140,19 +141,19 @@ class Population:
         return None if own.size == structure.storeys else (int(own[0]), int(own[-1]) + 1)
 
     def samples(self, event: int) -> int:
-        """Return the samples that a structure has in an event."""
+        """Return the number of samples of a structure in an event."""
         return self.scene.excitation.samples_by_event[event]
 
     def levels_of(self, event: int) -> np.ndarray:
-        """Return the levels of an event's stripes [g, or SI units of other measures]; a single 0 without any."""
+        """Return the levels of an event's stripes [g, or SI units of other measures]; a single 0 without stripes."""
         design = self.designs[event]
         return np.asarray(design.levels, dtype=np.float64) if isinstance(design, Stripes) else np.zeros(1)
 
     def level_of_places(self, event: int) -> np.ndarray:
-        """Return the number of the level of each of a structure's samples in an event; 0 without any."""
+        """Return the number of the level of each sample of a structure in an event; 0 without stripes."""
         design, samples = self.designs[event], self.samples(event)
         if isinstance(design, Stripes) and design.structures_per_motion is None:
-            of_design = design.places[1]  # in a sequence, once for each history of the events before
+            of_design = design.places[1]  # in a sequence, repeated for each history of the earlier events
             return of_design[np.arange(samples) % of_design.size]
         return np.arange(samples) % self.levels_of(event).size
 
@@ -179,7 +180,7 @@ class Population:
         if name not in self.demands:
             raise ValueError(
                 f"statistics: the scene records no {name!r}; it records {', '.join(self.demands) or 'no demand'}: "
-                "name its recorder in the scene's"
+                "add the recorder of this demand to the scene, Scene(..., recorders=(...))"
             )
         return self.demands[name]
 
@@ -188,12 +189,13 @@ def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarra
     """Return the number of the event of each motion, and the names of the events in the order of their first use.
 
     Raises:
-        ValueError, TypeError: If there is not one for each motion, they are not of one kind, or a name is empty.
+        ValueError, TypeError: If the number of events is not that of the motions, names and whole numbers are mixed, or
+            a name is empty.
     """
     labels = [] if isinstance(events, str) else list(events)  # type: ignore[call-overload]  # checked here
     if len(labels) != motions:
-        given = f"is {events!r}" if isinstance(events, str) else f"holds {len(labels)}"
-        raise ValueError(f"events must hold the event of each of the {motions} motions, and {given}")
+        given = repr(events) if isinstance(events, str) else f"{len(labels)} events"
+        raise ValueError(f"events must contain the event of each of the {motions} motions, got {given}")
     for kind in (str, Integral):
         if all(isinstance(label, kind) and not isinstance(label, bool) for label in labels):
             break
@@ -201,7 +203,7 @@ def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarra
         raise TypeError(f"events must be names or whole numbers, all of one kind, got {labels[:4]!r}")
     if "" in labels:
         raise ValueError(
-            f"events must have names, and that of motion {labels.index('')} is '': name the records, as in "
+            f"events must have names, but that of motion {labels.index('')} is '': name the records, as in "
             "GroundMotion(acceleration, step, record='RSN182')"
         )
     order = {label: i for i, label in enumerate(dict.fromkeys(labels))}

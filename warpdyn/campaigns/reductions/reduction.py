@@ -25,11 +25,11 @@ from warpdyn.foundations.files.netcdf import trace
 
 
 def checked_statistics(given: object) -> list[Statistic]:
-    """Return the statistics that a run is asked for, one or several of them, as a list."""
+    """Return the statistics of a run, given as one or as several, as a list."""
     found = [given] if isinstance(given, Statistic) else given
     if not isinstance(found, list | tuple) or not found or not all(isinstance(each, Statistic) for each in found):
         raise TypeError(
-            f"statistics must be DamageCounts, DemandMoments or another one, or a list of such, got {given!r}"
+            f"statistics must be a statistic, such as wd.DamageCounts(...), or a list of statistics, got {given!r}"
         )
     return list(found)
 
@@ -58,7 +58,7 @@ class Reduction:
         self._gpus: dict[str, Gpu] = {}
 
     def __enter__(self) -> Self:
-        self.variables()  # names that collide are refused before anything runs
+        self.variables()  # raises an error for names that collide, before any sample runs
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -76,7 +76,7 @@ class Reduction:
         events = self.population.scene.excitation.event_names
         for event in range(len(events)):
             values = rows
-            if len(events) > 1:  # each history of an event once
+            if len(events) > 1:  # take each history of an event once
                 copies = self.population.samples(-1) // self.population.samples(event)
                 values = {name: np.ascontiguousarray(array[::copies, event]) for name, array in rows.items()}
             block = Block(structures, event, values)
@@ -87,7 +87,7 @@ class Reduction:
                 each.result()
 
     def gpu(self, device: str) -> Gpu:
-        """Return what reduces samples on a GPU."""
+        """Return the workers that reduce samples on a GPU."""
         if device not in self._gpus:
             self._gpus[device] = Gpu(device)
         return self._gpus[device]
@@ -95,7 +95,7 @@ class Reduction:
     def add_on_gpu(
         self, structures: np.ndarray, rows: Mapping[str, Any], status: np.ndarray, heights: np.ndarray, gpu: Gpu
     ) -> None:
-        """Add the samples of some structures, of a single event, where they were integrated; nobody waits for it.
+        """Queue the addition of samples on the GPU that integrated them, and return at once; only for a single event.
 
         Args:
             structures: Their numbers.
@@ -137,14 +137,14 @@ class Reduction:
         return self._threads, *self._gpus.values()
 
     def of_structures(self, structures: np.ndarray) -> Reduction:
-        """Return the same statistics of some structures alone, given by their numbers, which increase."""
+        """Return the same statistics for only some structures, given by their increasing numbers."""
         part = copy(self)
         part._reducers = [reducer.of_structures(structures) for reducer in self._reducers]
         part._failed, part._samples = np.zeros_like(self._failed), 0
         return part
 
     def partial(self) -> Arrays:
-        """Return what the samples so far add to the statistics, which `include` takes."""
+        """Return the contribution of the samples so far to the statistics, for `include`."""
         found = {"failed": self._failed, "samples": np.array(self._samples)}
         for place, reducer in enumerate(self._reducers):
             found |= {f"{place}/{name}": values for name, values in reducer.partial().items()}
@@ -168,12 +168,12 @@ class Reduction:
             for name, (dims, values, attributes) in own.items():
                 if name in variables and not _are_same(variables[name], (dims, values, attributes)):
                     raise ValueError(
-                        f"two statistics fill {name!r} with different values: take them over different names, or in "
-                        "separate runs"
+                        f"two statistics have different values of {name!r}: give them different dimensions over=, or "
+                        "use separate runs"
                     )
             for name, (_, values, _) in axes.items():
                 if name in coordinates and not np.array_equal(coordinates[name][1], values):
-                    raise ValueError(f"two statistics have different values along {name!r}: take them in separate runs")
+                    raise ValueError(f"two statistics have different values along {name!r}: use separate runs")
             variables, coordinates = variables | own, coordinates | axes
         return variables, coordinates
 
@@ -189,7 +189,7 @@ class Reduction:
             of_each = ", ".join(f"{n:,} {name}" for n, name in zip(self._failed, FAILURES, strict=True) if n)
             warn_caller(
                 f"{total:,} of {self._samples:,} samples ({100 * total / self._samples:.2g} %) failed ({of_each}) and "
-                "are in no statistic; fragility() and damage_shares() refuse this share. Try a shorter step"
+                "are in no statistic; fragility() and damage_shares() raise an error for this share. Try a shorter step"
             )
         scene = self.population.scene
         levels = levels_of(scene)
@@ -201,5 +201,5 @@ class Reduction:
 
 
 def _are_same(one: tuple, other: tuple) -> bool:
-    """Return whether two variables are the same statistic: its counts are, and so are its limits."""
+    """Return whether two variables have the same dimensions, values and attributes."""
     return one[0] == other[0] and np.array_equal(one[1], other[1], equal_nan=True) and one[2] == other[2]

@@ -1,4 +1,4 @@
-"""Rows of samples, which go to cells together."""
+"""Rows of samples, which are assigned to cells together."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """The samples of a row, which are the same ones in all rows.
+    """The places of samples in a row, which are the same in all rows.
 
     Args:
-        cell: Offset of each from the number of its row's cell, shape [place].
-        unit: Which of them are counted as one, the worst of them, shape [place].
+        cell: Offset of each place's cell from the cell of the row, shape [place].
+        unit: Unit of each place, shape [place]; only the worst sample of a unit counts.
     """
 
     cell: np.ndarray
@@ -40,7 +40,7 @@ class Places:
 
 
 def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the order of some numbers, where each distinct one starts in it (and where it ends), and these."""
+    """Return the order that sorts numbers, the start of each distinct number in it (and its end), and these numbers."""
     order = np.argsort(numbers, kind="stable").astype(np.int32)
     which, start = np.unique(numbers[order], return_index=True)
     return order, np.append(start, numbers.size).astype(np.int32), which
@@ -55,16 +55,16 @@ def one_unit(count: int) -> Places:
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """How the samples of a block go to cells.
+    """The assignment of the samples of a block to cells.
 
-    A cell's number is that of the sample's row and that of its place in the row, added.
+    The cell of a sample is the cell of its row plus the offset of its place in the row.
 
     Args:
-        rows_per_structure: Rows of a structure; a row is a structure or, where motions differ from sample to sample,
-            one sample or one draw.
+        rows_per_structure: Number of rows of a structure. A row contains all samples of a structure or, if motions
+            differ from sample to sample, one sample or one draw.
         structure: Number of each row's structure in the run.
-        cell: Shape [row].
-        places: The samples of a row.
+        cell: Cell of each row, shape [row].
+        places: The places of samples in a row.
     """
 
     rows_per_structure: int

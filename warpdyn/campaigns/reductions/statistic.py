@@ -38,10 +38,10 @@ class Reducer(Protocol):
         """Return the variables of the statistic and the coordinates of their dimensions."""
 
     def of_structures(self, structures: np.ndarray) -> Reducer:
-        """Return what counts the samples of some structures alone, given by their numbers, which increase."""
+        """Return a reducer for only some structures, given by their increasing numbers."""
 
     def partial(self) -> Arrays:
-        """Return what has been counted, of the cells that samples were counted in."""
+        """Return the counts and sums of all cells that contain samples."""
 
     def include(self, part: Arrays) -> None:
         """Add a result of `partial` for structures that are not counted yet."""
@@ -49,16 +49,16 @@ class Reducer(Protocol):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Statistic:
-    """A statistic of a run's samples that `simulate` makes instead of their table.
+    """A statistic of a run's samples, which `simulate` returns instead of the samples.
 
     Args:
-        over: Its dimensions: "structure" (in a portfolio "building" says the same), "archetype",
+        over: Name of a dimension, or several names: "structure" (in a portfolio also "building"), "archetype",
             "motion", "stripe", "event" (of an EventSequence, or of `events`), "earthquake" (of MotionsAtSites),
-            "structure_group" (groups for the intervals of fragility curves), or a name in `labels`; or several
-            of them. Empty: one value for the whole run.
-        labels: Label of each structure by a name of the user's own, such as {"cell": cells} for cells of a map, or a
-            column of an inventory in the order of its portfolio, `stock.buildings(inventory)["occupancy"]`: names or
-            whole numbers, shape [structure].
+            "structure_group" (groups for the intervals of fragility curves), or a name in `labels`. Empty: one value
+            for the whole run.
+        labels: Labels of the structures (names or whole numbers, shape [structure]), by names that you choose, such as
+            {"cell": cells} for cells of a map. A column of an inventory must be in the order of the portfolio:
+            `stock.buildings(inventory)["occupancy"]`.
         added_storeys: Whether storeys of isolators or of a tuned mass damper, and the floors above them, count for the
             worst storey or floor.
     """
@@ -67,20 +67,20 @@ class Statistic:
     labels: Mapping[str, ArrayLike] = field(default_factory=dict)
     added_storeys: bool = False
 
-    _inventory_columns: ClassVar[tuple[str, ...]] = ()  # names of arguments that are columns of an inventory as read
+    _inventory_columns: ClassVar[tuple[str, ...]] = ()  # names of arguments that are in the row order of an inventory
 
     def __post_init__(self) -> None:
         self._check_common()
         over = (self.over,) if isinstance(self.over, str) else self.over
         if not isinstance(over, list | tuple) or not all(isinstance(name, str) for name in over):
-            raise TypeError(f"over must be a name or several, such as ('archetype', 'motion'), got {self.over!r}")
+            raise TypeError(f"over must be a name or several names, as ('archetype', 'motion'), got {self.over!r}")
         object.__setattr__(self, "over", tuple(over))
         true_or_false("added_storeys", self.added_storeys)
         if not isinstance(self.labels, Mapping):
             raise TypeError(f"labels must map a name to the label of each structure, got {self.labels!r}")
         unused = [str(name) for name in self.labels if name not in over]
         if unused:
-            raise ValueError(f"labels has {', '.join(map(repr, unused))}, which `over` does not name")
+            raise ValueError(f"labels has {', '.join(map(repr, unused))}, which is not in over: add it to over=")
         given = {f"labels[{name!r}]": values for name, values in self.labels.items()}
         given |= {each.name: getattr(self, each.name) for each in fields(self)}
         # Remember which values are in the order of an inventory, because the arrays made below do not show it. The
@@ -90,7 +90,7 @@ class Statistic:
         object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})
 
     def _check_common(self) -> None:
-        """Raise an error for arguments that several statistics have, before a run begins."""
+        """Check the arguments that several statistics have in common, before a run begins."""
         given = {each.name: getattr(self, each.name) for each in fields(self)}
         kind = type(self).__name__
         if "demand" in given:
@@ -105,12 +105,12 @@ class Statistic:
                 )
             for state, value in given[name].items():
                 what = f"{kind}: {name} of {state!r}"
-                # When a run begins: limits of several demands or of archetypes, and ratios with a variation.
+                # Limits of several demands or of archetypes, and ratios with a variation, are checked by the run.
                 if isinstance(value, Mapping | list | tuple):
                     continue
                 if name == "loss_ratios":
                     real_number(what, value, least=0)
-                elif not (isinstance(value, float) and value == np.inf):  # which collapse alone passes
+                elif not (isinstance(value, float) and value == np.inf):  # infinity: only collapse counts
                     real_number(what, value, above=0)
         if given.get("events") is not None and not is_row(given["events"]):
             raise TypeError(
@@ -119,14 +119,14 @@ class Statistic:
             )
 
     def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
-        """Return the cells of a run's samples; the worst of each event's motions counts, if `events` names these."""
+        """Return the cells of a run's samples; with `events`, only the worst of each event's motions counts."""
         kinds = 1 if population.portfolio is None else len(population.portfolio.archetypes)
         for name in self._inventory_columns:
             warn_of_inventory_order(f"{type(self).__name__}: {name}", kinds)
         return Cells(population, tuple(self.over), self.labels, events)
 
     def reducer(self, population: Population, threads: int) -> Reducer:
-        """Return what reduces the samples of a run.
+        """Return the reducer of the samples of a run.
 
         Raises:
             ValueError, TypeError, MemoryError: If the statistic does not fit the run.
@@ -135,12 +135,12 @@ class Statistic:
 
 
 def is_row(values: object) -> bool:
-    """Return whether a value is a list, a tuple or an array of one dimension, or what pandas and xarray have of it."""
+    """Return whether a value is a list, a tuple or an array (NumPy, pandas, xarray) of one dimension."""
     return not isinstance(values, str | bytes | Mapping | set) and np.ndim(cast("Any", values)) == 1
 
 
 def _plain(values: ArrayLike) -> np.ndarray:
-    """Return labels as an array; names that a table holds as objects, as pandas does, as text."""
+    """Return labels as an array; names of type object, as in pandas tables, become text."""
     array = unmasked("labels", values)
     is_text = array.dtype.kind == "O" and all(isinstance(label, str) for label in array.ravel())
     return array.astype(str) if is_text else array

@@ -1,4 +1,4 @@
-"""Counts of samples by cell and outcome, and sums of their demands, that threads make of a run's blocks."""
+"""Counts of samples by cell and outcome, and sums of their demands, added up block by block."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from warpdyn.engine.kernels.reductions.table import reductions
 from warpdyn.foundations.core.output_variables import DIVERGED, STATUS_MEANINGS
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
-ENOUGH_CELLS = 2**16  # of sums, with their copies, for the threads of a GPU
+ENOUGH_CELLS = 2**16  # cells of sums, copies included, that keep the threads of a GPU busy
 MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for separate counts
 
 
@@ -33,7 +33,7 @@ class Block:
     Args:
         structures: Numbers of the structures in the run.
         event: The event.
-        values: Variables of the samples by name, sample first and ordered by structure, where the workers read them;
+        values: Variables of the samples by name, sample first and ordered by structure, in the memory of the workers;
             the index of the motion on the host.
     """
 
@@ -44,7 +44,7 @@ class Block:
     _lock: RLock = field(default_factory=RLock)
 
     def shared(self, name: Hashable, find: Callable[[], Any]) -> Any:
-        """Return what several statistics need of the block, which the first of them finds."""
+        """Return a value that several statistics need; only the first call computes it."""
         with self._lock:
             if name not in self._shared:
                 self._shared[name] = find()
@@ -61,7 +61,7 @@ class Block:
         return int(self.status.shape[0])
 
     def array_of_structures(self, workers: Workers, structures: np.ndarray) -> Any:
-        """Return the numbers of the structures of rows, as kernels read them."""
+        """Return the structure numbers of rows in the memory of the workers."""
         return self.shared(("structures", structures.size), lambda: workers.array(structures.astype(np.int32)))
 
     def demand(self, name: str) -> Any:
@@ -75,7 +75,7 @@ class Block:
         return str(np.dtype(dtype if isinstance(dtype, np.dtype) else wp.dtype_to_numpy(dtype)))
 
     def rows(self, cells: Cells) -> Rows:
-        """Return how the samples go to cells."""
+        """Return the assignment of the samples to cells."""
         return cells.rows(self.structures, self.values["motion_index"] if cells.needs_motions else None, self.event)
 
 
@@ -89,7 +89,7 @@ class Tally:
 
     Args:
         cells: The cells.
-        columns: Places that are counted separately, and the worst of all.
+        columns: Number of places that are counted separately, plus 1 for the worst of all.
         states: Number of states; samples below every bound are in the first one.
         threads: Threads that count.
 
@@ -122,13 +122,13 @@ class Tally:
         def arguments(thread: int) -> tuple:
             return each, rows.samples, block.status, states, *given, tables[thread % len(tables)]
 
-        # Threads take different structures, whose cells are different ones where a cell is of one structure.
+        # Threads take different structures. If each structure has its own cells, the threads share one table.
         most, least = 0 if has_own_cells(self.cells) else len(tables), LEAST_SAMPLES // rows.samples + 1
         parts = rows.structure.size * -(-cell_of_unit.size // each)
         workers.run(reductions().counts, 0, parts, arguments, least, most, rows.rows_per_structure)
 
     def _tables_of(self, workers: Workers) -> list[Any]:
-        """Return the counts that threads add to: the same ones, if their cells differ, or each its own."""
+        """Return the tables of counts: one for all threads if each structure has its own cells, else several."""
         if workers not in self._tables:
             count = (
                 1 if has_own_cells(self.cells) else int(max(1, min(workers.threads, MEMORY_OF_COUNTS // self._size)))
@@ -137,7 +137,7 @@ class Tally:
         return self._tables[workers]
 
     def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
-        """Add counts of samples of some distinct cells to those of samples that were added."""
+        """Add counts of some distinct cells, from another reducer."""
         if self._included is None:
             self._included = np.zeros(self._shape, dtype=np.int64)
         self._included[:, cells] += counts
@@ -153,8 +153,8 @@ class Tally:
 class Sums:
     """Sums of a demand and of its squares, and its largest value, by cell.
 
-    The samples of a row are added in their order, with the rounding errors of the additions in a separate sum;
-    rows are added exactly, so that their order, blocks, threads and regions change nothing.
+    The samples of a row are added in their order, with the rounding errors of the additions in a separate sum. Rows are
+    added exactly, so that results do not depend on their order, or on blocks, threads and regions.
 
     Args:
         cells: The cells.
@@ -184,8 +184,8 @@ class Sums:
             is_signed: Whether values keep their sign; else the largest absolute value of all places is taken.
             place: The place; -1 for the worst.
             workers: The threads.
-            rows: How the samples go to cells; None for as the block's do.
-            counted: First place that counts for the worst, and that after the last; None for all.
+            rows: Assignment of the samples to cells; None: that of the block.
+            counted: First place that counts for the worst, and the one after the last; None: all count.
         """
         rows = block.rows(self.cells) if rows is None else rows
         if workers not in self._sums:
@@ -224,20 +224,20 @@ class Sums:
         workers.refuse(demand, bad)
 
     def include(self, cells: np.ndarray, other: ExactSums) -> None:
-        """Add sums of some distinct cells to those of samples that were added."""
+        """Add sums of some distinct cells, from another reducer."""
         if self._included is None:
             self._included = ExactSums.of_nothing(self.cells.count)
         self._included.include(cells, other)
 
     def _copies(self, workers: Workers) -> int:
-        """Return how many copies of the cells threads add to, where few cells would leave most threads idle."""
+        """Return the number of copies of the cells: with one copy of few cells, most threads would be idle."""
         if has_own_cells(self.cells):
             return 1
         return max(1, min(workers.copies_of_cells, ENOUGH_CELLS // self.cells.count))
 
     @property
     def exact(self) -> ExactSums:
-        """The sums, exactly."""
+        """The exact sums."""
         found = [] if self._included is None else [self._included]
         for workers, arrays in self._sums.items():
             copies = (np.split(workers.read(array), self._copies(workers)) for array in arrays)
@@ -258,7 +258,7 @@ class Sums:
 
 
 def searched(bounds: np.ndarray) -> np.ndarray:
-    """Return bounds, shape [kind, bound], with infinite ones up to 2^k - 1, among which kernels search."""
+    """Return bounds, shape [kind, bound], padded by infinity to 2^k - 1 bounds for the search in kernels."""
     padded = np.full((len(bounds), 2 * 2 ** int(np.log2(bounds.shape[1])) - 1), np.inf)
     padded[:, : bounds.shape[1]] = bounds
     return padded
@@ -276,27 +276,28 @@ def find_states(
     each_place: bool = False,
     is_absolute: bool = False,
 ) -> None:
-    """Raise the states of samples to the number of bounds that a demand, without its sign, is above.
+    """Set the state of each sample to the number of bounds that its demand exceeds, unless the state is higher already.
 
     Args:
         block: The samples.
         demand: The demand.
         bounds: Its bounds, padded by `searched`, shape [kind, bound].
-        kind: Which of them are those of each structure of the block.
+        kind: Row of `bounds` for each structure of the block.
         states: The states, shape [place, sample], the worst place last.
         workers: The threads.
-        counted: First place that counts for the worst, and that after the last; None for all.
-        each_place: Whether states of every place are kept, besides the worst.
-        is_absolute: Whether absolute values are taken of a peak as well; else a negative one is an error.
+        counted: First place that counts for the worst, and the one after the last; None: all count.
+        each_place: Whether states of every place are kept, in addition to the worst.
+        is_absolute: Whether the absolute values of a peak are compared; else a negative peak is an error. Of other
+            demands the absolute values are always compared.
 
     Raises:
-        ValueError: If a sample is ok and a demand of it is not finite, or a peak that is negative.
+        ValueError: If a sample with the status ok has a demand that is not finite, or a negative peak.
     """
     values, bad = block.demand(demand), workers.bad(demand)
     structures = len(block.structures)
     samples, places = block.samples // structures, int(values.shape[1])
     half = (bounds.shape[1] + 1) // 2
-    rows = samples // workers.units_of_part(samples)  # of a structure; a thread takes one of them
+    rows = samples // workers.units_of_part(samples)  # rows of a structure; a thread takes one row
     counted = counted or (0, places)
     how = samples // rows, rows, places, *counted, int(is_absolute or not is_peak(demand)), int(each_place)
     structure, kind = block.array_of_structures(workers, block.structures), workers.array(kind.astype(np.int32))
@@ -326,6 +327,6 @@ def check_fits_memory(cells: Cells, size: float) -> None:
     if size > free_memory("cpu"):
         each: Any = " x ".join(f"{count:,} {name}s" for name, count in zip(cells.dims, cells.shape, strict=True))
         raise MemoryError(
-            f"a statistic over {each} takes {size / 1e9:.3g} GB, and {free_memory('cpu') / 1e9:.3g} GB of memory are "
-            "free: take it over less"
+            f"a statistic over {each} takes {size / 1e9:.3g} GB, but {free_memory('cpu') / 1e9:.3g} GB of memory are "
+            "free: name fewer dimensions in over="
         )

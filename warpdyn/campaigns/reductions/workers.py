@@ -14,7 +14,7 @@ from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU
 from warpdyn.engine.kernels.reductions.table import reductions
 
-# Samples that a thread takes: a launch takes Python a tenth of a millisecond, in which no other thread runs.
+# Least number of samples of a thread: a launch takes 0.1 ms in Python, during which no other Python thread runs.
 LEAST_SAMPLES = 2**15
 
 
@@ -67,35 +67,35 @@ class Workers(Protocol):
             first, last: The range.
             arguments: Its arguments after the range, by the number of the thread.
             least: Least length of a thread's part.
-            most: Most parts; 0 for as many as there are threads.
-            together: How many in a row one thread of a processor takes all of.
+            most: Largest number of parts; 0: the number of threads.
+            together: Number of successive elements that one CPU thread must take together.
         """
 
     def units_of_part(self, units: int) -> int:
         """Return how many of a row's units a thread takes at a time, if units are independent."""
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return how the sums of rows are added to those of cells, so that no two threads add to one.
+        """Return groups of rows whose sums are added to cells, so that no two threads add to the same cell.
 
         Args:
             cell_of_row: The cells of rows.
             units: Number of cells of a row.
 
         Returns:
-            The rows group by group, where each group starts among them, and how many units a thread takes.
+            The rows, group by group; the start of each group; and the number of units that a thread takes.
         """
 
     def bad(self, demand: str) -> Any:
-        """Return memory for the number of a structure with a sample that is ok without a valid demand, by thread."""
+        """Return memory for the number of a structure that has a sample with status ok but without a valid demand."""
 
     def refuse(self, demand: str, bad: Any) -> None:
-        """Raise a ValueError, now or by `finish`, if such a structure was found."""
+        """Raise a ValueError, here or in `finish`, if such a structure was found."""
 
     def finish(self) -> None:
-        """Wait until all is reduced.
+        """Wait until all samples are reduced.
 
         Raises:
-            ValueError: If a sample that is ok had no valid demand.
+            ValueError: If a sample with status ok had no valid demand.
         """
 
     def close(self) -> None:
@@ -103,13 +103,13 @@ class Workers(Protocol):
 
 
 class Threads:
-    """Threads of the processor, which read arrays where they are.
+    """CPU threads, which read NumPy arrays without copies.
 
     Args:
-        threads: How many there are.
+        threads: Number of threads.
     """
 
-    memory_of_sums, copies_of_cells = 2**23, 1  # which stay in the cache; they share cells by units
+    memory_of_sums, copies_of_cells = 2**23, 1  # fits in the cache; one copy, because threads take different units
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
@@ -167,12 +167,12 @@ class Threads:
         return units
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return all rows as one group, of whose units each thread takes some: rows are read as they lie in memory."""
+        """Return all rows as one group; each thread takes some units, so that rows are read in the order of memory."""
         rows = np.arange(cell_of_row.size, dtype=np.int32)
         return rows, np.array([0, rows.size], dtype=np.int32), -(-units // self.threads)
 
     def bad(self, demand: str) -> np.ndarray:
-        """Return new memory for the number of a structure with a sample that is ok without a valid demand."""
+        """Return new memory for the number of such a structure, one value per thread."""
         return np.full(self.threads, -1, dtype=np.int32)
 
     def refuse(self, demand: str, bad: np.ndarray) -> None:
@@ -180,7 +180,7 @@ class Threads:
         _refuse(demand, bad)
 
     def finish(self) -> None:
-        """Return at once: calls return when all is reduced."""
+        """Return at once: other calls return after their samples are reduced."""
 
     def close(self) -> None:
         """End the threads."""
@@ -190,8 +190,8 @@ class Threads:
 class Gpu:
     """A GPU, on a separate stream: reductions run one after the other, and the host does not wait for them.
 
-    Its calls come from another thread than the one that launches histories. All threads of a process share the current
-    stream of a device, so that calls must not depend on it; calls that do are followed by a wait for the whole device.
+    Its methods are called by another thread than the one that launches histories. All threads of a process share the
+    current stream of a device, so the methods do not use it, or wait for the whole device after using it.
 
     Args:
         device: The GPU.
@@ -203,9 +203,9 @@ class Gpu:
         self.device = device
         # Give this stream priority; otherwise it would wait behind the history kernels of other blocks.
         self.stream = wp.Stream(device, priority=-1)
-        # Memory of one block after the other, in the order in which it is asked for: blocks ask alike.
+        # Arrays of a block, which the next block reuses: all blocks request arrays in the same order.
         self._held: list[wp.array] = []
-        self._views: list[tuple[tuple[int, ...], wp.array]] = []  # of that memory, as it was taken last
+        self._views: list[tuple[tuple[int, ...], wp.array]] = []  # shapes and views of these arrays at their last use
         self._taken = 0
         # Host memory of the last blocks' uploads: some GPUs read it after the copy was queued.
         self._kept_alive: deque[list[wp.array]] = deque([[]], maxlen=BLOCKS_ON_A_GPU + 1)
@@ -213,7 +213,7 @@ class Gpu:
         self._bad: dict[str, wp.array] = {}
 
     def begin(self) -> None:
-        """Begin with another block, which takes the memory of the last one after it."""
+        """Begin another block, which reuses the memory of the previous block after it."""
         self._taken = 0
         self._kept_alive.append([])
 
@@ -229,11 +229,11 @@ class Gpu:
     def constant(self, values: np.ndarray) -> wp.array:
         """Return a copy of the values on the device, which is made once."""
         if id(values) not in self._constants:
-            self._constants[id(values)] = values, self.kept(values)  # held, so that no other array has its identity
+            self._constants[id(values)] = values, self.kept(values)  # kept, so that no other array has its id
         return self._constants[id(values)][1]
 
     def empty(self, shape: tuple[int, ...], dtype: Any) -> wp.array:
-        """Return memory on the device, which the next block takes over."""
+        """Return memory on the device, which the next block reuses."""
         kind, size = wp.dtype_from_numpy(np.dtype(dtype)), int(np.prod(shape))
         place, self._taken = self._taken, self._taken + 1
         if place < len(self._views):
@@ -263,7 +263,7 @@ class Gpu:
         return copy
 
     def read(self, array: wp.array) -> np.ndarray:
-        """Return a copy of the values, when all that is queued is done."""
+        """Return a copy of the values after all queued kernels."""
         wp.synchronize_stream(self.stream)
         return array.numpy()
 
@@ -287,25 +287,25 @@ class Gpu:
         return 1
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the rows of each cell as a group, of each of whose units a thread takes one."""
+        """Return the rows of each cell as a group; a thread takes one unit of a group."""
         order = np.argsort(cell_of_row, kind="stable").astype(np.int32)
         in_order = cell_of_row[order]
         start = np.flatnonzero(np.append(True, in_order[1:] != in_order[:-1]))
         return order, np.append(start, order.size).astype(np.int32), 1
 
     def bad(self, demand: str) -> wp.array:
-        """Return memory for such a structure's number, the same for all blocks."""
+        """Return memory for the number of such a structure, the same memory for all blocks."""
         if demand not in self._bad:
             self._bad[demand] = self.kept(np.full(1, -1, dtype=np.int32))
         return self._bad[demand]
 
     def refuse(self, demand: str, bad: wp.array) -> None:
-        """Leave it to `finish` to look, which waits for the GPU."""
+        """Do nothing: `finish` reads `bad` after it has waited for the GPU."""
 
     def finish(self) -> None:
-        """Wait until all is reduced; raise a ValueError if a sample that is ok had no valid demand."""
+        """Wait until all samples are reduced; raise a ValueError if a sample with status ok had no valid demand."""
         wp.synchronize_stream(self.stream)
-        self._constants.clear()  # of a region's rows, which come once
+        self._constants.clear()  # the next region has other constants
         for demand, bad in self._bad.items():
             _refuse(demand, bad.numpy())
 
@@ -316,7 +316,7 @@ class Gpu:
 
 
 def _refuse(demand: str, bad: np.ndarray) -> None:
-    """Raise a ValueError if a structure's number is there, and not -1."""
+    """Raise a ValueError if a thread has written the number of a structure (instead of -1)."""
     if (bad >= 0).any():
         raise ValueError(
             f"a sample of structure {bad[bad >= 0][0]} is 'ok' but its {demand} is not valid: it must be finite, and "

@@ -22,8 +22,8 @@ LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work: steps of storeys
 # If no sample leaves the GPU, the only loss is Python's time per block: few blocks are better. But during the
 # preparation of the first block and the collection of the last one the GPU is idle, so blocks must not be too large.
 BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 16, 2**19
-BLOCKS_AHEAD = 4  # of each GPU that are prepared at a time
-# Steps of storeys of a block that a thread takes in some seconds to half a minute, by its law.
+BLOCKS_AHEAD = 4  # blocks that are prepared at the same time for each GPU
+# Steps of a block, times storeys. A thread takes a few seconds to 30 s for them, depending on the law.
 WORK_OF_A_BLOCK = 1e9
 # Memory on the host of a sample and a structure in progress [bytes]: inputs of a sample, in the types of the schedule
 # and of the kernel and, for a GPU, in page-locked memory; copies of a structure's parameters: drawn, combined, packed
@@ -133,8 +133,8 @@ def bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, fl
     if len(run.samples_by_event) > 1:  # each sample of an event is a structure of the next one
         damaged = run.samples_by_event[-2] // run.structures
         values, drawn_values = values * damaged, drawn_values * damaged
-        outputs *= 3  # as read, merged with those that were not run, and labelled
-    elif not drawn:  # one structure serves all
+        outputs *= 3  # copies: as read, merged with samples that were not run, and labelled
+    elif not drawn:  # all samples share one structure
         values = 0
     samples = run.samples // run.structures
     host = samples * (row + outputs + BYTES_PER_SAMPLE) + 8 * COPIES_OF_A_STRUCTURE * (values + drawn_values)

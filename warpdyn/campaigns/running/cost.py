@@ -15,11 +15,11 @@ from warpdyn.foundations.core.messages import tell, warn_caller
 # GPU is as fast as a few hundred cores.
 SECONDS_OF_A_STEP, CORES_OF_A_GPU = 5e-9, 200
 TOLD = 300.0  # seconds; longer runs are reported before they start
-MOST_STEPS_OF_A_SAMPLE = 10**7  # a day of a record at 10 ms; nothing stops a launch within a sample
+MOST_STEPS_OF_A_SAMPLE = 10**7  # a day of a record at 10 ms; a launch cannot be interrupted within a sample
 
 
 def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
-    """Report the expected time of a run if it is more than some minutes; warn of samples with very many steps.
+    """Report the expected time of a run if it is longer than TOLD; warn of samples with very many steps.
 
     Args:
         run: The run.
@@ -33,20 +33,20 @@ def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
         if steps[worst] > MOST_STEPS_OF_A_SAMPLE:
             warn_caller(
                 f"sample {part.sample[worst]} takes {steps[worst]:.3g} steps of {part.schedule.step[worst]:.3g} s, "
-                f"over {steps[worst] * part.schedule.step[worst]:.3g} s: is the motion's step in seconds, and the "
-                "structure's period what it should be?"
+                f"over {steps[worst] * part.schedule.step[worst]:.3g} s: check that the step of the motion is in "
+                "seconds, and the period of the structure"
             )
     workers = CORES_OF_A_GPU * len(run.execution.devices) if run.execution.is_gpu else run.execution.cores
     seconds = total * run.model.plan.dofs * SECONDS_OF_A_STEP / workers
     if seconds > TOLD:
         tell(
             f"{run.samples:,} samples take {total:.3g} steps of {run.model.plan.dofs} degrees of freedom: in the order "
-            f"of {_spoken(seconds)} on {', '.join(run.execution.devices)}, by a rough rule"
+            f"of {_spoken(seconds)} on {', '.join(run.execution.devices)} (rough estimate)"
         )
 
 
 def _spoken(seconds: float) -> str:
-    """Return a time in the unit that suits it."""
+    """Return a time in minutes, hours or days."""
     if seconds < 2 * 3600:
         return f"{seconds / 60:.0f} minutes"
     return f"{seconds / 3600:.0f} hours" if seconds < 72 * 3600 else f"{seconds / 86400:,.0f} days"

@@ -1,4 +1,4 @@
-"""Whole histories of chosen samples, besides what all samples record."""
+"""Whole response histories of chosen samples, in addition to the recorded variables of all samples."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from warpdyn.foundations.core.checks import check_memory, finite_numbers, shorte
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import DIVERGED
 
-# Histories of all samples of a larger run would not fit in memory: one of 1,000 steps takes 24 kB a storey.
+# More histories would not fit in memory: a history of 1,000 steps takes 24 kB per storey.
 MOST_HISTORIES = 2**20
 BYTES_OF_A_VALUE = 24  # float64, three times: written by the kernel, read back, and in the dataset
 
@@ -50,7 +50,7 @@ class Histories:
     def __post_init__(self) -> None:
         if isinstance(self.samples, list | tuple | range) and len(self.samples) > MOST_HISTORIES:
             raise ValueError(
-                f"histories.samples asks for {len(self.samples):,} histories, and a run keeps at most "
+                f"histories.samples asks for {len(self.samples):,} histories, but a run keeps at most "
                 f"{MOST_HISTORIES:,}: choose some, such as Histories(range(100))"
             )
         samples = np.atleast_1d(finite_numbers("histories.samples", self.samples))
@@ -58,7 +58,7 @@ class Histories:
             samples = samples.astype(np.int64)
         if samples.ndim != 1 or samples.size == 0:
             given = shortened(self.samples)
-            raise ValueError(f"histories.samples must be a row of at least one sample, got {given}")
+            raise ValueError(f"histories.samples must be a list of at least one sample, got {given}")
         whole = tuple(whole_number("histories.samples", sample, 0) for sample in samples.tolist())
         object.__setattr__(self, "samples", whole)
         object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
@@ -102,7 +102,7 @@ class KeptHistories:
         self._status = np.zeros(asked.size, dtype=np.int8)
 
     def _check_memory(self, run: Run) -> None:
-        """Raise an error if the histories do not fit in `memory`, or in what is free."""
+        """Raise an error if the histories do not fit in `memory`, or in the free memory."""
         schedule = self.part.schedule
         seconds = float((schedule.run_intervals * schedule.substeps * schedule.step).max())
         states = 1 + int(seconds / (self.histories.every * self.longest_step))
@@ -115,7 +115,7 @@ class KeptHistories:
         )
 
     def take(self, own: np.ndarray, substeps: np.ndarray, status: np.ndarray) -> None:
-        """Take the final steps and the status of some samples, given by their places in `Histories.samples`."""
+        """Set the final steps and the status of some samples, given by their places in `Histories.samples`."""
         self.part.schedule = self.part.restepped(own, substeps)
         self._status[own] = status
 
@@ -141,7 +141,7 @@ class KeptHistories:
         return history_variables(self.histories.samples, time, joined)
 
     def _groups(self) -> Iterator[tuple[np.ndarray, float]]:
-        """Yield the samples whose steps divide the longest one, with it, and then those of each other step."""
+        """Yield the samples whose steps divide the longest step, and this step; then the samples of each other step."""
         steps = self.part.schedule.step
         ratio = self.longest_step / steps
         divides = np.isclose(ratio, np.round(ratio), rtol=1e-6, atol=0.0)
@@ -151,7 +151,7 @@ class KeptHistories:
 
 
 def outcomes_of(histories: Histories, run: Ensemble, status: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return which samples of `histories` are in a block (by their places there), their substeps and their status."""
+    """Return the places in `histories.samples` of samples in a block, their substeps and their status."""
     samples = np.array(histories.samples)
     own = np.flatnonzero((samples >= run.sample[0]) & (samples <= run.sample[-1]))
     place = samples[own] - run.sample[0]
@@ -159,7 +159,7 @@ def outcomes_of(histories: Histories, run: Ensemble, status: np.ndarray) -> tupl
 
 
 def _interpolated(values: np.ndarray, step: float, end: float, kept: float) -> np.ndarray:
-    """Return histories at other times, linear between their states; NaN where one of the two states is.
+    """Return histories at other times, interpolated linearly between states; NaN if one of the two states is NaN.
 
     Args:
         values: The histories, shape [history, time, dof].

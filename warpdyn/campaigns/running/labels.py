@@ -143,7 +143,7 @@ def _level_attributes(level: Assignment) -> dict[str, Any]:
 
 
 def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
-    """Return the columns of a sequence, with `event` where they do not belong to the structure or sample alone."""
+    """Return the columns of a sequence: all have the dimension `event`, except labels and inputs of a sample."""
     fixed = {"sample", "structure", *scene.scatter}
     return {
         name: column if name in fixed else replace(column, dims=("event", *column.dims))
@@ -191,7 +191,7 @@ def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
     height = run.heights if "height" in run.drawn else run.heights[:1]
-    # Inner loops over a few storeys are slow, and so all samples of a structure make one row.
+    # Inner loops over a few storeys are slow, so all samples of a structure form one row.
     shape = len(run.structures), -1
     samples_per_structure = len(drift) // len(run.structures)
     wide = np.tile(height.astype(ratio.dtype), (1, samples_per_structure))

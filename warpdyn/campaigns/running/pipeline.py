@@ -42,7 +42,7 @@ from warpdyn.foundations.core.thread_pool import Ahead
 
 MOST_COPYING_THREADS = 8  # more threads do not copy faster
 SECONDS_OF_A_TURN = (
-    2e-4  # a thread's turn at Python during a GPU run: a city takes 14 % less time than with the default 5e-3
+    2e-4  # switch interval of Python's threads during a GPU run: a city takes 14 % less time than with 5e-3 (default)
 )
 
 
@@ -58,12 +58,12 @@ class Block:
         rows: Rows of the dataset for the block's samples.
         event: Index of the present event.
         own: Rows of the samples of the present event.
-        standing: Those of them that are integrated; samples that failed or collapsed in an earlier event are not.
-        started: The ensemble of these samples.
+        standing: The samples of the present event that are integrated; those that failed or collapsed before are not.
+        started: The ensemble of the integrated samples.
         found: Their outputs, sample first.
         outputs: Outputs of all samples of the last finished event, sample last.
         flags: Flags `unreliable` of these samples.
-        staying: Outputs that their GPU has kept to be reduced there, sample first.
+        staying: Outputs that stay on the GPU to be reduced there, sample first.
         sensitive: Result of `sensitive_samples` for them; None if it was not called, or may have changed.
     """
 
@@ -105,8 +105,8 @@ class Pipeline:
         findings: Collects messages on the stability of each event.
         table: Table that takes the samples.
         histories: Samples whose histories are kept, if there are any.
-        estimates: Error estimates of each event; empty if they are not asked for.
-        sample_error: Relative error that is asked for of every sample, if it is.
+        estimates: Error estimates of each event; empty without `checked_share`.
+        sample_error: Relative error that is required of every sample; None: no requirement.
         tells_cost: Whether the cost of the run is reported before the first block.
 
     Attributes:
@@ -225,7 +225,7 @@ class Pipeline:
         if self.several:
             block.own = self._rows_of_event(whole)
         else:
-            beside = whole.model.shapes.keys() - block.rows.keys()  # of the dataset
+            beside = whole.model.shapes.keys() - block.rows.keys()  # outputs that are not in the dataset
             block.own = block.rows | whole.model.blank_outputs(block.samples, beside)
         block.started, block.found = whole, block.own
         if whole.before is not None:
@@ -316,7 +316,7 @@ class Pipeline:
             block.own[UNRELIABLE][:] = flags
 
     def _bring_back(self, block: Block, found: Arrays) -> bool:
-        """Bring all outputs that have stayed on a GPU into their rows, if some may be changed; return whether."""
+        """Copy all outputs that stayed on a GPU to the host if some may change; return whether they were copied."""
         queue = block.whole.queue
         if self._arriving is None or not isinstance(queue, CudaQueue):
             return False

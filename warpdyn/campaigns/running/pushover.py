@@ -25,7 +25,7 @@ TOLERANCE = 1e-9  # largest unbalanced storey force, over the base shear
 ITERATIONS = 50
 SHORTENINGS = 40  # halvings of one correction
 SHORTEST_STEP = 2.0**-10  # as a share of a requested step
-LEAST_STIFFNESS = 1e-6  # over the initial stiffness, in place of a smaller tangent in a correction
+LEAST_STIFFNESS = 1e-6  # over the initial stiffness; replaces smaller tangents in a correction
 
 
 def _spring_and_coefficients(building: ShearBuilding) -> tuple[StoreyRules, np.ndarray]:
@@ -37,7 +37,7 @@ def _spring_and_coefficients(building: ShearBuilding) -> tuple[StoreyRules, np.n
 
 
 def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
-    """Warn if a building is pushed through drifts that seem to be in another unit than m."""
+    """Warn if the given drifts seem to be in another unit than m."""
     findings = PlausibilityFindings()
     findings.add("pushed_drift_ratio", np.abs(drift_ratio).max())
     findings.warn()
@@ -45,18 +45,19 @@ def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
 
 @suggests_names
 def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
-    """Return the forces of a building's storeys under given quasi-static drifts, in double precision.
+    """Return the hysteresis of a building's storeys: their forces under given quasi-static drifts, in double precision.
 
     Args:
         building: The building.
         drift: Storey drifts [m], starting from 0, shape [step], the same for all storeys, or [step, storey].
 
     Returns:
-        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], the work done less the stored energy, by the
-        trapezoidal rule; all of shape [step, storey]. The attribute `building` is the building as JSON.
+        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], all of shape [step, storey]. The dissipated
+        energy is the work done (trapezoidal rule) less the stored energy. The attribute `building` is the building as
+        JSON.
 
     Raises:
-        ValueError: If a drift is not finite or the shape is another.
+        ValueError: If a drift is not finite, or the shape is wrong.
         TypeError: If `building` is not a ShearBuilding.
 
     Example:
@@ -87,27 +88,27 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
 def pushover(
     building: ShearBuilding, roof_displacement: ArrayLike, *, pattern: str | ArrayLike = "first_mode"
 ) -> xr.Dataset:
-    """Push a building quasi-statically by lateral loads of one pattern, through given roof displacements.
+    """Run a pushover analysis: push a building quasi-statically by lateral loads of one pattern.
 
-    The roof displacement is prescribed and the base shear follows, so that a building can be pushed past its peak;
-    within a step every storey moves straight to its next drift, and a step stops where a storey begins to soften. If
-    storeys soften, a step ends in the equilibrium downhill from an elastic step, or from one like the last: one storey
-    softens, and the others unload. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the
-    springs' resistance less the P-Delta force, and may be negative.
+    The roof displacement is prescribed and the base shear follows, so that a building can be pushed beyond its peak
+    strength. Within a step each storey drifts in one direction; a step is divided where a storey begins to soften. Then
+    one storey softens and the others unload: the step ends in the equilibrium that a descent of the work reaches from
+    an elastic step, or from a step like the last one. Viscous damping has no effect. With a gravity load (P-Delta) the
+    lateral load is the resistance of the springs less the P-Delta force, and may be negative.
 
     Args:
         building: The building.
-        roof_displacement: Roof displacements [m], starting from 0, which may reverse, shape [step]; for Bouc-Wen
-            storeys in steps that are short compared with the yield displacement.
+        roof_displacement: Roof displacements [m], starting from 0, shape [step]; they may reverse. For Bouc-Wen
+            storeys, use steps that are short compared with the yield displacement.
         pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
             "uniform" (floor mass), or floor loads of any scale [1], shape [floor].
 
     Returns:
         `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
         `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
-        `floor_load`, its sum 1. The attribute `building` is the building as JSON. If no equilibrium is found in a step,
-        the curve ends at the last one, whose roof displacement lies within that step; a warning and the attribute
-        `stopped_because` report the place and the reason.
+        `floor_load` [1], with sum 1. The attribute `building` is the building as JSON. If no equilibrium is found in a
+        step, the curve ends at the last equilibrium, whose roof displacement lies within that step; a warning and the
+        attribute `stopped_because` report the place and the reason.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
@@ -168,9 +169,9 @@ class _PushedChain:
         storeys = building.storeys
         row, coefficients = _spring_and_coefficients(building)
         self.shears, self.stiffness = shears, effective_stiffness(building.parameters)
-        # P-Delta forces over storey drifts.
+        # P-Delta force per storey drift [N/m].
         self.leaning = storey_weight_over_height(building.parameters) if "gravity_load" in building.parameters else 0.0
-        # Elastic drifts under the loads, of sum 1, and the base shear of a roof displacement of 1.
+        # Elastic drifts under the loads, scaled to sum 1, and the base shear over the roof displacement [N/m].
         self.elastic_drift = shears / self.stiffness
         self.roof_stiffness = 1 / self.elastic_drift.sum()
         self.elastic_drift *= self.roof_stiffness
@@ -190,7 +191,7 @@ class _PushedChain:
         self.largest_shear, self.base_shear, self.softens, self.last_moves = 0.0, 0.0, False, np.zeros(storeys)
 
     def push(self, displacement: float) -> float:
-        """Move the roof towards a displacement, in shorter steps if one is too long; return the share of the way."""
+        """Move the roof towards a displacement, in one or several steps; return the share of the way it moved."""
         begin, done, share = float(self.drift.sum()), 0.0, 1.0
         while done < 1:
             if self._step(begin + (done + share) * (displacement - begin), share > SHORTEST_STEP):
@@ -214,10 +215,10 @@ class _PushedChain:
         )
 
     def _step(self, displacement: float, stops_at_peak: bool) -> bool:
-        """Move the roof to a displacement in one step; return whether it is there.
+        """Move the roof to a displacement in one step; return whether it was reached.
 
-        It is not reached if there is no equilibrium, or if the step would pass a storey's peak: the step must stop
-        there, because the other storeys unload from that point while this storey softens.
+        It is not reached if there is no equilibrium, or if the step would pass the peak strength of a storey: the step
+        must stop there, because the other storeys unload from that point while this storey softens.
         """
         move = displacement - self.drift.sum()
         scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
@@ -235,7 +236,8 @@ class _PushedChain:
             softens = int(np.count_nonzero(self._softening()))
             if stops_at_peak and softens and not self.softens:
                 return False
-            # At a peak to which storeys come together some are beyond it by rounding; the base shear has not fallen.
+            # If several storeys reach their peak together, rounding may put some beyond it without a fall of the base
+            # shear.
             falls = bool((self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale)
             if softens > 1 and falls and not one_softens:
                 continue
@@ -262,7 +264,7 @@ class _PushedChain:
         return (self.tangent - self.leaning < -LEAST_STIFFNESS * self.stiffness) & (self.trial != self.drift)
 
     def _let_one_soften(self) -> None:
-        """Give the moves of all storeys that soften to the weakest of them.
+        """Add the moves of all storeys that soften to the weakest of them, and keep the others at their drifts.
 
         An equilibrium in which two storeys soften is unstable: the smallest difference makes one of them unload.
         """
@@ -283,13 +285,13 @@ class _PushedChain:
         """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
 
         An equilibrium is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. If the
-        tangents do not lead downhill, the tangent of the weakest storey and the initial stiffnesses of the others that
-        soften do, or all initial stiffnesses.
+        tangents do not give a descent of the work, use the tangent of the weakest storey with the initial stiffnesses
+        of the other softening storeys or, if that fails too, all initial stiffnesses.
         """
         initial = self.stiffness / self.shears
         least = LEAST_STIFFNESS * initial
         slope = np.where(np.abs(slope) < least, least, slope)
-        # Where several storeys soften, all but one unload.
+        # If several storeys soften, all except one must unload.
         alone = np.where(slope < 0, initial, slope)
         weakest = int(np.where(slope < 0, shear, np.inf).argmin())
         alone[weakest] = slope[weakest]
@@ -306,7 +308,7 @@ class _PushedChain:
         return base_shear, correction
 
     def _descend(self, base_shear: float, correction: np.ndarray) -> None:
-        """Move along the correction, and less far if the work would rise again."""
+        """Move along the correction, but less far if the work would rise again."""
         start, share = self.trial.copy(), 1.0
         downhill = self._slope(base_shear, correction)
         for _ in range(SHORTENINGS):
@@ -317,7 +319,7 @@ class _PushedChain:
             share *= 0.5
 
     def _slope(self, base_shear: float, correction: np.ndarray) -> float:
-        """Return the derivative of the work along a correction; inf or NaN of a trial that is much too long."""
+        """Return the derivative of the work along a correction; inf or NaN for a trial that is much too long."""
         with np.errstate(over="ignore", invalid="ignore"):  # such a trial is shortened
             return float((self._resistance() / self.shears - base_shear) @ correction)
 

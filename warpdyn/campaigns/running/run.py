@@ -39,7 +39,7 @@ from warpdyn.model.scene.scene import Scene
 
 
 class Run:
-    """The run of a scene, which is checked.
+    """The run of a scene; its arguments are checked when it is made.
 
     Args:
         scene: The scene.
@@ -148,7 +148,7 @@ class Run:
             return self.workers.ask(lay_out_run, job, *self.workers.layout)
 
     def _part(self, group: Group | None, job: Job, layout: Layout, checkpoint: Checkpoint | None) -> Part:
-        """Return a group with its regions, after a pilot has chosen what is left open, if there is a target error."""
+        """Return a group with its regions; with a target error, a pilot first chooses settings that are not given."""
         settled: dict[str, Any] = {} if checkpoint is None else checkpoint.settled.get(str(job.group), {})
         if job.integration.target_error is not None:
             with _named(group):
@@ -221,7 +221,7 @@ class Run:
                 self.take(sink, parts[order.group], order.place, report)
 
     def _rest(self, part: Part) -> xr.Dataset:
-        """Return a group's variables and attributes besides its samples, and give the warnings about all of them."""
+        """Issue the warnings of a group's regions; return its variables and attributes in addition to its samples."""
         job, layout, outputs = part.job, part.layout, self.outputs
         reports = [part.reports[place] for place in range(len(part.regions))]
         for text in dict.fromkeys(text for report in reports for text in report.messages):
@@ -255,7 +255,7 @@ def fingerprint_of_run(
 def divided(
     scene: Scene, structures: int, integration: Integration, execution: Execution, outputs: Outputs, seed: int
 ) -> list[Group]:
-    """Return the groups of a portfolio's scene, after all checks that concern no group; arguments: see `Run`.
+    """Return the groups of a portfolio's scene, after all checks that do not concern one group; arguments: see `Run`.
 
     Buildings with the same number of storeys, law and damping run together, whatever their archetypes. The step of a
     building is the step of its archetype in a separate run, rounded down to 10 ms divided by a power of 2, so that its
@@ -275,7 +275,7 @@ def divided(
     excitation.check_structures(portfolio.buildings)
     archetypes = checked_archetypes(scene, integration.nominal_method)
     first = next(iter(portfolio.archetypes.values())).building
-    with no_warnings():  # the groups give them
+    with no_warnings():  # the groups repeat these warnings
         # Settings are checked before anything is drawn, because their errors concern no archetype.
         build_run(replace(scene, structure=first), portfolio.buildings, integration, execution, seed)
     return groups_of(portfolio, archetypes, integration, seed)

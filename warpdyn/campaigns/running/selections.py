@@ -41,7 +41,7 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     represents it. In `run.sel(event=name)` it is in all of them, sample by sample, like the later events.
 
     In an event after the first one, samples of the same structure, motion and level differ by the earlier events:
-    `earlier_history(sample)` is the number of the history that the structure had gone through.
+    `earlier_history(sample)` is the number of the structure's history in these events.
 
     Args:
         run: A run, or some of its samples.
@@ -115,10 +115,10 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
 def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     """Return a run with some of its storeys and floors, which are counted from 1 again.
 
-    `fragility`, `damage_shares` and the like count the building's storeys alone, also without this selection: it is for
-    other ones, such as the isolators (storey 1). Variables of the largest drift ratio of all storeys are removed; the
-    status, with collapse, and variables of the whole building stay. `storey_of_collapse` is -1 if a storey collapsed
-    that is left out.
+    `fragility`, `damage_shares` and similar functions use only the storeys of the building itself, without isolators
+    and tuned mass dampers. Select other storeys, such as the isolators (storey 1), by this function. Variables of the
+    largest drift ratio of all storeys are removed; the status, with collapse, and variables of the whole building stay.
+    `storey_of_collapse` is -1 if the storey that collapsed is not selected.
 
     Args:
         run: A run, or a result of `select_archetype`; a portfolio only if all its buildings are on isolators.
@@ -153,7 +153,7 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
     """Return a run without storeys of isolators or of a tuned mass damper, and the floors above them, if it has any.
 
-    Storeys keep their numbers. A run that has such storeys alone, because they were selected, keeps them.
+    Storeys keep their numbers. A run that has only such storeys, because they were selected, keeps them.
 
     Args:
         run: The run of one structure, or of one archetype.
@@ -171,7 +171,7 @@ def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
 
     Args:
         run: The run.
-        demand: The demand; where an archetype of several has such a storey, it is NaN, as where it has none.
+        demand: The demand. In a run of several archetypes, its values at such storeys are NaN.
     """
     if STOREY_KIND in run.coords or KIND_OF_ARCHETYPES not in run.coords:
         return without_added_storeys(run)[demand]

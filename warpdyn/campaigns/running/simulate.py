@@ -180,7 +180,10 @@ def _check_together(scene: Scene, integration: Integration, execution: Execution
     if execution.cluster is not None and path is not None and not outputs.is_store and not outputs.reduced:
         raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")
     if not scene.recorders and outputs.histories is None:
-        raise ValueError("the scene has no recorders, so that nothing would be kept: name some, or ask for histories")
+        raise ValueError(
+            "the scene has no recorders, so that nothing would be kept: add recorders=(...) to the scene, or give "
+            "histories="
+        )
     for name, value in (("checked_share", outputs.checked_share), ("sample_error", error)):
         if value is not None and integration.resample:
             raise ValueError(
@@ -188,6 +191,6 @@ def _check_together(scene: Scene, integration: Integration, execution: Execution
                 f"remove {name} or resample"
             )
     if error is not None and len(scene.excitation.event_names) > 1:
-        raise ValueError("sample_error is of one event, and the scene has an EventSequence: use checked_share instead")
+        raise ValueError("sample_error does not support an EventSequence: use checked_share instead")
     if outputs.is_store:
         check_zarr()

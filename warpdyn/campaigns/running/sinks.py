@@ -161,7 +161,7 @@ class Memory:
 
 
 class Files:
-    """Samples that are written to a netCDF file or, for a portfolio, to a Zarr store, from the files of the regions.
+    """Samples that are written from the files of the regions to a netCDF file (portfolios: also to a Zarr store).
 
     Args:
         checkpoint: The folder of these files.
@@ -223,7 +223,7 @@ class Store(Files):
         [part], settled = parts, self.checkpoint.settled
         assert part.job.store is not None
         if not is_laid_out(part.job.store, settled.get("store")):
-            for path in self._paths(part):  # of a store that was damaged
+            for path in self._paths(part):  # reports on a store that was damaged
                 path.unlink(missing_ok=True)
             chunk = part.first_sample(len(part.regions[0]))
             with self.unfinished.named_errors():
@@ -254,9 +254,9 @@ class Statistics(Files):
 
     Args:
         reduction: The statistics, of all groups.
-        asked: The same, as they travel to other processes.
-        checkpoint: The folder of the files of regions; None: they are not written.
-        is_partial: Whether regions return what they add to the statistics. Otherwise, in this process, they add it.
+        asked: The same statistics, in the form that is sent to other processes.
+        checkpoint: The folder of the files of regions; None: no files are written.
+        is_partial: Whether regions return their contribution; otherwise they add it to the statistics of this process.
     """
 
     def __init__(self, reduction: Reduction, asked: Asked, checkpoint: Checkpoint | None, *, is_partial: bool) -> None:
@@ -298,7 +298,7 @@ class Statistics(Files):
             return result
         store = self.unfinished.kept / f"statistics{STORE_SUFFIX}"
         with self.unfinished.named_errors():
-            if store.is_dir():  # of a process that was killed before it was complete
+            if store.is_dir():  # incomplete, from a process that was killed
                 remove_tree(store)
             complete(store, result)
             self.unfinished.move_in_store(store)

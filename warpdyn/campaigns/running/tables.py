@@ -21,11 +21,11 @@ from warpdyn.campaigns.running.outputs import Outputs
 from warpdyn.engine.kernels.queues import CudaQueue
 from warpdyn.foundations.core.thread_pool import result_of
 
-MOST_UNDER_WAY = 2  # blocks that are left to be added to statistics
+MOST_UNDER_WAY = 2  # blocks that may wait to be added to statistics
 
 
 class InMemory:
-    """Samples in memory that is there for all of them.
+    """Samples in memory, which is allocated for all samples.
 
     Args:
         columns: Variables of the dataset with one value for each sample.
@@ -46,7 +46,7 @@ class InMemory:
         return {name: values[self._given - samples : self._given] for name, values in self.rows.items()}
 
     def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Add samples whose rows are complete; nothing is copied, because they are in their place."""
+        """Do nothing: the rows are already in their place."""
 
     def finish(self) -> None:
         """Return at once: all samples are in place."""
@@ -108,7 +108,7 @@ class Reduced:
             heights = run.heights if "height" in run.drawn else run.heights[:1]
             what = structures, rows, dict(staying), heights, run.queue.device
             released = self._adding.submit(self._reduce_on_gpu, *what)
-            assert isinstance(run.queue, CudaQueue)  # nothing stays anywhere else
+            assert isinstance(run.queue, CudaQueue)  # outputs stay only on GPUs
             run.queue.hold_until(partial(result_of, released))
             self._under_way.append(released)
         else:

@@ -35,11 +35,11 @@ def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
 def losses_of_units(
     block: Block, rows: Rows, states: Any, ratios: np.ndarray, kind: np.ndarray, value: np.ndarray, workers: Workers
 ) -> tuple[Block, Rows]:
-    """Return the loss of each unit of a block (a sample, or the worst of an event's) and how units go to cells.
+    """Return the loss of each unit of a block (a sample, or the worst of an event), and the assignment to cells.
 
     Args:
         block: The block.
-        rows: How its samples go to cells.
+        rows: Assignment of its samples to cells.
         states: State of each sample that is ok, shape [place, sample], the worst place last.
         ratios: Mean and variance of the loss ratio, shape [kind, state, 2]; the same array for all blocks.
         kind: Kind of each row's structure, shape [row].
@@ -62,7 +62,7 @@ def losses_of_units(
 class NumberSums:
     """Add up the buildings that samples represent, by cell and damage state.
 
-    Sums are exact, so that their order changes nothing.
+    Sums are exact, so that they do not depend on the order of the samples.
 
     The loss kernel counts: the loss of a unit is its number of buildings if it is in the damage state, else 0.
 
@@ -79,7 +79,7 @@ class NumberSums:
 
     @property
     def sums(self) -> list[Sums]:
-        """Those in each damage state, and of all units."""
+        """The sums for each damage state, and for all units."""
         return [*self._of_states, self._of_all]
 
     def add(self, block: Block, states: Any, workers: Workers) -> None:
@@ -121,6 +121,6 @@ class NumberSums:
 
 
 def _sums_of(sums: Sums) -> np.ndarray:
-    """Return the sums of cells with what rounding left out of each addition."""
+    """Return the sums by cell, with the rounding errors of the additions."""
     totals = sums.totals
     return totals[:, 0] + totals[:, 1]

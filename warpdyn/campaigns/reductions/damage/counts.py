@@ -1,4 +1,4 @@
-"""Samples in each damage state, counted where they run."""
+"""Samples in each damage state, counted during the run."""
 
 from __future__ import annotations
 
@@ -40,24 +40,24 @@ if TYPE_CHECKING:
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class DamageCounts(Statistic):
-    """How many samples are in each damage state.
+    """Number of samples in each damage state.
 
-    A sample is in the last state whose limit its demand is above (strictly) at the worst place, in "none" if it is
-    above no limit, and in the last state of all if it collapsed. `fragility` and `damage_shares` take the result in
-    place of a run.
+    A sample is in the most severe state whose limit its demand exceeds at the worst place, in "none" if it exceeds no
+    limit, and in the most severe state of all if it collapsed. Pass the result to `fragility` or `damage_shares`
+    instead of a run.
 
     Args:
-        limits: Limits [units of the demand] as `fragility` takes them, or of each archetype of a portfolio as
-            `damage_shares` does.
-        demand: Variable that plain limits are of; of one with a sign, as the residual drift ratio, the absolute value
-            is compared.
-        events: The event of each motion, shape [motion]: a structure's worst sample of an event's motions counts, as in
-            `damage_shares`; of MotionsAtSites the worst of each draw, such as both components of a record with
-            `events=[motion.record for motion in design.motions]`. None: every motion is counted separately.
+        limits: Limits [units of the demand], as for `fragility`; for a portfolio those of each archetype, as for
+            `damage_shares`.
+        demand: Demand of the limits that are plain numbers. If a demand has a sign, such as the residual drift ratio,
+            its absolute value is compared.
+        events: Event of each motion, shape [motion]. Only the worst of a structure's samples in an event counts, as in
+            `damage_shares`; for MotionsAtSites, only the worst in each draw. With `events=[motion.record for motion in
+            design.motions]` both components of a record count as one. None: every motion counts separately.
         each_place: Whether the states at each storey (or floor) are counted, in addition to the worst.
         number: Buildings that each structure represents [1], shape [structure]: an inventory's column `number`, in the
             order of the portfolio (`stock.buildings(inventory)["number"]`). Counts are numbers of samples;
-            `number_of_buildings_by_...` adds up the numbers of buildings, which `damage_shares` reads. None: every
+            `number_of_buildings_by_...`, which `damage_shares` reads, contains the numbers of buildings. None: every
             structure is one building.
         over: Dimensions of the counts, such as "building" or ("archetype", "motion"); see `Statistic`. For
             fragility curves ("motion", "stripe", "structure_group").
@@ -67,7 +67,7 @@ class DamageCounts(Statistic):
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, if a limit is not positive and finite or
             limits do not increase, or the scene does not record the demand.
-        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
+        TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
         >>> counts = wd.simulate(scene, structures=3, statistics=wd.DamageCounts({"slight": 0.005}, over="stripe"))
@@ -87,19 +87,19 @@ class DamageCounts(Statistic):
             object.__setattr__(self, "number", real_numbers("DamageCounts: number", self.number))
 
     def reducer(self, population: Population, threads: int) -> Reducer:
-        """Return what counts the samples of a run."""
+        """Return the reducer that counts the samples of a run."""
         counted = DamageReducer(self, population, threads)
         return counted if self.number is None else NumberReducer(counted, checked_number(self.number, population))
 
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Limits of damage states as kernels compare with them.
+    """Limits of damage states, in the form that kernels use.
 
     Args:
         states: Names of the damage states, no damage first.
-        demands: The demands that limits are of.
-        given: Limits by demand, shape [kind, state], NaN where a state has none; a kind is an archetype.
+        demands: The demands that have limits.
+        given: Limits by demand, shape [kind, state]; NaN: no limit. A kind is an archetype.
         by_archetype: Whether each archetype has its own limits.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count.
     """
@@ -112,13 +112,13 @@ class Bounds:
 
     @staticmethod
     def of(statistic: DamageCounts | DamageLoss, population: Population) -> Bounds:
-        """Return the checked limits of a statistic; of a portfolio those of each archetype."""
+        """Return the checked limits of a statistic; for a portfolio, those of each archetype."""
         limits: Mapping = statistic.limits
         demand, added = statistic.demand, statistic.added_storeys
         if population.portfolio is None:
             checked = DamageLimits.of(limits, demand)
             if NO_DAMAGE in checked.states:
-                raise ValueError(f"{NO_DAMAGE!r} is the state of a sample above no limit; give the other states")
+                raise ValueError(f"{NO_DAMAGE!r} is the state of samples that exceed no limit: remove it from limits")
             rows = [values[None] for values in checked.values]
             found = Bounds([NO_DAMAGE, *checked.states], checked.demands, rows, False, added)
         else:
@@ -133,12 +133,12 @@ class Bounds:
 
     @cached_property
     def values(self) -> tuple[bytes, ...]:
-        """All limits, by which equal ones are found."""
+        """All limits as bytes, to find statistics with equal limits."""
         return tuple(rows.tobytes() for rows in self.given)
 
     @cached_property
     def compared(self) -> list[np.ndarray]:
-        """Limits by demand without gaps: a state without one is reached with the next state that has one."""
+        """Limits by demand, in which a state without a limit has that of the next state with one."""
         found = []
         for rows in self.given:
             filled = np.where(np.isnan(rows), np.inf, rows)
@@ -179,7 +179,7 @@ class DamageReducer(Mergeable):
     """Count the samples of a run by damage state.
 
     Args:
-        statistic: The counts that are asked for.
+        statistic: The statistic.
         population: Structures, motions and levels of the samples.
         threads: Threads that count.
     """
@@ -191,19 +191,19 @@ class DamageReducer(Mergeable):
         dims = demands[0].dims
         self.dim = dims[0] if statistic.each_place and len(demands) == 1 and dims else ""
         if statistic.each_place and not self.dim:
-            raise ValueError("each_place=True needs limits of one demand that is known at each storey or floor")
+            raise ValueError("each_place=True needs limits of one demand with a value for each storey or floor")
         self.needs, self._threads = cells.needs(self.bounds.demands), threads
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Begin to count in these cells."""
+        """Start with empty counts of these cells."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states), self._threads)
-        self._least: dict[Workers, Any] = {}  # drift ratio at which a sample collapsed
+        self._least: dict[Workers, Any] = {}  # least drift ratio of a collapsed sample
         self._least_included = np.inf
 
     def partial(self) -> Arrays:
-        """Return what has been counted, of the cells that samples were counted in."""
+        """Return the counts of all cells that contain samples."""
         return super().partial() | {"least_drift": np.array(self._least_drift)}
 
     def include(self, part: Arrays) -> None:
@@ -218,7 +218,7 @@ class DamageReducer(Mergeable):
         if DRIFT not in self.bounds.demands or self.population.portfolio is not None:
             return
         added = self.bounds.added_storeys
-        # If isolators do not count, it is not known which storey collapsed: theirs, or one of the building.
+        # If isolators do not count, it is unknown whether the isolators or a storey of the building collapsed.
         if self.population.counted_places(DRIFT, block.structures, added_storeys=added) is None:
             self._find_least(block, workers)
 
@@ -277,7 +277,7 @@ class NumberReducer(Mergeable):
         self.begin(counted.cells)
 
     def begin(self, cells: Cells) -> None:
-        """Begin to count in these cells."""
+        """Start with empty counts and sums of these cells."""
         self.counted = copy(self.counted)
         self.counted.begin(cells)
         self.cells, self.tally = cells, self.counted.tally
@@ -289,7 +289,7 @@ class NumberReducer(Mergeable):
         return self.sums.sums
 
     def partial(self) -> Arrays:
-        """Return what has been counted, of the cells that samples were counted in."""
+        """Return the counts and sums of all cells that contain samples."""
         return super().partial() | self.counted.partial()
 
     def include(self, part: Arrays) -> None:

@@ -1,4 +1,4 @@
-"""Loss ratios of damage states, checked before losses are made of them."""
+"""Loss ratios of damage states, and their checks."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
 
     Args:
         function: The public function.
-        ratios: Of each state the mean loss ratio, or mean and coefficient of variation.
+        ratios: Mean loss ratio of each state, or its mean and coefficient of variation.
         states: The damage states, from the lightest on.
-        where: Whose ratios they are, for errors.
+        where: Text that names the archetype in messages.
 
     Raises:
         TypeError: If `ratios` is not a mapping.
@@ -80,7 +80,7 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
 def ratios_of_archetypes(
     function: str, names: Sequence[str], states: Sequence[str], given: Ratios | Mapping[str, Ratios]
 ) -> list[LossRatios]:
-    """Return the loss ratios of each archetype: its own, or those of all."""
+    """Return the loss ratios of each archetype, given for each archetype or once for all."""
     if not isinstance(given, Mapping):
         raise TypeError(f"{function}: loss_ratios must map damage states, or archetypes, got {given!r}")
     if not any(isinstance(each, Mapping) for each in given.values()):

@@ -1,4 +1,4 @@
-"""Losses that follow from damage states, added up where the samples run."""
+"""Losses by damage state, added up during the run."""
 
 from __future__ import annotations
 
@@ -26,22 +26,23 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class DamageLoss(Statistic):
-    """The loss that follows from the damage state of each sample: its sum, mean and variance.
+    """Sum, mean and variance of the losses that follow from the damage states of the samples.
 
-    Undamaged structures cost nothing. The loss of a sample is that of the mean loss ratio of its damage state; what the
-    scatter of the ratios adds to the variance of a sum, independent from sample to sample, is given besides.
+    The loss of a sample is its replacement value times the mean loss ratio of its damage state, and 0 without damage.
+    The variables `loss_scatter_variance...` contain the variance that the scatter of the loss ratios adds to a sum, if
+    this scatter is independent from sample to sample.
 
     Args:
         limits: Limits of the damage states [units of the demand]; see `DamageCounts`.
-        loss_ratios: Of each damage state the mean loss ratio [1], or mean and coefficient of variation; of a portfolio
-            the same for all archetypes, or of each archetype such a mapping.
-        replacement_values: Replacement value [currency] of each structure (or of a portfolio's building), shape
-            [structure], or of all alike; 1 for loss ratios. A value weighs its building's loss in sums over events,
-            cells or the city. Of an inventory they are `stock.replacement_costs(inventory)`, not its column, whose rows
-            are in another order than the portfolio's buildings. A row's cost is the value of all buildings that it
-            represents, so its `number` must not be applied again; all of them are in one damage state.
-        demand: Variable that plain limits are of.
-        events: The event of each motion, shape [motion], whose worst sample of a structure counts; see
+        loss_ratios: Maps each damage state to its mean loss ratio [1], or to mean and coefficient of variation. For a
+            portfolio: one such mapping for all archetypes, or a mapping of each archetype to such a mapping.
+        replacement_values: Replacement value [currency] of each structure (in a portfolio: of each building), shape
+            [structure], or one value for all; 1 gives loss ratios. For an inventory use
+            `stock.replacement_costs(inventory)`, because the rows of the inventory are in another order than the
+            buildings of the portfolio. The cost of a row is the value of all buildings that it represents, so do not
+            multiply it by `number`; all these buildings are in the same damage state.
+        demand: Demand of the limits that are plain numbers.
+        events: Event of each motion, shape [motion]; only the worst of a structure's samples in an event counts, see
             `DamageCounts`.
         over: Dimensions of the sums, such as "building" or ("archetype", "event"); see `Statistic`.
         labels: Labels of structures that `over` names.
@@ -50,7 +51,7 @@ class DamageLoss(Statistic):
     Raises:
         ValueError: If a label's name is not among `over`; when a run begins, see `DamageCounts`, or if a state has no
             loss ratio or a structure no replacement value.
-        TypeError: If `over` is neither a name nor a row of names, or `labels` not a mapping.
+        TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
         >>> costs = stock.replacement_costs(inventory)
@@ -71,7 +72,7 @@ class DamageLoss(Statistic):
         object.__setattr__(self, "replacement_values", finite_numbers("replacement_values", self.replacement_values))
 
     def reducer(self, population: Population, threads: int) -> LossReducer:
-        """Return what adds up the losses of a run."""
+        """Return the reducer that adds up the losses of a run."""
         return LossReducer(self, population, threads)
 
 
@@ -79,7 +80,7 @@ class LossReducer(Mergeable):
     """Add up the losses of the samples of a run.
 
     Args:
-        statistic: The losses that are asked for.
+        statistic: The statistic.
         population: Structures, motions and levels of the samples.
         threads: Threads that add.
     """
@@ -98,20 +99,20 @@ class LossReducer(Mergeable):
             got = f"{below.size} below 0, such as {below[0]:g}" if below.size else f"shape {values.shape}"
             raise ValueError(
                 f"replacement_values must be one value, or one for each of the {population.structures} "
-                f"{population.structure_dim}s, none below 0; got {got}"
+                f"{population.structure_dim}s, at least 0; got {got}"
             )
         self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
         self.needs, self._threads = cells.needs(self.bounds.demands), threads
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Begin to count in these cells."""
+        """Start with empty counts and sums of these cells."""
         self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states), self._threads)
         self.losses, self.scatter = Sums(cells), Sums(cells)
 
     @property
     def sums_by_cell(self) -> tuple[Sums, Sums]:
-        """The losses, and what the scatter of the loss ratios adds to their variance."""
+        """The sums of the losses, and of the variances that the scatter of the loss ratios adds."""
         return self.losses, self.scatter
 
     def add(self, block: Block, workers: Workers) -> None:
@@ -125,7 +126,7 @@ class LossReducer(Mergeable):
         self.scatter.add(found, "loss", True, 1, workers, of_units)
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return sums, mean and variance of the losses, and the numbers of samples that they are of."""
+        """Return sums, mean and variance of the losses, and their numbers of samples."""
         cells, states = self.cells, len(self.bounds.states)
         table = self.tally.counts[-1]
         variables, coordinates = failures(cells, table[:, states:])

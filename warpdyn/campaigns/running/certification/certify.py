@@ -26,10 +26,10 @@ def certify(
     """Check a storey law or a device: continuity, passivity, energy, steps, rates, number types and processors.
 
     Args:
-        law: The law or device with its parameters; of parameters with several values, all are checked.
-        stiffness: Storey stiffness [N/m]. None: a yield force over 0.01 m, or else 1e7.
+        law: The law or device with its parameters; all values of each parameter are checked.
+        stiffness: Storey stiffness [N/m]. None: the yield force divided by 0.01 m; 1e7 without a yield force.
         drift: Scale of the paths [m], such as the yield drift; their largest drifts are 16 times as large. None: the
-            first force among the parameters over the stiffness, or the largest length among them.
+            first force among the parameters divided by the stiffness; without a force the largest length.
         device: GPU whose forces are compared with those of the CPU, such as "cuda:0". None: the first GPU, if any.
 
     Returns:

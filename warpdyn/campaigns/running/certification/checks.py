@@ -52,13 +52,14 @@ def path_checks(storeys: Storeys, checks: Checks) -> None:
     if not storeys.element.is_device:
         add("initial stiffness", _initial_stiffness_error(storeys), 1e-2)
     finer = storeys.answers(storeys.path(FINER * STEPS))
-    # With steps of a quarter, falls of a continuous force are about a quarter, and jumps do not change.
+    # With a quarter of the step, the change of a continuous force per step is about a quarter; jumps stay the same.
     jumps = [_largest_jump(storeys, each) for each in (found, finer)]
     add("continuity of the force", (jumps[1] / np.maximum(jumps[0], LEAST_FORCE * size)).max(), 0.6)
     add("stiffness bound", (_stiffness_excess(storeys, found) / size).max(), 1e-3)
     way = np.where(np.diff(found["drift"], axis=0, prepend=0.0) < 0, -1.0, 1.0)
     slope = (found["force"] - found["behind"]) / (way * CHORD * storeys.scale)
-    # A step that ends on a corner has another slope behind; the tangent of a rate law is that of its equation.
+    # In a step that ends on a corner, the slope before the corner is not the tangent. The tangent of a rate law is that
+    # of its equation.
     missed = np.abs(found["tangent"] - slope) / storeys.p["stiffness"]
     add("tangent", np.quantile(missed, 0.97), 2e-2 if spring.rate is not None else 1e-4)
     add("kept force", (np.abs(found["held"] - found["force"]) / size).max(), ROUNDING)
@@ -69,7 +70,7 @@ def path_checks(storeys: Storeys, checks: Checks) -> None:
     if spring.memory_on_line is not None:
         lines = found["leaves_line"] == 0
         add("memory on a line", found["unlike_mapping"][lines].max(), ROUNDING)
-        # Where a line begins or ends in a step, each of the two slopes may be given.
+        # If a line begins or ends within the step, either of the two slopes is right.
         missed = np.abs(found["tangent_on_line"] - found["tangent"])[lines] / storeys.p["stiffness"].max()
         add("tangent on a line", np.quantile(missed, 0.999), 1e-6)
     add("negative elastic energy", -(found["recoverable"] / energy).min(), ROUNDING)

@@ -1,4 +1,4 @@
-"""Storeys of a law along paths of drift: all its device functions, asked at every step."""
+"""Storeys of a law along paths of drift, with the results of all its device functions at every step."""
 
 from __future__ import annotations
 
@@ -87,6 +87,6 @@ class Storeys:
 
 
 def legs(corners: np.ndarray, steps: int) -> np.ndarray:
-    """Return straight paths through corners, [step, storey], each of `steps` steps; the first corner is left out."""
+    """Return straight paths through corners, [step, storey], each of `steps` steps, without the first corner."""
     along = np.arange(1, steps + 1)[:, None] / steps
     return np.concatenate([a + (b - a) * along for a, b in itertools.pairwise(corners)])

@@ -1,1 +1,1 @@
-"""Several runs as one: what their samples are of, and one dataset of all."""
+"""Joining of runs: identities of their structures and motions, and one dataset of all samples."""

@@ -44,7 +44,7 @@ def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.
             kinds[place, : own.size] = own
         rows = part[[name for name, variable in part.variables.items() if "sample" in variable.dims]]
         rows = rows.drop_vars("structure" if "structure" in rows.coords else "building")
-        # Kinds of storeys are those of one building; KIND_OF_ARCHETYPES has those of each.
+        # Remove the storey kinds of this building: KIND_OF_ARCHETYPES contains those of all buildings.
         rows = rows.drop_vars((*PLACES, STOREY_KIND), errors="ignore")
         rows = rows.pad({dim: (0, highest - rows.sizes[dim]) for dim in PLACES if dim in rows.dims})
         own_number = part["building" if each.is_portfolio else "structure"]
@@ -115,7 +115,7 @@ def _own_storeys(each: Identities, sample: int) -> tuple[int, np.ndarray]:
 
 
 def _filled(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Return the parts one after the other; inputs that are scattered in some alone are NaN in the others."""
+    """Return the parts one after the other; inputs that are scattered only in some parts are NaN in the others."""
     names = dict.fromkeys(name for part in parts for name in part.data_vars)
     for place, part in enumerate(parts):
         for name in names:

@@ -1,4 +1,4 @@
-"""Attributes of several runs as those of one."""
+"""Attributes of a joined run, and checks that runs are comparable."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import xarray as xr
 from warpdyn.foundations.core.output_variables import measure_of_dataset
 from warpdyn.foundations.files.netcdf import trace
 
-OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # of a run alone, or made anew
+OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # of a single run, or new in a joined run
 WHOLE = "of the whole history"  # peaks without a comment
 
 
 def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, object]:
-    """Return the attributes of several runs together: a value that all runs share, or else all values.
+    """Return the attributes of a joined run: the value that all runs share, or else all values.
 
     Args:
         function: The public function, for the history.
@@ -47,8 +47,8 @@ def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, ob
 def check_start_times(runs: Sequence[xr.Dataset]) -> None:
     """Raise a ValueError unless all runs record their peaks from the same time on.
 
-    It is in the comments of variables of peaks, also in joined runs, which may have no attribute `scene`. Capacities
-    have no such variables, but have the attribute.
+    The time is in the comment of each peak variable, also in joined runs, which may have no attribute `scene`.
+    Capacities have no peak variables, but have the attribute `scene`.
     """
     for place, run in enumerate(runs[1:], start=1):
         for name in (str(each) for each in run.data_vars if "peak" in str(each) and each in runs[0]):

@@ -1,4 +1,4 @@
-"""Capacities of several calls as those of one: of more structures, or of more motions."""
+"""Joining of capacities from several calls: more structures, or more motions."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
     for place, found in enumerate(datasets):
         if "capacity" not in found or "drawn_structure" not in found.coords:
             raise ValueError(
-                f"join: dataset {place} does not hold capacities as capacities() returns them, and others do"
+                f"join: dataset {place} is not a result of capacities(), but others are: join results of one kind"
             )
         if "sample" in found.dims:
             raise ValueError(
-                f"join: the curves of dataset {place} are not joined: give found.drop_dims('sample'), or leave out "
-                "keep_curves"
+                f"join: the curves of dataset {place} cannot be joined: give found.drop_dims('sample'), or remove "
+                "keep_curves from capacities()"
             )
         for name in ("damage_state", "damage_limit"):
             if not np.array_equal(found[name].values, first[name].values):
@@ -48,8 +48,8 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
     kinds = {kind for each in identities for kind in each.buildings.values()}
     if len(kinds) > 1:
         raise ValueError(
-            "join: the capacities are of different buildings or scatters, and are kept apart: fit "
-            "fragility_from_capacities() to each of them"
+            "join: the capacities are of different buildings or scatters, and cannot be joined: call "
+            "fragility_from_capacities() for each of them"
         )
     drawn = [_drawn(each) for each in identities]
     motions = [each.motions for each in identities]
@@ -83,7 +83,7 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def _drawn(each: Identities) -> np.ndarray:
-    """Return what each drawn structure is, shape [structure, motion]."""
+    """Return the identity of each drawn structure, shape [structure, motion]."""
     table = each.run["drawn_structure"].transpose("structure", "motion")
     sampling = str(table.attrs.get("sampling", ""))
     of_all = (int(table.max()) + 1,) if sampling == "latin_hypercube" else ()

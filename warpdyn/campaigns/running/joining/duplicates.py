@@ -1,4 +1,4 @@
-"""Samples that are in a dataset twice, and numbers that mean different things: what xr.concat makes of several runs."""
+"""Checks for runs that were combined by xr.concat: duplicate samples, and numbers with several meanings."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
     for name in ("motion_name", "motion_step", "motion_peak_acceleration"):
         if name in dataset and "sample" in dataset[name].dims:
             raise ValueError(
-                f"{function}: {name!r} lies along sample, as xr.concat makes it of several runs, so that motion_index "
-                f"is of different motions in different samples: {REMEDY}. If it is one run whose samples were "
+                f"{function}: {name!r} lies along sample, as after xr.concat of several runs, so that motion_index "
+                f"means different motions in different samples: {REMEDY}. If it is one run whose samples were "
                 "selected by where(), select them by run.isel(sample=condition.values)"
             )
     label = next((name for name in ("structure", "building") if name in dataset.coords), None)

@@ -60,7 +60,7 @@ class Identities:
 
     @cached_property
     def buildings(self) -> dict[str, int]:
-        """Identity of each building type by its name: what is drawn from, with its scatter and its collapse."""
+        """Identity of each building type by its name: the building, its scatter and the collapse limit."""
         run = self.run
         if OF_BUILDING in run.attrs:
             return {str(run.attrs.get("title", "building")): int(run.attrs[OF_BUILDING])}
@@ -105,14 +105,14 @@ class Identities:
 
     @cached_property
     def _number_of_points(self) -> tuple[int, ...]:
-        """How many structures were drawn, where a structure depends on it: of a Latin hypercube."""
+        """Number of drawn structures, if structures depend on it (Latin hypercube); otherwise empty."""
         if "structure" not in self.run.coords or self.run["structure"].attrs.get("sampling") != "latin_hypercube":
             return ()
         return (int(self.run["structure"].values.max()) + 1,)
 
     @cached_property
     def seed(self) -> object:
-        """The seed, or the same for all where nothing depends on it."""
+        """The seed; a constant if no sample depends on the seed."""
         if "seed" not in self.run.attrs:
             raise ValueError(f"join: run {self.place} has no attribute 'seed'; give the result of simulate()")
         excitation = json.dumps(self.scene["excitation"])
@@ -138,7 +138,7 @@ class Identities:
 
     @cached_property
     def motions(self) -> np.ndarray:
-        """Identity of each motion: its name and its samples, shape [motion]; of a run without motions none."""
+        """Identity of each motion: its name and its samples, shape [motion]; empty for a run without motions."""
         if OF_MOTIONS in self.run:
             return self.run[OF_MOTIONS].values
         if "motion_name" not in self.run:
@@ -170,7 +170,7 @@ class Identities:
 
 def _rows_as_numbers(rows: np.ndarray) -> np.ndarray:
     hashed = pd.util.hash_pandas_object(pd.DataFrame(rows), index=False).to_numpy()
-    return (hashed >> np.uint64(12)).astype(np.int64)  # which a float64 holds
+    return (hashed >> np.uint64(12)).astype(np.int64)  # float64 represents 52 bits exactly
 
 
 def _motions_of(excitation: Any) -> list[dict[str, Any]]:

@@ -1,4 +1,4 @@
-"""The public function that joins runs: it renumbers structures and motions by what they are."""
+"""The public function that joins runs: it renumbers structures and motions by their identities."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from warpdyn.campaigns.running.joining.identity import OF_BUILDING, OF_INPUTS, O
 from warpdyn.foundations.core.checks import check_dataset
 from warpdyn.model.ground_motions.motions import motion_numbers
 
-ADVICE = "give runs as simulate() returned them, such as wd.join([run, other])"
-SAMPLING = ("sobol", "latin_hypercube", "monte_carlo", "given")  # the one that intervals must respect first
+ADVICE = "give results of simulate(), such as wd.join([run, other])"
+SAMPLING = ("sobol", "latin_hypercube", "monte_carlo", "given")  # by precedence for intervals
 
 
 def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Return several runs as one, which `fragility` and all other estimators take.
+    """Join several runs to one run, for `fragility` and all other estimators.
 
-    Numbers of structures and motions are those of one run: structure 0 of another seed is another structure, and motion
-    0 of another scene may be another record. The joined run counts them anew, by what they are. Two structures are the
-    same if building, scatter, seed, number and drawn parameters are, two motions if their names and samples are.
+    Numbers of structures and motions are valid only in one run: structure 0 of another seed is another structure, and
+    motion 0 of another scene may be another record. The joined run has new numbers. Two structures are the same if
+    building, scatter, seed, number and drawn parameters are equal; two motions, if their names and samples are equal.
 
-    Runs of different buildings, or with another collapse limit, become the archetypes of a portfolio's run, with
-    `building` and `archetype_index` in place of `structure`, and NaN at storeys that a building does not have:
-    `select_archetype` takes one of them, `damage_shares` counts all.
+    Runs of different buildings, or with different collapse limits, become the archetypes of a portfolio's run, with
+    `building` and `archetype_index` instead of `structure`, and NaN at storeys that a building does not have. Use
+    `select_archetype` for one archetype, or `damage_shares` for all.
 
-    Runs of one EventSequence with other seeds can be joined, and capacities of one building: with the same motions
-    along `structure`, with the same structures along `motion`.
+    Runs of one EventSequence with different seeds can be joined. Capacities of one building can be joined along
+    `structure` if the motions are the same, or along `motion` if the structures are the same.
 
     Args:
         runs: Results of `simulate`, `capacities` or `join`, in memory or from files, which are read when they are
@@ -40,8 +40,8 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
 
     Returns:
         The joined run, samples of one run after those of the other. `structure_identity(sample)` and
-        `motion_identity(motion)` identify the samples for further calls of `join`. Attributes that differ have all
-        values; `scene` is there if it is the same in all runs.
+        `motion_identity(motion)` identify the samples for further calls of `join`. An attribute that differs contains
+        all values; the attribute `scene` is kept only if it is the same in all runs.
 
     Raises:
         TypeError: If `runs` are not Datasets.
@@ -98,7 +98,7 @@ def _checked_runs(runs: object) -> tuple[list[str], list[xr.Dataset]]:
 
 
 def _check_run(place: int, run: xr.Dataset) -> None:
-    """Raise a ValueError unless a dataset holds the samples of a run."""
+    """Raise a ValueError unless a dataset contains the samples of a run."""
     if "sample" not in run.dims or "status" not in run:
         what = "statistics, which keep no samples" if "failed_samples" in run else "not a run"
         raise ValueError(
@@ -111,11 +111,11 @@ def _check_run(place: int, run: xr.Dataset) -> None:
             "the portfolios and select afterwards: wd.select_archetype(wd.join([run, other]), name)"
         )
     if not run.sizes["sample"]:
-        raise ValueError(f"join: run {place} has no samples: the selection it was taken by left none")
+        raise ValueError(f"join: run {place} has no samples: remove it from the list, or correct its selection")
     if "history" in run.dims:
         raise ValueError(
-            f"join: run {place} has whole histories, which are not joined: give run.drop_dims('history') and keep the "
-            "histories apart"
+            f"join: run {place} has whole histories, which cannot be joined: give run.drop_dims('history'), and use "
+            "the histories of each run separately"
         )
 
 
@@ -175,7 +175,7 @@ def _check_variables(identities: list[Identities]) -> None:
 
 
 def _renumbered(identities: list[Identities]) -> list[xr.Dataset]:
-    """Return the samples of each run with numbers of samples, structures and motions that are those of all."""
+    """Return the samples of each run, with numbers of samples, structures and motions that are unique in all runs."""
     structures, _ = pd.factorize(np.concatenate([each.structures for each in identities]))
     motions, distinct = pd.factorize(np.concatenate([each.motions for each in identities]))
     of_run = np.cumsum([0, *(each.run.sizes["sample"] for each in identities)])
@@ -209,7 +209,7 @@ def _renumbered(identities: list[Identities]) -> list[xr.Dataset]:
 
 
 def _together(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Return samples one after the other, with what is not along `sample` from the first part."""
+    """Return samples one after the other, and the variables without the dimension `sample` from the first part."""
     rest, error = parts[0].drop_dims("sample"), "estimated_relative_error"
     for place, part in enumerate(parts[1:], start=1):
         for name, variable in part.drop_dims("sample").variables.items():
@@ -229,6 +229,6 @@ def _together(parts: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _sampling(runs: list[xr.Dataset]) -> str:
-    """Return how structures were sampled: the kind that asks most of intervals, of several."""
+    """Return how structures were sampled; if runs differ, the first kind in SAMPLING."""
     kinds = {str(run["structure"].attrs.get("sampling", "")) for run in runs}
     return next((kind for kind in SAMPLING if kind in kinds), "")

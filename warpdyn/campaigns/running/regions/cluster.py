@@ -138,7 +138,7 @@ class OnCluster:
         return self._held[job.key]
 
     def _finished(self, futures: list[Future]) -> list[Future]:
-        """Wait until at least one of some tasks has finished, and return the finished ones; Ctrl-C acts meanwhile."""
+        """Wait until at least one of some tasks has finished, and return the finished ones; Ctrl-C stops the wait."""
         from distributed import wait
 
         while True:
@@ -205,7 +205,7 @@ def workers_of(cluster: object, device: object, threads: int | None) -> OnCluste
     if not isinstance(cluster, Client):
         raise TypeError(f"cluster must be a dask.distributed Client, as Client(LocalCluster()), got {cluster!r}")
     if cluster.asynchronous:
-        raise TypeError("cluster must be a Client that waits for results: leave out asynchronous=True")
+        raise TypeError("cluster must be a Client that waits for results: remove asynchronous=True")
     if cluster.status != "running":
         raise ValueError(f"cluster must be a Client that is connected to its scheduler; it is {cluster.status}")
     if device is not None and (not isinstance(device, str) or device == "cuda"):
@@ -242,7 +242,7 @@ def _same(sent: Job | Asked) -> Job | Asked:
 
 
 def _result(future: Future, what: str) -> Any:
-    """Return what a task returned, or raise its error."""
+    """Return the result of a task, or raise its error."""
     from distributed import KilledWorker
 
     try:
@@ -255,13 +255,13 @@ def _result(future: Future, what: str) -> Any:
 
 
 def _text(arguments: Iterable[object]) -> str:
-    """Return what a call is about, for messages."""
+    """Return a description of a call, for messages."""
     found = next((each for each in arguments if isinstance(each, range)), None)
     return "the preparation of the run" if found is None else f"structures {found.start} to {found.stop - 1}"
 
 
 def _listed(by_worker: dict[str, str]) -> str:
-    """Return one line per text, after the workers that it is about."""
+    """Return each text once, after the workers that gave it."""
     workers: dict[str, list[str]] = {}
     for worker, text in by_worker.items():
         workers.setdefault(text, []).append(worker)
@@ -269,6 +269,6 @@ def _listed(by_worker: dict[str, str]) -> str:
 
 
 def _some(found: list[str]) -> str:
-    """Return how many workers there are, and the names of the first ones."""
+    """Return the number of workers, and the names of the first ones."""
     shown = ", ".join(sorted(found)[:3])
     return f"{len(found)} workers ({shown}{', ...' if len(found) > 3 else ''})" if len(found) > 1 else found[0]

@@ -49,20 +49,20 @@ MOST_PREPARED = 4  # jobs that a process remembers
 # Regions for each worker, so that all workers end at about the same time; samples of the smallest region on a CPU and
 # on a GPU; samples of the largest region on a GPU, in at least two blocks that are processed in parallel.
 REGIONS_PER_WORKER, LEAST_CPU_REGION, LEAST_GPU_REGION, GPU_REGION = 4, 2**10, 2**15, 2**19
-# Samples of a region on a GPU if they are reduced to statistics: some seconds of work. At the start and the end of a
+# Samples of a region on a GPU if they are reduced to statistics: a few seconds of work. At the start and the end of a
 # region the GPU waits for the host, which then takes a small share of the time.
 REDUCED_REGION = 2**24
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """Statistics that are asked for, of all groups of a run.
+    """Statistics of a run (of all its groups), in the form that is sent to processes.
 
     Args:
         statistics: The statistics.
         scene: The scene.
         structures: Number of its structures, or of a portfolio's buildings.
-        key: Name of these statistics; no others have it.
+        key: Unique name of these statistics.
     """
 
     statistics: tuple[Statistic, ...]
@@ -79,16 +79,16 @@ class Job:
         scene: The scene of the group.
         structures: Number of structures of the group.
         integration: How they are integrated.
-        chosen: Settings that warpdyn chose for the group: its longest step, or what a pilot returned.
+        chosen: Settings that warpdyn chose for the group: its longest step, or the result of a pilot.
         execution: Devices, threads and memory of each process.
         outputs: Results of the run, without statistics and path.
         seed: Seed of every random draw.
-        key: Name of the job; no other job has it.
+        key: Unique name of the job.
         group: Number of the group.
         versions: Versions of DECIDING in the process that started the run.
         is_divided: Whether the run is divided into regions; otherwise one region has all structures.
         is_reduced: Whether samples are reduced to statistics.
-        folder: Where the process that runs a region writes its file; None if it does not.
+        folder: Folder for the file of each region; None: no files.
         store: Zarr store that the samples are written to; None: they are in the file of the region, or returned.
         path: The file or store of the run, for messages.
     """
@@ -160,7 +160,7 @@ class Layout:
 
 
 class Prepared:
-    """A job as a process runs it."""
+    """A job that is prepared to run in this process."""
 
     def __init__(self, job: Job) -> None:
         execution = job.execution
@@ -185,7 +185,7 @@ class Prepared:
         return found if outputs.histories is None else [*found, history_plan(self.run.model.plan)]
 
     def estimates(self, block: int) -> list[ErrorEstimate]:
-        """Return an error estimate for each event, whose samples are run again some structures at a time."""
+        """Return an error estimate for each event; `block` is the number of structures that are run again at a time."""
         run, share = self.run, self.job.outputs.checked_share
         if share is None:
             return []
@@ -211,7 +211,7 @@ class Host:
         self._queues: dict[tuple[object, ...], list[Queue]] = {}
 
     def prepared(self, job: Job) -> Prepared:
-        """Return a job as this process runs it, which is built once.
+        """Return a job that is prepared to run in this process; it is prepared once.
 
         Raises:
             RuntimeError: If this process has other versions of DECIDING, as a worker may have that joined late.
@@ -232,9 +232,9 @@ class Host:
         return found
 
     def queues(self, prepared: Prepared) -> list[Queue]:
-        """Return the places where blocks of a job can be under way.
+        """Return the device queues for the blocks of a job.
 
-        All jobs share them and their memory on a GPU, unless `memory` limits it: then each job gets new ones.
+        All jobs share the queues and their memory on a GPU, unless `memory` limits it: then each job gets new queues.
         """
         execution = prepared.run.execution
         key = tuple(execution.devices), execution.cores, prepared.job.key if execution.memory is not None else ""
@@ -244,7 +244,7 @@ class Host:
         return self._queues[key]
 
     def reduction(self, asked: Asked, threads: int) -> Reduction:
-        """Return what reduces regions of a run, which is made once; it has no cells until a region is added."""
+        """Return the reduction of the regions of a run, made at the first call; it allocates memory for cells later."""
         if asked.key not in self.reductions:
             for earlier in self.reductions.values():
                 earlier.__exit__()
@@ -253,7 +253,7 @@ class Host:
         return self.reductions[asked.key]
 
     def reset(self) -> None:
-        """Forget what an earlier run, which may have been stopped, left on the devices."""
+        """Reset the queues: an earlier run that was stopped may have left blocks on the devices."""
         for queue in (queue for queues in self._queues.values() for queue in queues):
             queue.begin()
 
@@ -300,7 +300,7 @@ def machines_of(execution: Execution) -> list[str]:
 
 
 def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory: int | None) -> Layout:
-    """Check a job, and return what is known of its group before the first region.
+    """Check a job, and return the properties of its group that are known before the first region.
 
     Args:
         host: The process.
@@ -312,7 +312,7 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
     prepared = host.prepared(job)
     run, columns = prepared.run, prepared.columns
     if job.outputs.histories is not None:
-        KeptHistories(job.outputs.histories, run, host.queues(prepared)[0])  # which checks them
+        KeptHistories(job.outputs.histories, run, host.queues(prepared)[0])  # checks the histories
     divide(run, columns, job.execution.memory)
     size = run.structures
     if job.is_divided:
@@ -330,7 +330,7 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
 
 
 def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, most_memory: int | None) -> int:
-    """Return the structures of a region: half a minute of work on a CPU, some launches on a GPU.
+    """Return the structures of a region: 30 s of work on a CPU, a few launches on a GPU.
 
     A region has whole ranges of structures, whose failed samples share a limit on reruns.
     """

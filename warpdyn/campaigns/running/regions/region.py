@@ -91,7 +91,7 @@ class Region:
         """
         pipeline, job = self.pipeline, self.job
         for queue in self.queues:
-            queue.spans.clear()  # and nothing else: a GPU may still reduce what an earlier region left there
+            queue.spans.clear()  # but no memory, because a GPU may still reduce blocks of an earlier region
         with closing(self), closing(self.table):
             pipeline.process(advance)
             self.table.finish()

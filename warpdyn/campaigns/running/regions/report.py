@@ -47,9 +47,9 @@ class Report:
     rows: Arrays = field(default_factory=dict)
 
     def save(self, path: Path) -> None:
-        """Write the report to a file, which appears whole.
+        """Write the report to a temporary file, which is renamed when it is complete.
 
-        Two workers may write it at the same time, if the scheduler takes one of them for dead: each writes to a
+        Two workers may write it at the same time, if the scheduler believes that one of them is dead: each writes to a
         temporary file.
         """
         plain = {name: getattr(self, name) for name in PLAIN} | {"errors": [len(each) for each in self.errors]}
@@ -127,7 +127,7 @@ def rows_in(file: Path, names: Iterable[str], path: Path) -> Arrays:
     try:
         with np.load(file) as kept:
             return {name: kept[f"rows/{name}"] for name in names}
-    except Exception as error:  # a damaged file may announce anything
+    except Exception as error:  # a damaged file may raise any error
         raise OSError(
             f"{file} was damaged while the run of {path} read it: make the same call again, which runs the structures "
             "of this file again"
@@ -135,7 +135,7 @@ def rows_in(file: Path, names: Iterable[str], path: Path) -> Arrays:
 
 
 def state_of(findings: StabilityFindings) -> dict[str, Any]:
-    """Return the findings of some samples, as JSON can hold them."""
+    """Return the findings of some samples, in types that JSON can represent."""
     held = {name: value for name, value in vars(findings).items() if name not in OF_THE_RUN}
     return held | {"failed": {str(code): count for code, count in findings.failed.items()}}
 

@@ -1,4 +1,4 @@
-"""This process, as it runs regions."""
+"""Regions run by this process."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Here:
 
     Attributes:
         machines: Makers' names of the devices, as `machines_of` returns them.
-        layout: How many workers there are, how many of them share a machine, and the most memory [bytes] of one.
+        layout: Number of workers, number of workers that share a machine, and largest memory [bytes] of a worker.
         is_here: Whether this process runs the regions.
     """
 
@@ -61,8 +61,8 @@ class Here:
             orders: The regions.
             advance: Called with the number of histories done since its last call.
 
-        A region begins while the one before it runs, so that a GPU does not wait for its first block; if `memory` is
-        limited, it begins in its turn.
+        A region begins while the region before it runs, so that a GPU does not wait for its first block; if `memory` is
+        limited, it begins after the region before it.
         """
         execution, begun = self.execution, list[Region]()
         plans = {job.key: self.host.prepared(job).plans for job in jobs}
