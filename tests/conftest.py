@@ -22,6 +22,7 @@ from validation import Measured
 
 import warpdyn as wd
 from warpdyn.engine.kernels import build, compilation
+from warpdyn.engine.kernels.composing.user_recorders import TABLE, USERS
 
 ROOT = Path(__file__).parents[1]
 # A shell's background jobs, and what they start, ignore Ctrl-C, which tests send.
@@ -129,6 +130,16 @@ def unoptimised() -> Iterator[None]:
     _forget_kernels_of_another_level()
     yield
     wp.config.optimization_level = shipped
+
+
+@pytest.fixture
+def forgotten_recorders() -> Iterator[None]:
+    """Remove the recorders that a test defines, so that later tests of the process have warpdyn's recorders only."""
+    yield
+    for name in USERS:
+        for rows in TABLE.values():
+            rows.pop(name, None)
+    USERS.clear()
 
 
 @contextmanager
