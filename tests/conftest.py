@@ -174,7 +174,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 
 @pytest.fixture(autouse=True, scope="session")
 def compile_here() -> None:
-    """Compile each kernel where it is first launched: every processor core has a process of tests of its own."""
+    """Compile each kernel where it is first launched: each processor core already runs one process of tests."""
     compilation.MOST_PROCESSES = 1
 
 
