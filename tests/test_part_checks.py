@@ -21,9 +21,7 @@ from warpdyn.foundations.core.output_variables import Variable
 pytestmark = pytest.mark.fast
 
 EVERY = tuple(sorted(RECORDERS["chain"]))
-PLAIN = Plan(
-    "chain", 3, rules_of("bilinear"), "rayleigh", "base_acceleration", EVERY, "rk4", "float32", collapses=True
-)
+PLAIN = Plan("chain", 3, rules_of("bilinear"), "rayleigh", "base_acceleration", EVERY, "rk4", "float32", collapses=True)
 DENSE = Plan(
     "dense", 3, rules_of("elastic"), "matrix", "force_history", tuple(sorted(RECORDERS["dense"])), "rk4", "float64"
 )
