@@ -22,6 +22,7 @@ from validation import Measured
 
 import warpdyn as wd
 from warpdyn.engine.kernels import build, compilation
+from warpdyn.engine.kernels.composing.user_recorders import TABLE, USERS
 
 ROOT = Path(__file__).parents[1]
 # A shell's background jobs, and what they start, ignore Ctrl-C, which tests send.
@@ -131,6 +132,16 @@ def unoptimised() -> Iterator[None]:
     wp.config.optimization_level = shipped
 
 
+@pytest.fixture
+def forgotten_recorders() -> Iterator[None]:
+    """Remove the recorders that a test defines, so that later tests of the process have warpdyn's recorders only."""
+    yield
+    for name in USERS:
+        for rows in TABLE.values():
+            rows.pop(name, None)
+    USERS.clear()
+
+
 @contextmanager
 def quick_kernels() -> Iterator[None]:
     """Compile kernels sooner: at level 1 of optimisation; a processor's loops over storeys and stages stay loops.
@@ -163,7 +174,7 @@ def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
 
 @pytest.fixture(autouse=True, scope="session")
 def compile_here() -> None:
-    """Compile each kernel where it is first launched: every processor core has a process of tests of its own."""
+    """Compile each kernel where it is first launched: each processor core already runs one process of tests."""
     compilation.MOST_PROCESSES = 1
 
 

@@ -135,7 +135,7 @@ def test_every_row_is_among_the_cases():
     assert {source_of(plan.method) for plan in on_gpu} == set(SOURCES)
     assert {case[5] for case in SM90} == set(METHODS)
     for column, table in {"law": {*FEW, *ROW_OF_LAW.values()}, "load": LOADS, "dtype": DTYPES}.items():
-        assert set(table) <= {getattr(plan, column) for plan in on_gpu}, column
+        assert set(table) <= {str(getattr(plan, column)) for plan in on_gpu}, column
 
 
 @pytest.mark.parametrize("case", [thorough_unless(case in DEFAULT, case, id=name_of(case)) for case in RECORDED_IN])

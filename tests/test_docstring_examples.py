@@ -69,6 +69,7 @@ def namespace() -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("name", EXAMPLES)
+@pytest.mark.usefixtures("forgotten_recorders")
 def test_an_example(name, namespace, folder, monkeypatch):
     for package in NOT_IN_TEST_EXTRA:
         if f"import {package}\n" in inspect.getdoc(EXAMPLES[name]):

@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 
 import pytest
+from law_rows import forces_of, rules_of
 
 from warpdyn.engine.kernels import build, registry
 from warpdyn.engine.kernels.composing.part_checks import check_parts
@@ -20,8 +21,10 @@ from warpdyn.foundations.core.output_variables import Variable
 pytestmark = pytest.mark.fast
 
 EVERY = tuple(sorted(RECORDERS["chain"]))
-PLAIN = Plan("chain", 3, "bilinear", "rayleigh", "base_acceleration", EVERY, "rk4", "float32", collapses=True)
-DENSE = Plan("dense", 3, "elastic", "matrix", "force_history", tuple(sorted(RECORDERS["dense"])), "rk4", "float64")
+PLAIN = Plan("chain", 3, rules_of("bilinear"), "rayleigh", "base_acceleration", EVERY, "rk4", "float32", collapses=True)
+DENSE = Plan(
+    "dense", 3, rules_of("elastic"), "matrix", "force_history", tuple(sorted(RECORDERS["dense"])), "rk4", "float64"
+)
 
 
 class Part:
@@ -262,15 +265,16 @@ def test_a_part_may_not_set_a_variable_that_surrounds_its_slot():
 def plans():
     """Yield plans that have every part of each skeleton."""
     yield from (DENSE, replace(DENSE, method="dormand_prince54", load="harmonic_force"))
-    laws = ("bilinear", "bouc_wen_1", "elastic", "pinching4")
+    laws = {"bilinear": "bilinear", "bouc_wen": "bouc_wen_1", "elastic": "elastic", "pinching4": "pinching4"}
     dampings = ("storey", "rayleigh", "rayleigh_tangent", "modal")
     loads = ("base_acceleration", "force_history", "harmonic_force", "kanai_tajimi")
     for method in METHODS:
-        for turn, law in enumerate(laws):
+        for turn, (law, variant) in enumerate(laws.items()):
             damping = "classical" if method == "exact" else dampings[turn]
-            if method not in fitting_methods(law, damping):
+            if method not in fitting_methods(forces_of(law), damping):
                 continue
-            plan = replace(PLAIN, law=law, damping=damping, load=loads[turn], method=method, records_late=True)
+            rest = {"load": loads[turn], "method": method, "records_late": True}
+            plan = replace(PLAIN, law=rules_of(variant), damping=damping, **rest)
             if method != "exact":
                 more = {"physics": ("p_delta",), "resumes": turn == 0, "starts_displaced": turn == 1}
                 plan = replace(plan, viscous_dampers="power", recorders=(*EVERY, "state"), **more)

@@ -33,7 +33,7 @@ def test_every_part_is_described(part):
 
 def test_a_plain_building_has_a_short_text():
     structure = wd.ShearBuilding(
-        np.full(5, 1e5), 8e7, 3.0, law=rules_of("bilinear"), yield_force=4e5, hardening_ratio=0.05, damping="rayleigh",
+        np.full(5, 1e5), 8e7, 3.0, law="bilinear", yield_force=4e5, hardening_ratio=0.05, damping="rayleigh",
         damping_ratio=0.05,
     )  # fmt: skip
     scene = wd.Scene(structure, wd.GroundMotion(np.ones(100), 0.01), recorders=("drift",))

@@ -9,8 +9,9 @@ import pytest
 
 import warpdyn as wd
 from warpdyn.engine.kernels.composing.source_text import bodies_of
-from warpdyn.engine.kernels.composing.user_recorders import TABLE, USERS
 from warpdyn.foundations.core.description import fingerprint
+
+pytestmark = pytest.mark.usefixtures("forgotten_recorders")
 
 BUILDING = wd.ShearBuilding(
     np.full(3, 1e5), [8e7, 6e7, 4e7], 3.0, law="bilinear", yield_force=2e5, hardening_ratio=0.05, damping="rayleigh",
@@ -18,16 +19,6 @@ BUILDING = wd.ShearBuilding(
 )  # fmt: skip
 MOTION = wd.GroundMotion(4.0 * np.sin(0.2 * np.arange(200)), 0.01, "sine")
 ELASTIC = wd.ShearBuilding(np.full(3, 1e5), [8e7, 6e7, 4e7], 3.0, damping="rayleigh", damping_ratio=0.05)
-
-
-@pytest.fixture(autouse=True)
-def forgotten():
-    """Remove the recorders of a test."""
-    yield
-    for name in USERS:
-        for rows in TABLE.values():
-            rows.pop(name, None)
-    USERS.clear()
 
 
 def storey_force():

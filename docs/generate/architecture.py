@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import textwrap
+from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -127,7 +128,8 @@ class Box(NamedTuple):
     Args:
         title: Its title; a function or class whose file is shown if it is one.
         text: One or two lines.
-        defined: Name of the function or class that does it, if it is not the title.
+        defined: Name of the function or class that does it, if it is not the title; with its file,
+            "campaigns/running/run.py:Run", if several files define that name.
     """
 
     title: str
@@ -138,11 +140,19 @@ class Box(NamedTuple):
 RUN = (
     Box("Scene", "structure, excitation, scatter, recorders;\nall values are checked when it is made"),
     Box("simulate", "checks the request before it opens a file;\nchooses method, step and number type"),
-    Box("Run", "groups: buildings with the same kernel; regions:\nranges of structures; one sink for the results"),
+    Box(
+        "Run",
+        "groups: buildings with the same kernel; regions:\nranges of structures; one sink for the results",
+        "campaigns/running/run.py:Run",
+    ),
     Box("Region", "runs on a worker: this process, or a process of\na Dask cluster; the same bits on each"),
     Box("Ensemble", "draws parameters, packs motions and steps of a\nblock of samples; repeats samples that failed"),
     Box("CudaQueue", "or CpuQueue: launches the kernel, one history\nper lane, and copies back the outputs"),
-    Box("Sink", "takes each region: Memory, netCDF, Zarr or\nStatistics; finished regions are a checkpoint"),
+    Box(
+        "Sink",
+        "stores each region in memory, netCDF or Zarr, or as\nstatistics; finished regions are a checkpoint",
+        "campaigns/running/sinks.py:Memory",
+    ),
     Box("Dataset", "labelled, with units, status and provenance;\ninput of fragility, losses, plots and reports"),
 )
 KERNEL = (
@@ -226,13 +236,22 @@ def _draw_boxes(boxes: Iterable[Box]) -> tuple[Figure, Axes, dict[str, tuple[flo
 
 
 def definitions() -> dict[str, str]:
-    """Return the file that defines each class and function, relative to the package."""
+    """Return the file that defines each class and function, relative to the package.
+
+    A name that several files define has no entry; "file:name" has one for each.
+    """
     found: dict[str, str] = {}
     for path in sorted(PACKAGE.rglob("*.py")):
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if isinstance(node, ast.ClassDef | ast.FunctionDef):
-                found.setdefault(node.name, path.relative_to(PACKAGE).as_posix())
-    return found
+                file = path.relative_to(PACKAGE).as_posix()
+                found[f"{file}:{node.name}"] = file
+    count = Counter(map(_name_of, found))
+    return found | {_name_of(key): file for key, file in found.items() if count[_name_of(key)] == 1}
+
+
+def _name_of(definition: str) -> str:
+    return definition.partition(":")[2]
 
 
 def _canvas(height: float) -> tuple[Figure, Axes]:

@@ -169,13 +169,13 @@ LAWS = {
         lambda k, f, p: [f, k, p["hardening_ratio"]],
     ),
     "trilinear": StoreyLaw(
-        "backbone of two corners, kinematic",
+        "backbone with two corners, kinematic hardening",
         lambda d: dict(_CORNERS_2),
         "MultiLinear",
         lambda k, f, p: _polygon(k, f, p, 2),
     ),
     "quadrilinear": StoreyLaw(
-        "backbone of three corners, kinematic",
+        "backbone with three corners, kinematic hardening",
         lambda d: dict(_CORNERS_3),
         "MultiLinear",
         lambda k, f, p: _polygon(k, f, p, 3),
@@ -192,15 +192,18 @@ LAWS = {
         "Steel02",
         lambda k, f, p: [f, k, *list(p.values())[:4], *list(p.values())[4:] * 2],
     ),
-    "bouc_wen": StoreyLaw("smooth", lambda d: {"hardening_ratio": HARDENING_RATIO}, "BoucWen", _bouc_wen),
+    "bouc_wen": StoreyLaw("smooth hysteresis", lambda d: {"hardening_ratio": HARDENING_RATIO}, "BoucWen", _bouc_wen),
     "baber_noori": StoreyLaw(
-        "Bouc-Wen that degrades and pinches with energy", lambda d: dict(_BABER_NOORI), "BWBN", _baber_noori
+        "Bouc-Wen with degradation and pinching by dissipated energy",
+        lambda d: dict(_BABER_NOORI),
+        "BWBN",
+        _baber_noori,
     ),
     "peak_oriented": StoreyLaw(
         "Clough: reloads towards the peak", lambda d: {"hardening_ratio": HARDENING_RATIO}, "Hysteretic", _clough
     ),
     "takeda": StoreyLaw(
-        "the same, unloading softer beyond yield",
+        "as `peak_oriented`, with softer unloading beyond yield",
         lambda d: {"hardening_ratio": HARDENING_RATIO, "unloading_exponent": 0.4},
         "Hysteretic",
         _clough,
@@ -227,13 +230,13 @@ LAWS = {
         _ibarra_medina_krawinkler,
     ),
     "ibarra_medina_krawinkler_peak_oriented": StoreyLaw(
-        "the same, reloads towards the peak",
+        "as the bilinear one, reloads towards the peak",
         lambda d: _lasting(d, "unloading", "reloading"),
         "IMKPeakOriented",
         _ibarra_medina_krawinkler,
     ),
     "ibarra_medina_krawinkler_pinching": StoreyLaw(
-        "the same, pinching",
+        "as the peak-oriented one, with pinching",
         lambda d: _lasting(d, "unloading", "reloading") | {"pinching_force_ratio": 0.3, "pinching_drift_ratio": 0.5},
         "IMKPinching",
         _ibarra_medina_krawinkler,
