@@ -247,7 +247,7 @@ BAD = {
         lambda: wd.FilteredNoise(WHITE, 1.0, 2.0),
         "does not divide the duration, 1 s: give interval=1 or interval=0.5",
     ),
-    "intervals": (lambda: wd.FilteredNoise(WHITE, 1e6, 1e-6), "into more than 1073741824 parts"),
+    "intervals": (lambda: wd.FilteredNoise(WHITE, 1e6, 1e-6), "into more than 1073741824 intervals"),
     "sample": (lambda: wd.FilteredNoise(WHITE, 1.0, 0.1).motion(-1), "sample must be a whole number of at least 0"),
     "step": (lambda: run_noise(step=0.03), "step 0.03 s does not divide the interval of the noise, 0.1 s"),
     "resample": (lambda: run_noise(step=0.03, resample=True), "resample needs sampled motions or forces"),

@@ -97,7 +97,7 @@ def test_damage_is_counted_by_draw(run):
     expected = [[np.mean(state[:, draw] == each) for each in range(3)] for draw in range(DRAWS)]
     assert shares["damage_share"].values == pytest.approx(np.array(expected))
     assert shares["event"].values.tolist() == [0, 1, 2]
-    with pytest.raises(ValueError, match="events must lie along sample"):
+    with pytest.raises(ValueError, match=r"events must have the shape .* of the samples"):
         wd.damage_shares(labelled, limits, events=labelled["draw_index"][:3])
 
 

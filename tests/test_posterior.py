@@ -95,6 +95,19 @@ def test_structures_of_one_record_do_not_narrow_the_posterior():
     np.testing.assert_allclose(deviations[1], deviations[0], rtol=0.04)
 
 
+@pytest.mark.parametrize("draws", [100, 1000])
+def test_an_improper_posterior_is_reported(draws):
+    # Three records, with flat priors: the likelihood does not fall to 0 along ln median = a + b dispersion.
+    run, limits = make_run(records=3, seed=3), {"complete": 0.02}
+    with pytest.warns(UserWarning, match="of damage state 'complete' is improper.*give priors=.*dispersion"):
+        drawn = wd.fragility_posterior(run, limits, draws=draws)
+    assert all(np.isnan(drawn[name]).all() for name in ("fragility_median", "replicate_dispersion", "effective_draws"))
+    priors = {"median": lognorm(0.5, scale=0.5), "dispersion": lognorm(0.3, scale=0.4)}
+    drawn = wd.fragility_posterior(run, limits, priors=priors, draws=draws)
+    assert 0.2 < drawn["fragility_median"].item() < 1.2
+    assert drawn["effective_draws"].item() > 10
+
+
 def test_bad_input(monkeypatch):
     run = make_run()
     with pytest.raises(ValueError, match="prior 'theta'"):

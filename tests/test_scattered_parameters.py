@@ -75,3 +75,19 @@ def test_scattered_beta_and_gamma_are_not_taken_for_equal():
     for row, scatters in rows.items():
         for scatter in scatters:
             assert str(dynamics_of(wd.Scene(building, MOTION, scatter=scatter)).law) == row, scatter
+
+
+@pytest.mark.parametrize("exponent", [1.0, 2.0, 1.5])
+def test_coefficients_of_a_structure_do_not_depend_on_the_others(exponent):
+    # The kernel of the scene reads six coefficients. Storeys with exponent 1 or 2 alone would have three or five.
+    stiffness, strength, ratio = 4e5, 2e3, 0.1
+    building = wd.ShearBuilding(
+        1e3, stiffness, 3.0, law="bouc_wen", yield_force=strength, hardening_ratio=ratio, exponent=1.5
+    )
+    scatter = {"exponent": wd.GivenValues([1.0, 2.0, 1.5])}
+    dynamics = dynamics_of(wd.Scene(building, MOTION, scatter=scatter))
+    parameters = {name: np.full((1, 1), np.ravel(value)[0]) for name, value in building.parameters.items()}
+    packed = dynamics.pack(parameters | {"exponent": np.full((1, 1), exponent)}, np.zeros((1, 2)))
+    rate = stiffness / strength
+    expected = [ratio * stiffness, (1 - ratio) * strength, rate, 0.5 * rate, 0.5 * rate, exponent]
+    np.testing.assert_allclose(packed["coefficients"][:, 0], expected, rtol=1e-12)

@@ -38,6 +38,7 @@ from warpdyn.foundations.core.units import unit_attributes
 
 PRIORS = {"median": "theta", "dispersion": "beta"}  # with the names in pyFragility
 _BURN_IN = 2000  # draws for the adaptation of the sampler
+_UNBOUNDED = 20.0  # a draw with this dispersion shows that the sampler moves away without end
 
 
 @suggests_names
@@ -74,7 +75,7 @@ def fragility_posterior(
         `fragility_median` and `fragility_dispersion`, the medians of the draws, with their credible intervals;
         `replicate_median` and `replicate_dispersion`, the draws; `design_effect` and `effective_draws`, the equivalent
         number of independent draws. A damage state without a maximum-likelihood fit, at which the sampler starts, has
-        no posterior.
+        no posterior, nor has a state whose posterior is improper, as is common with flat priors and few records.
 
     Raises:
         ImportError: If pyFragility is not installed.
@@ -119,6 +120,7 @@ def fragility_posterior(
     effect = np.where(outcome == FITTED, np.where(ratio > 1.0, ratio, 1.0), np.nan)  # 1 for a single record too
     effective = np.full(outcome.size, np.nan)
     found = np.full((2, draws, outcome.size), np.nan)
+    improper: list[str] = []
     for state in np.flatnonzero(outcome == FITTED):
         some = exceeding.sum(axis=0)[state], total.sum(axis=0)[0]
         there = some[1] > 0
@@ -132,14 +134,24 @@ def fragility_posterior(
             # pyFragility adds the whole log-likelihood, but only a share of it counts.
             return prior(parameters) - (1.0 - share) * best.likelihood.loglik(parameters)
 
-        posterior = best.posterior(log_prior=log_prior, n_samples=draws, burn_in=_BURN_IN, seed=seed)
-        found[:, :, state] = posterior.params.T
-        effective[state] = posterior.effective_sample_size().min()
+        with np.errstate(over="ignore", invalid="ignore"):  # draws that are not finite are reported below
+            posterior = best.posterior(log_prior=log_prior, n_samples=draws, burn_in=_BURN_IN, seed=seed)
+            independent_draws = posterior.effective_sample_size().min()
+        if np.isfinite(independent_draws) and posterior.params[:, 1].max() < _UNBOUNDED:
+            found[:, :, state], effective[state] = posterior.params.T, independent_draws
+        else:
+            improper.append(checked.states[state])
     ends = float(counts.levels[0]), float(counts.levels[-1])
     middle = np.median(found[0], axis=0)
     status = np.where((middle < ends[0]) | (middle > ends[1]), EXTRAPOLATED, WITHIN_LEVELS)
     status = np.where(np.isfinite(middle), status, NO_MEDIAN).astype(np.int8)
-    _warn(checked, counts, outcome, sentences(checked.states, status, outcome, middle, *ends, counts.units))
+    remarks = sentences(checked.states, status, outcome, middle, *ends, counts.units)
+    remarks += [
+        f"the posterior of damage state {name!r} is improper, because the data bound neither its median nor its "
+        f'dispersion: give priors={{"median": ..., "dispersion": ...}}'
+        for name in improper
+    ]
+    _warn(checked, counts, outcome, remarks)
     return _labelled(checked, counts, found, outcome, status, effect, effective, confidence, seed, labels)
 
 

@@ -37,6 +37,7 @@ class ChainDynamics(Dynamics):
         values = {**structure.parameters, **representative}
         inherent = structure.inherent_damping
         self.law = structure.storey_law.rules(values)
+        self.variants = structure.storey_law.variants(values)
         self.viscous_dampers = kind_of_dampers(structure.devices, values)
         self.forces = structure.storey_law.forces(has_power_dampers=self.viscous_dampers == "power")
         self.damping = inherent.kernel
@@ -124,7 +125,8 @@ class ChainDynamics(Dynamics):
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)
         # Values of successive structures are contiguous in memory, as drawn and as kernels read them.
-        coefficients = np.stack([values.T for values in self.structure.storey_law.coefficients(parameters)], axis=1)
+        read = self.structure.storey_law.coefficients(parameters, self.variants)
+        coefficients = np.stack([values.T for values in read], axis=1)
         packed = {
             "mass": mass.T,
             "inverse_mass": 1 / mass.T,

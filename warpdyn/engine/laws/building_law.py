@@ -108,9 +108,17 @@ class BuildingLaw:
             found = SideBySide(found, device)
         return found
 
-    def coefficients(self, p: Values) -> tuple[np.ndarray, ...]:
-        """Return the coefficients that the device functions read, each [structure, storey]."""
-        laws, devices = self.variants(p)
+    def coefficients(
+        self, p: Values, variants: tuple[list[Variant], list[Variant]] | None = None
+    ) -> tuple[np.ndarray, ...]:
+        """Return the coefficients that the device functions read, each [structure, storey].
+
+        Args:
+            p: Parameters and "stiffness", each [structure, storey].
+            variants: Device functions that read them, from `variants` of all structures; None: those of `p`. Some
+                structures alone may fit quicker device functions, with other coefficients.
+        """
+        laws, devices = self.variants(p) if variants is None else variants
         if len(self.laws) == 1 and not devices:
             return self.laws[0].coefficients(p, laws[0].name)
         shape, count = np.shape(p["stiffness"]), len(set(laws))

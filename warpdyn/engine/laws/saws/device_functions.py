@@ -152,6 +152,7 @@ def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
 
 def elastic_energy(drift: Any, memory: Any, c: Any):
     zero, one, half = type(drift)(0.0), type(drift)(1.0), type(drift)(0.5)
+    has_failed = type(drift)(HAS_FAILED)
     x, f = wp.abs(memory[M.DRIFT]), wp.abs(memory[M.FORCE])
     left = decay(x)
     # Small drifts unload along the envelope: its integral.
@@ -165,6 +166,7 @@ def elastic_energy(drift: Any, memory: Any, c: Any):
     if there > zero:
         energy = half * (f + there) * way + half * there * there / c[C.PINCHED_SLOPE]
     energy = wp.where(memory[M.STATE] == zero, curve, energy)
+    energy = wp.where(memory[M.STATE] == has_failed, zero, energy)
     return c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT] * energy
 
 

@@ -78,8 +78,10 @@ def _self_centring(row: str, LIMITS: bool) -> Spring:
         stretch = inner - opening
         energy = half * (c[C.HARDENING_STIFFNESS] * inner * inner + c[C.GAP_STIFFNESS] * stretch * stretch) + closing
         if LIMITS:
+            # The bearing starts at the force of the flag, and gives back the work of this force, too.
             pressed = drift - inner - slip
-            energy += half * c[C.BEARING_STIFFNESS] * pressed * pressed
+            at_bearing = c[C.HARDENING_STIFFNESS] * inner + c[C.GAP_STIFFNESS] * stretch
+            energy += pressed * (at_bearing + half * c[C.BEARING_STIFFNESS] * pressed)
         return energy
 
     def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
