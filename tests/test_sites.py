@@ -211,10 +211,7 @@ def test_draws_depend_on_the_seed_and_the_row_alone(tmp_path):
 # Changes that break the files of a grid, and text of the message.
 POINTS = "GP_file,Longitude,Latitude\n"
 WRONG_GRIDS = {
-    "station file": (
-        lambda at: (at / "site3.csv").unlink(),
-        r"1 \(site3.csv\) of 20 grid points the file that GP_file names does not exist",
-    ),
+    "station file": (lambda at: (at / "site3.csv").unlink(), r"1 \(site3.csv\) of 20 grid points the file"),
     "no motions": (
         lambda at: (at / "site3.csv").write_text("TH_file,factor\n"),
         r"1 \(site3.csv\) of 20 .* no motions",
@@ -395,9 +392,9 @@ def test_fields_that_cannot_be_scaled_to(tmp_path):
             "2 values of PGA are not finite numbers of at least 0: nan at point 1",
         ),
         (found["PGA"], [motions(1)[0], tuple(motions(2))], "all single motions, or all pairs"),
-        (found["PGA"], [wd.GroundMotion([0.0, 0.0], 0.01, "silence")], "'silence' has no PGA to scale"),
+        (found["PGA"], [wd.GroundMotion([0.0, 0.0], 0.01, "silence")], "'silence' has PGA = 0"),
     ):
         with pytest.raises(ValueError, match=message):
             wd.sites.scale_records(field, records)
-    with pytest.raises(ValueError, match="one for each of 1 earthquakes"):
+    with pytest.raises(ValueError, match="each of 1 earthquakes"):
         wd.sites.scale_records(found["PGA"], motions(2), record=[2])
