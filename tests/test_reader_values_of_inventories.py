@@ -84,7 +84,7 @@ def test_places_that_do_not_fit_are_refused(tmp_path):
     with pytest.raises(ValueError, match=r"gem\.csv: 2 of 4 rows have no ID_1, the first is row 2, so that their"):
         wd.inventories.read_openquake(without_unit, places=numbered)
     path = file(tmp_path, GEM, "gem.csv")
-    with pytest.raises(TypeError, match=r"places must be a pandas DataFrame or a path"):
+    with pytest.raises(TypeError, match=r"places must be a pandas DataFrame or the path"):
         wd.inventories.read_openquake(path, places=5)
     with pytest.raises(ValueError, match=r"has coordinates: remove places="):
         wd.inventories.read_openquake(file(tmp_path, "id,lon,lat,ID_1\na,1,2,9\n"), places=numbered)

@@ -31,7 +31,7 @@ def existing_file(function: str, path: str | os.PathLike, argument: str = "path"
     if path.is_dir():
         raise IsADirectoryError(f"{function}: {path} is a folder; name a file in it")
     if not path.is_file():
-        raise FileNotFoundError(f"{function}: there is no file {path}; check the name and the folder {path.parent}")
+        raise FileNotFoundError(f"{function}: there is no file {path}")
     return path
 
 
@@ -56,7 +56,7 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
             "UTF-8"
         ) from None
     if not text.strip():
-        raise ValueError(f"{function}: {path} is empty: give a file with {kind} content")
+        raise ValueError(f"{function}: {path} is empty, not {kind}: give a file with content")
     if text.lstrip().startswith("<") or "\0" in text:
         raise ValueError(f"{function}: {path} is not {kind}: it begins with {text.strip()[:20]!r}")
     return text
