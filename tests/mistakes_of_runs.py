@@ -55,7 +55,7 @@ RUNS = {
         lambda: run(scatter={"damping_ratio": 0.2}),
         TypeError,
         "scatter['damping_ratio'] must be a RandomFactor, a RandomValue or GivenValues, got 0.2",
-        "the structure's own damping_ratio",
+        "damping_ratio= of the structure",
         "RandomFactor(Lognormal(1.0, dispersion))",
     ),
     "table in tonnes": (

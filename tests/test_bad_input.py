@@ -135,7 +135,7 @@ STRUCTURES = {
         lambda: system(stiffness=[[-100, 100], [100, -100]]),
         "eigenvalues of the stiffness are negative",
     ),
-    "influence of one": (lambda: system(influence=[1.0]), "influence must be 2 finite values"),
+    "influence of one": (lambda: system(influence=[1.0]), "one value per degree of freedom, shape [2], got shape (1,)"),
 }
 SCENES = {
     "motion of no step": (lambda: wd.GroundMotion([0.0, 1.0], 0.0, "A"), "motion 'A': step", "above 0, got 0.0"),
@@ -205,7 +205,7 @@ SCENES = {
     ),
     "matrix for a value": (
         lambda: scene(structure=system(), scatter={"stiffness": wd.RandomValue(wd.Normal(1, 0.1))}),
-        "scatter['stiffness']: a matrix can only be scaled, by a RandomFactor",
+        "scatter['stiffness']: a matrix can only be scaled; give RandomFactor(...)",
     ),
     "median": (lambda: wd.Lognormal(0.0, 0.1), "Lognormal.median must be a finite number above 0, got 0.0"),
     "dispersion": (
@@ -317,7 +317,7 @@ WRONG_TYPES = {
     "scatter": (
         lambda: scene(scatter={"mass": "much"}),
         "scatter['mass'] must be a RandomFactor",
-        "one for each structure as GivenValues",
+        "one value per structure as GivenValues",
         "much",
     ),
     "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),

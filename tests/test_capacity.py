@@ -161,13 +161,13 @@ def test_curve_without_a_bilinear_one_is_said() -> None:
         ([0.03, 0.3, 0.2], [2.0, 3.0, 2.0], "folds back at point 2: its displacement 0.2 is not above 0.3"),
         ([0.03, 0.03, 0.2], [2.0, 3.0, 2.0], "folds back at point 1"),
         ([0.03, 0.1, 0.2], [2.0, 3.0, -2.0], "capacity at point 2 is -2; it must be at least 0"),
-        ([0.03], [2.0], "needs a yield point and another one"),
-        ([0.03, 0.1], [2.0, 1.0], "needs a yield point and another one"),
+        ([0.03], [2.0], "needs a yield point and, after it, another point"),
+        ([0.03, 0.1], [2.0, 1.0], "needs a yield point and, after it, another point"),
         ([0.0, 0.1, 0.2], [0.0, 1.0, 3.0], "stiffens up to its peak, point 2"),
         ([0.1, 0.2], [1.0, 3.0], "stiffens up to its peak, point 1"),
         ([0.1, 0.2], [1.0, 2.0], "is a straight line up to its peak, point 1"),
         ([0.1, np.nan], [1.0, 2.0], r"displacement\[1\] is nan"),
-        ([0.1, 0.2], [1.0, 2.0, 3.0], "must be of one shape"),
+        ([0.1, 0.2], [1.0, 2.0, 3.0], "must have the same shape"),
     ],
 )
 def test_bad_curves_are_named_by_their_point(displacement: list, capacity: list, message: str) -> None:

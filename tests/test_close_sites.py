@@ -101,7 +101,7 @@ def test_a_model_that_is_no_correlation_is_refused():
         def correlation(self, distance):
             return np.where(np.asarray(distance) == 0, 1.0, -0.9)
 
-    with pytest.raises(ValueError, match="not those of a random field"):
+    with pytest.raises(ValueError, match="has a negative eigenvalue"):
         wd.sites.within_event_residuals([14.0, 14.1, 14.2], [42.0, 42.1, 42.3], Negative(), draws=1)
     with pytest.raises(TypeError, match="takes a SpatialCorrelation"):
         wd.sites.within_event_residuals([14.0], [42.0], "exponential", draws=1)

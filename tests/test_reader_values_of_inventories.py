@@ -44,7 +44,9 @@ PLACES = pd.DataFrame({"ID_1": ["09", "12", "13"], "longitude": [11.2, 12.6, 13.
 
 def test_an_exposure_of_gem_is_joined_with_places(tmp_path):
     path = file(tmp_path, GEM, "Exposure_Res_Italy_Adm1.csv")
-    with pytest.raises(ValueError, match=r"Exposure_Res_Italy_Adm1.csv has no coordinates, but ids .* give places="):
+    with pytest.raises(
+        ValueError, match=r"Exposure_Res_Italy_Adm1.csv has ids .* instead of coordinates: give places="
+    ):
         wd.inventories.read_openquake(path)
     # pandas reads these ids as numbers: so do the places.
     places = PLACES.assign(ID_1=[9, 12, 13])
@@ -69,7 +71,7 @@ def test_places_that_do_not_fit_are_refused(tmp_path):
     for places, message in (
         (numbered[:1], r"places has no row for 1 \('12'\) units of ID_1, with 2 of 4 assets"),
         (pd.concat([numbered, numbered[:1]]), "the unit '9' of ID_1 has two rows"),
-        (numbered.drop(columns="ID_1"), "both need a column of ids, such as ID_1"),
+        (numbered.drop(columns="ID_1"), "both need a column of ids with the same name, such as ID_1"),
         (numbered.drop(columns="latitude"), "places: there is no column 'latitude'"),
         (numbered.assign(latitude=[43.5, 142.0, 41.0]), "1 of 3 rows have no place on Earth, the first is row 1"),
         (numbered.assign(latitude=[43.5, np.nan, 41.0]), "1 of 3 rows have no place on Earth"),
@@ -79,10 +81,10 @@ def test_places_that_do_not_fit_are_refused(tmp_path):
         with pytest.raises(ValueError, match=message):
             wd.inventories.read_openquake(path, places=places)
     without_unit = file(tmp_path, GEM.replace("ITA,Italy,12", "ITA,Italy,"), "gem.csv")
-    with pytest.raises(ValueError, match=r"gem\.csv: 2 of 4 rows have no ID_1, the first is row 2: their place is"):
+    with pytest.raises(ValueError, match=r"gem\.csv: 2 of 4 rows have no ID_1, the first is row 2, so that their"):
         wd.inventories.read_openquake(without_unit, places=numbered)
     path = file(tmp_path, GEM, "gem.csv")
-    with pytest.raises(TypeError, match=r"places must be a pandas DataFrame or a path"):
+    with pytest.raises(TypeError, match=r"places must be a pandas DataFrame or the path"):
         wd.inventories.read_openquake(path, places=5)
     with pytest.raises(ValueError, match=r"has coordinates: remove places="):
         wd.inventories.read_openquake(file(tmp_path, "id,lon,lat,ID_1\na,1,2,9\n"), places=numbered)
@@ -112,7 +114,7 @@ def test_exchanged_properties_do_not_override_the_geometry(tmp_path):
     path = geojson(
         tmp_path, ({"Longitude": 10.0, "Latitude": 45.0}, [11.0, 45.0]), ({"Longitude": None, "Latitude": 1.0}, [3, 4])
     )
-    missing = r"1 \('1'\) have no number as Longitude or Latitude: the places of their geometries are used"
+    missing = r"1 \('1'\) have no number as Longitude or Latitude: the coordinates of their geometries are used"
     far = r"1 \('0'\) have .* more than 1 km away .*the properties are wrong"
     with pytest.warns(UserWarning, match=missing), pytest.warns(UserWarning, match=far):
         assert wd.inventories.read_geojson(path)["longitude"].tolist() == [11.0, 3.0]

@@ -144,7 +144,7 @@ def test_station_files_outside_the_folder_are_refused(tmp_path):
     (folder / "linked").symlink_to(outside)
     for name in ("../outside/a.csv", str(outside / "a.csv"), "link.csv", "linked/a.csv", "x/../../outside/a.csv"):
         (folder / "EventGrid.csv").write_text(GRID.replace("a.csv", name))
-        with pytest.raises(ValueError, match=r"EventGrid.csv names the file .* which is outside its folder"):
+        with pytest.raises(ValueError, match=r"EventGrid.csv names the file .* which is outside of"):
             wd.sites.read_intensity_grid(folder, "g")
     (folder / "below").mkdir()
     (folder / "below" / "a.csv").write_text(text)
@@ -200,7 +200,7 @@ def test_events_without_rows_count_as_zero(tmp_path):
     ("rows", "how", "message"),
     [
         ("0,0.5,0\n3,0.5,0\n", {"events": 3}, "the event 3 is not among the events, 0 to 2"),
-        ("0,0.5,0\n", {"events": [0, 0]}, "ids of events must be whole numbers of at least 0, each once"),
+        ("0,0.5,0\n", {"events": [0, 0]}, "ids of events must be whole numbers of at least 0, without repetition"),
         ("0,0.5,0\n", {"events": []}, "ids of events must be whole numbers"),
         ("0,0.5,0\n", {"events": [0.5]}, "ids of events must be whole numbers"),
         ("0,0.5,0\n", {"events": 0}, "events must be a whole number of at least 1"),
@@ -286,7 +286,7 @@ def test_a_shakemap_in_another_unit_is_warned_of(tmp_path):
 
 def test_a_map_that_is_given_twice_is_refused(tmp_path):
     path = file(tmp_path, SHAKEMAP, "grid.xml")
-    with pytest.raises(ValueError, match=r"grid.xml is the same map as .*grid.xml, which would count twice"):
+    with pytest.raises(ValueError, match=r"grid.xml is the same map as .*grid.xml, so that its earthquake would count"):
         wd.sites.read_shakemap(path, path)
     other = file(tmp_path, SHAKEMAP.replace("10 45.1 21", "10 45.1 25"), "other.xml")
     assert wd.sites.read_shakemap(path, other).sizes["earthquake"] == 2

@@ -51,5 +51,5 @@ def test_a_column_has_one_meaning():
 
 @pytest.mark.parametrize("columns", [["id"], "id", 5, {"id": ["a"]}])
 def test_columns_that_are_no_names_are_told(columns):
-    with pytest.raises(TypeError, match="from_table: columns must be names of columns by their meaning, got"):
+    with pytest.raises(TypeError, match="from_table: columns must map meanings to names of columns"):
         wd.inventories.from_table(xr.Dataset({"id": ("building", ["a"])}), columns)

@@ -128,7 +128,7 @@ def test_values_that_json_does_not_contain_are_named():
     with pytest.raises(ValueError, match=rf"{told}: give motions= that have these samples"):
         wd.Scene.from_json(text)
     changed = wd.GroundMotion(np.nextafter(MOTIONS[0].acceleration, 1), 0.01, "0")
-    with pytest.raises(ValueError, match=rf"{told}: none of the 4 given has these samples"):
+    with pytest.raises(ValueError, match=rf"{told}: none of the 4 given motions has these samples"):
         wd.Scene.from_json(text, [changed, *MOTIONS[1:]])
     many = wd.Scene(PLAIN, MOTIONS[0], {"mass": wd.GivenValues(np.linspace(1e5, 2e5, 2000))})
     with pytest.raises(ValueError, match=r"values of scatter\.mass\.values are not in the JSON, .* \(\(2000,\)\)"):
@@ -136,7 +136,7 @@ def test_values_that_json_does_not_contain_are_named():
     for kind in (OwnMeasure, OtherMeasure):
         own = wd.Scene(PLAIN, wd.Cloud(MOTIONS, kind(0.5)))
         with pytest.raises(
-            ValueError, match=rf"excitation\.measure was a '\w+\.{kind.__name__}', not a class of warpdyn"
+            ValueError, match=rf"excitation\.measure is of the class '\w+\.{kind.__name__}', which warpdyn does not"
         ):
             wd.Scene.from_json(own.to_json(), MOTIONS)
 

@@ -50,7 +50,7 @@ CASES = {
     "structures of capacities": (
         # 4 motions and 2 limits, 64 bytes each
         lambda: wd.capacities(SCENE, LIMITS, structures=10**9),
-        r"capacities\(\) of structures=1000000000 under 4 motions needs 512 GB of memory, and 2 GB are free",
+        r"capacities\(\) of structures=1000000000 under 4 motions needs 512 GB of memory, but only 2 GB are free",
     ),
     "structures of a run": (lambda: wd.simulate(SCENE, structures=10**9), "1000000000 structures have more than"),
     "structures of a table": (lambda: wd.simulate(SCENE, structures=5 * 10**8), "structures times motions.* needs "),
@@ -125,7 +125,7 @@ def test_a_size_is_refused_by_name(case):
 def test_memory_counts_histories(monkeypatch):
     """10 histories of some 400 steps of 2 storeys, with the variables of a chain, in 24 bytes a value."""
     monkeypatch.undo()
-    with pytest.raises(ValueError, match=r"histories= of 10 samples .* needs .* MB of memory, and memory=\d+ allows"):
+    with pytest.raises(ValueError, match=r"histories= of 10 samples .* needs .* MB of memory, but memory=\d+ .* allows"):
         wd.simulate(
             wd.Scene(BUILDING, wd.Cloud([wd.GroundMotion(np.tile(WAVE, 100), 0.02)] * 10), recorders=("drift",)),
             histories=wd.Histories(range(10)),

@@ -159,17 +159,17 @@ def test_missing_corners_are_where_gem_has_them(points: tuple, corners: tuple) -
             r"falls after its peak, point 1, from 1.4e\+06 to 500000 at point 2, where law 'bilinear' has 2.15e\+06",
         ),
         (RESIDUAL, "bouc_wen", "law 'bouc_wen' has .*: use a law that falls .'hysteretic', 'pinching4', 'ibarra"),
-        (CAPPED, "quadrilinear", "falls after point 1, and law 'quadrilinear' cannot fall"),
-        (RISING, "trilinear", "has 4 points; law 'trilinear' takes two to 3"),
+        (CAPPED, "quadrilinear", "falls after point 1, but law 'quadrilinear' cannot fall"),
+        (RISING, "trilinear", "has 4 points, but law 'trilinear' needs two to 3"),
         (
             RISING,
             "hysteretic",
-            "has 4 points; law 'hysteretic' takes 3, and a last one of constant strength, within 1 %",
+            "has 4 points, but law 'hysteretic' needs 3, or a last point of constant strength, within 1 %",
         ),
         (RISING, f"{IMK}_bilinear", "does not fall after its second corner"),
         (FALLING, f"{IMK}_bilinear", "falls after its yield point"),
         (FLAT_TOP, f"{IMK}_pinching", "does not fall after its second corner"),
-        (([0.02, 0.1, 0.2, 0.3], [1e6, 1.5e6, 1.2e6, 1.2e6]), f"{IMK}_bilinear", "residual strength .* is 1.2 of the"),
+        (([0.02, 0.1, 0.2, 0.3], [1e6, 1.5e6, 1.2e6, 1.2e6]), f"{IMK}_bilinear", "residual strength .* is 1.2 times the"),
         (
             ([0.02, 0.1, 0.2, 0.3, 0.4], [1e6, 1.5e6, 0.9e6, 0.5e6, 0.3e6]),
             "pinching4",
@@ -183,7 +183,7 @@ def test_missing_corners_are_where_gem_has_them(points: tuple, corners: tuple) -
         ),
         (([0.02, 0.1, 0.2, 0.3], [1e6, 0.5e6, 0.505e6, 0.4e6]), "pinching4", "rises again at point 2"),
         (([0.02, 0.1, 0.2, 0.3], [1e6, 1.1e6, 1.4e6, 1.6e6]), "quadrilinear", "bends up at its corner 2"),
-        (([0.02], [1e6]), "pinching4", "needs a yield point and another one"),
+        (([0.02], [1e6]), "pinching4", "needs a yield point and, after it, another point"),
     ],
 )
 def test_a_curve_that_a_law_cannot_follow_is_refused(curve: tuple, law: str, message: str) -> None:

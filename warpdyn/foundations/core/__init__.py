@@ -1,1 +1,1 @@
-"""Modules that every package uses: checks, messages, progress, threads, random numbers, units, output variables."""
+"""Modules for all packages: checks, messages, progress, threads, random numbers, units, output variables."""

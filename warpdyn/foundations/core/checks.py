@@ -1,4 +1,4 @@
-"""Checks of input; each error names the value, its place, and the allowed values."""
+"""Checks of arguments; an error names the value, its position, and the allowed values."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ LARGEST_WHOLE_NUMBER = 2**63 - 1  # that fits in a netCDF attribute
 
 
 def check_kind(function: str, what: str, value: object, kind: type, advice: str = "", *, argument: str = "") -> None:
-    """Raise a TypeError unless an argument of a function is of the required class.
+    """Raise a TypeError if an argument of a function does not have the required class.
 
     Args:
-        function: The public function.
-        what: The class in words, such as "a ShearBuilding".
-        value: The argument.
-        kind: The class.
-        advice: A correct argument in words.
-        argument: The name of the argument.
+        function: Name of the public function.
+        what: The required class in words, such as "a ShearBuilding".
+        value: Value of the argument.
+        kind: The required class.
+        advice: Advice that ends the message, such as "give the result of simulate()".
+        argument: Name of the argument.
     """
     if not isinstance(value, kind):
         hint = f"; {advice}" if advice else ""
@@ -39,7 +39,7 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
 
 
 def check_dataset(function: str, dataset: Any, *names: str, advice: str, argument: str = "dataset") -> None:
-    """Raise an error with advice unless an argument is a dataset that has these variables or attributes."""
+    """Raise an error with advice if an argument is not a dataset with the variables or attributes `names`."""
     check_kind(function, "a Dataset", dataset, xr.Dataset, advice, argument=argument)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:
@@ -48,7 +48,7 @@ def check_dataset(function: str, dataset: Any, *names: str, advice: str, argumen
 
 
 def one_of(what: str, name: object, allowed: Collection[str]) -> None:
-    """Raise a ValueError that lists the allowed names, unless `name` is one of them."""
+    """Raise a ValueError that lists the allowed names, if `name` is not one of them."""
     if not isinstance(name, str) or name not in allowed:
         hint = did_you_mean(name, list(allowed))
         raise ValueError(
@@ -57,7 +57,7 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
 
 
 def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
-    """Return a finite number as a float, or raise a ValueError that states its bound."""
+    """Return a number as a float; raise a ValueError with the bound if it is not finite, or not within the bound."""
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
     number: Any = value.item() if isinstance(value, np.generic) else value  # Python has integers larger than any float
     good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(number) <= LARGEST_NUMBER
@@ -67,7 +67,7 @@ def real_number(what: str, value: Any, *, above: float | None = None, least: flo
 
 
 def whole_number(what: str, value: Any, least: int, most: int = LARGEST_WHOLE_NUMBER) -> int:
-    """Return a whole number as an int, or raise a ValueError that states its bounds."""
+    """Return a whole number as an int; raise a ValueError with the bounds if it is not whole or out of bounds."""
     good = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
     if not good or not least <= int(value) <= most:
         limit = ("2^63 - 1" if most == LARGEST_WHOLE_NUMBER else f"{most}") if good and value > least else None
@@ -86,29 +86,29 @@ def true_or_false(what: str, value: Any) -> bool:
 
 
 def checked_text(what: str, value: Any) -> str:
-    """Return text, or raise a TypeError."""
+    """Return a string, or raise a TypeError if the value is not text."""
     if not isinstance(value, str):
         raise TypeError(f"{what} must be text, got {shortened(value)}")
     return str(value)
 
 
 def is_row_of_text(values: object) -> bool:
-    """Return whether a value is a list, a tuple or an array of text."""
+    """Return whether a value is a list, a tuple or a one-dimensional array of strings."""
     is_row = isinstance(values, list | tuple) or (isinstance(values, np.ndarray) and values.ndim == 1)
     return is_row and all(isinstance(each, str) for each in cast("Any", values))
 
 
 def shortened(value: object) -> str:
-    """Return the short form of a value for a message: its first elements, or its first and last digits."""
+    """Return a short text of a value for a message, with the first elements or the first and last characters."""
     return reprlib.repr(value)
 
 
 def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
-    """Return a new float64 array.
+    """Return the values as a new float64 array.
 
     Raises:
-        ValueError: If there are truth values, text, dates, complex numbers, masked values, rows of different lengths,
-            or a range longer than LONGEST_ROW.
+        ValueError: If the values contain truth values, text, dates, complex numbers, masked values or rows of different
+            lengths, or are a range longer than LONGEST_ROW.
     """
     if isinstance(values, range) and len(values) > LONGEST_ROW:
         raise ValueError(f"{what} must have at most {LONGEST_ROW} values, got {values!r}")
@@ -123,14 +123,14 @@ def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
 
 
 def _has(values: object, kind: type | UnionType) -> bool:
-    """Return whether a list or tuple, or a row in it, has an element of a class that NumPy would turn to a number."""
+    """Return whether a value, or an element of a list or tuple at any depth, is of the class `kind`."""
     if not isinstance(values, list | tuple):
         return isinstance(values, kind)
     return any(isinstance(each, kind) or (isinstance(each, list | tuple) and _has(each, kind)) for each in values)
 
 
 def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
-    """Return a new float64 array as `real_numbers` does; also raise a ValueError if a value is not finite."""
+    """Return the values as a new float64 array, as `real_numbers` does; raise a ValueError if one is not finite."""
     array = real_numbers(what, values)
     bad = ~np.isfinite(array)
     if bad.any():
@@ -141,13 +141,13 @@ def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
 
 
 def refuse_masked(what: str, values: object) -> None:
-    """Raise a ValueError if a masked array, or a row of a list, has masked values.
+    """Raise a ValueError if an array, or an array in a list, has masked values.
 
-    `np.asarray` would return the numbers behind the mask as if they were measured.
+    `np.asarray` would return the numbers behind the mask as if they were valid.
 
     Args:
         what: Name of the argument.
-        values: Its value.
+        values: Value of the argument.
     """
     if isinstance(values, list | tuple):
         for i, row in enumerate(values):
@@ -163,13 +163,13 @@ def refuse_masked(what: str, values: object) -> None:
 
 
 def unmasked(what: str, values: ArrayLike, dtype: DTypeLike | None = None) -> np.ndarray:
-    """Return values as a plain array, as `np.asarray` does; raise a ValueError if some are masked."""
+    """Return the values as an array, as `np.asarray` does; raise a ValueError if a value is masked."""
     refuse_masked(what, values)
     return np.asarray(values, dtype=dtype)
 
 
 class TooLargeError(ValueError, MemoryError):
-    """An argument needs more memory than is free."""
+    """Error: an argument needs more memory than is free, or than the user allows."""
 
 
 def free_memory() -> int:
@@ -182,22 +182,24 @@ def free_memory() -> int:
 
 
 def check_memory(what: str, needed: float, remedy: str, *, limit: int | None = None) -> None:
-    """Raise a TooLargeError if the arrays that an argument needs do not fit in the free memory.
+    """Raise a TooLargeError if the arrays of an argument do not fit in the free memory.
 
     Args:
-        what: The user of the memory, with the argument and its value.
-        needed: Bytes of these arrays.
-        remedy: Advice for the user.
-        limit: Bytes that the user allows; None: the free memory.
+        what: The argument and its value, for the message.
+        needed: Size of the arrays [bytes].
+        remedy: Advice for the user, which ends the message.
+        limit: Largest size that the user allows [bytes]; None: no limit except the free memory.
     """
     if limit is not None and needed > limit:
-        raise TooLargeError(f"{what} needs {in_words(needed)} of memory, and memory={limit} allows less: {remedy}")
+        raise TooLargeError(
+            f"{what} needs {in_words(needed)} of memory, but memory={limit} (bytes) allows less: {remedy}"
+        )
     if needed > (free := free_memory()):
-        raise TooLargeError(f"{what} needs {in_words(needed)} of memory, and {in_words(free)} are free: {remedy}")
+        raise TooLargeError(f"{what} needs {in_words(needed)} of memory, but only {in_words(free)} are free: {remedy}")
 
 
 def in_words(size: float) -> str:
-    """Return a number of bytes with a unit."""
+    """Return a number of bytes as text with a unit, such as "1.5 GB"."""
     for unit, value in (("GB", 1e9), ("MB", 1e6)):
         if size >= value:
             return f"{size / value:.3g} {unit}"

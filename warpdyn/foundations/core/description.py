@@ -1,4 +1,4 @@
-"""Scenes, structures and motions as JSON, for datasets, and as HTML tables, for notebooks."""
+"""Scenes, structures and motions as JSON (for datasets) and as HTML tables (for notebooks)."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ MOST_CELLS = 12  # values of a row that a table shows
 
 
 def to_json(value: object) -> str:
-    """Return a value as JSON: by its `description()` if it has one, data classes by their fields."""
+    """Return a value as JSON text: the result of its method `description`, or the fields of a data class."""
     return json.dumps(plain(value), separators=(",", ":"))
 
 
 def plain(value: Any) -> Any:
-    """Return a value as dictionaries, lists, text and numbers, which JSON can represent."""
+    """Return a value converted to dictionaries, lists, text and numbers, which JSON can represent."""
     if hasattr(value, "description"):
         return plain(value.description())
     if isinstance(value, np.ndarray):
@@ -50,9 +50,9 @@ def _name_of_class(value: object) -> str:
 
 
 def fingerprint(*values: object) -> str:
-    """Return a digest of values and their contents, with every number of every array.
+    """Return a digest of values, including all attributes of objects and all numbers of arrays.
 
-    A number has one digest as NumPy's or Python's, integer or float.
+    Equal numbers have the same digest, whether they are integers or floats, of Python or NumPy.
     """
     digest = hashlib.sha256()
     _feed(digest, values)
@@ -60,7 +60,7 @@ def fingerprint(*values: object) -> str:
 
 
 def _feed(digest: hashlib._Hash, value: Any) -> None:
-    """Add a value to a digest, recursively, each element with its kind and its length."""
+    """Add a value and, recursively, its elements or attributes to a digest, each with its class and length."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
@@ -100,7 +100,7 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
 
 
 class Text(str):
-    """A string of several lines that notebooks and the Python prompt show line by line."""
+    """A string whose line breaks are shown as such in notebooks and at the Python prompt."""
 
     def __repr__(self) -> str:
         return str(self)
@@ -114,7 +114,7 @@ def html_table(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[s
 
     Args:
         caption: Title of the table.
-        rows: Its rows, each with its label as the first cell.
+        rows: Rows of the table; the first cell of a row is its label.
         heads: Labels of the columns.
     """
     left = ' style="text-align:left"'
@@ -133,7 +133,7 @@ def _cell(value: object) -> str:
 
 
 def number_text(value: object) -> str:
-    """Return a value as short text: numbers with six digits, the equal values of a row once, None as ""."""
+    """Return a value as short text: numbers with six digits, equal values of a row as one value, None as ""."""
     if value is None:
         return ""
     if isinstance(value, bool | str):

@@ -15,7 +15,7 @@ class FrozenMapping(Mapping[Key, Value]):
     """A read-only copy of a mapping; `types.MappingProxyType` can neither be pickled nor deep-copied.
 
     Args:
-        values: The mapping; its arrays become read-only.
+        values: The mapping; arrays among its values become read-only.
     """
 
     __slots__ = ("_values",)
@@ -47,7 +47,7 @@ class FrozenMapping(Mapping[Key, Value]):
 
 
 class FrozenArrays:
-    """A class whose array attributes stay read-only in copies and pickles, where NumPy makes arrays writeable."""
+    """Base class of objects whose arrays are read-only also in copies and pickles (NumPy makes them writeable)."""
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)

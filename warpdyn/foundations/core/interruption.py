@@ -1,8 +1,8 @@
-"""Ctrl-C and SIGTERM act between pieces of work, never within one.
+"""Ctrl-C and SIGTERM take effect only between pieces of work.
 
-Python raises KeyboardInterrupt between any two instructions, also between taking a lock and the `with` statement that
-releases it. The lock is then never released, and the cleaning-up waits for it for ever (in most trials with xarray's
-file manager). Within `interruptible` a signal is recorded instead, and `stop_if_asked` calls the previous handler.
+Python raises KeyboardInterrupt between any two instructions, also between acquiring a lock and the `with` statement
+that releases it. The lock is then never released, and cleaning up waits for it forever (in most trials with xarray's
+file manager). Within `interruptible`, a signal is recorded instead; `stop_if_asked` then calls its previous handler.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ _is_noting = False  # whether `_note` records signals; otherwise it calls the re
 
 @contextmanager
 def interruptible() -> Iterator[None]:
-    """Within the block, let Ctrl-C and SIGTERM act only at calls of `stop_if_asked`, and at the end.
+    """Within the block, Ctrl-C and SIGTERM take effect only at calls of `stop_if_asked`, and at the end of the block.
 
-    SIGTERM, which would end the process at once, ends it as Ctrl-C does, after cleaning up and with exit status 143.
-    Signals that the program ignores stay ignored, and its own handlers are called. In threads other than the main
-    one, which Python never interrupts, the block has no effect.
+    SIGTERM does not end the process immediately: as after Ctrl-C, warpdyn cleans up first; the exit status is 143.
+    Signals that the user's program ignores stay ignored, and handlers of the user's program are called. In threads
+    other than the main thread, which Python never interrupts, the block has no effect.
     """
     global _is_noting
     if threading.current_thread() is not threading.main_thread() or _is_noting:
@@ -56,7 +56,7 @@ def interruptible() -> Iterator[None]:
 
 
 def stop_if_asked() -> None:
-    """Let the signals act that came since the last call; long work calls this about every 0.1 s.
+    """Handle the signals that were recorded since the last call. Long work calls this function about every 0.1 s.
 
     Raises:
         KeyboardInterrupt: After Ctrl-C.
@@ -74,7 +74,7 @@ def _note(number: int, frame: FrameType | None) -> None:
 
 
 def _act_on_asked() -> None:
-    """Let every recorded signal act once, also if an earlier one raises; the error of the last one is raised."""
+    """Handle every recorded signal once, even if handling another one raises an error; the last error is raised."""
     if _asked:
         number = _asked.pop(0)
         while number in _asked:
@@ -86,7 +86,7 @@ def _act_on_asked() -> None:
 
 
 def _act(number: int, handler: object) -> None:
-    """Do what the replaced handler would have done."""
+    """Call the replaced handler, or raise the error of the default handler."""
     if callable(handler):
         handler(number, None)
     elif number == signal.SIGINT:

@@ -1,4 +1,4 @@
-"""Warnings that name the line of the user's code that called warpdyn, and messages on the progress of a run."""
+"""Warnings at the line of the user's code that called warpdyn, and messages on the progress of a run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _collected: ContextVar[list[tuple[str, type[Warning]]] | None] = ContextVar("col
 
 @contextmanager
 def each_warning_once() -> Iterator[None]:
-    """Within the block, which repeats some work, give warnings that differ only in numbers once."""
+    """Within the block, give only the first of several warnings that differ only in numbers."""
     before = _given.set(set())
     try:
         yield
@@ -38,7 +38,7 @@ def each_warning_once() -> Iterator[None]:
 
 @contextmanager
 def no_warnings() -> Iterator[None]:
-    """Give no warnings within the block, whose result may be discarded."""
+    """Suppress warnings within the block."""
     before = _is_silent.set(True)
     try:
         yield
@@ -48,7 +48,7 @@ def no_warnings() -> Iterator[None]:
 
 @contextmanager
 def collected_warnings() -> Iterator[list[tuple[str, type[Warning]]]]:
-    """Collect the warnings of this thread instead of giving them; yield the list of messages and categories."""
+    """Within the block, collect this thread's warnings in a list of (message, category) instead of giving them."""
     found: list[tuple[str, type[Warning]]] = []
     before = _collected.set(found)
     try:
@@ -79,24 +79,24 @@ def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
 
 
 def counted(names: Collection[object], most: int = 3) -> str:
-    """Return the number of names and the first ones, such as "5 (a, b, c, ...)"."""
+    """Return the number of names and the first names as text, such as "5 (a, b, c, ...)"."""
     shown = ", ".join(str(name) for name in [*names][:most])
     return f"{len(names):,} ({shown}{', ...' if len(names) > most else ''})"
 
 
 def warn_of_all(function: str, sentences: Sequence[str]) -> None:
-    """Give one warning with several sentences, if there are any, as a list that begins with the function's name."""
+    """Give one warning that contains the function's name and a list of the sentences; none without sentences."""
     if sentences:
         warn_caller("\n- ".join([f"{function}:", *sentences]) if len(sentences) > 1 else f"{function}: {sentences[0]}")
 
 
 def say(message: str) -> None:
-    """Report on progress: to the logger "warpdyn" at level INFO, and on a terminal as progress bars do."""
+    """Report progress: to the logger "warpdyn" at level INFO and, on a terminal, above the progress bar."""
     LOGGER.info(message)
     if sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO):
         tqdm.write(message, file=sys.stderr)
 
 
 def tell(message: str) -> None:
-    """Report what the user must know but need not act on: to the logger at level WARNING, by default on stderr."""
+    """Report a fact that needs no action of the user: to the logger "warpdyn" at level WARNING (default: stderr)."""
     LOGGER.warning(message)

@@ -1,4 +1,4 @@
-"""Suggestions of the intended name for a name that is not known."""
+"""Suggestions of similar known names for an unknown name."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
 
     Args:
         name: The unknown name.
-        known: Known names; a mapping gives for each name the one to suggest, such as ours for one of OpenSees.
+        known: Known names; or a mapping from known names to the names to suggest, such as OpenSees' names -> warpdyn's.
     """
     if not isinstance(name, str):
         return ""
@@ -33,13 +33,13 @@ def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
 
 
 def refuse_unknown(function: str, named: Collection[str], known: Collection[str], names: Mapping[str, str]) -> None:
-    """Raise a TypeError that suggests a name if a call has an argument that the function does not have.
+    """Raise a TypeError that suggests a similar name, if a call has an argument that the function does not have.
 
     Args:
-        function: The function.
-        named: Names of the arguments of the call.
+        function: Name of the function.
+        named: Names of the arguments in the call.
         known: Names of the function's arguments.
-        names: Names that users may have in mind, each with the one to suggest.
+        names: Name that a user may try -> name to suggest.
     """
     for unknown in named:
         if unknown not in known:
@@ -48,9 +48,9 @@ def refuse_unknown(function: str, named: Collection[str], known: Collection[str]
 
 
 def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
-    """Let a function suggest the intended name for an unknown argument, where Python only repeats the unknown one.
+    """Decorate a function so that its error about an unknown argument suggests a similar name.
 
-    A function with further keyword arguments suggests names for its missing required arguments.
+    If the function accepts any keyword arguments, names are suggested for missing required arguments.
     """
     parameters = list(inspect.signature(function).parameters.values())
     own = [each for each in parameters if each.name not in ("self", "cls")]
@@ -77,7 +77,7 @@ def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def with_suggestions(cls: Class) -> Class:
-    """Let the constructor of a class suggest names, as `suggests_names` does."""
+    """Decorate a class: its constructor suggests names, as described in `suggests_names`."""
     made: Any = cls
     made.__init__ = suggests_names(made.__init__)
     return cls

@@ -1,4 +1,4 @@
-"""Variables of a dataset, its intensity measure, and the values of a sample's status."""
+"""Definitions for datasets: variables, attributes of the intensity measure, and values of a sample's status."""
 
 from __future__ import annotations
 
@@ -54,12 +54,12 @@ class Variable:
     """One variable of a dataset.
 
     Args:
-        dims: Its dimension after `sample`: (), ("storey",), ("floor",) or ("dof",).
-        units: UDUNITS string.
+        dims: Dimension of the variable after `sample`: (), ("storey",), ("floor",) or ("dof",).
+        units: Units, a UDUNITS string.
         long_name: The variable in words.
-        scale: Variables of the dataset by which its error is divided if they are larger.
-        is_demand: Whether it is a demand, whose error is estimated.
-        is_whole: Whether it is a whole number.
+        scale: Names of other variables. The error is divided by the largest of the variable and these variables.
+        is_demand: Whether the variable is a demand; the errors of demands are estimated.
+        is_whole: Whether values are whole numbers.
     """
 
     dims: tuple[str, ...]
@@ -74,21 +74,21 @@ DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")  # 
 
 
 def label_of_levels(measure: str) -> str:
-    """Return the `long_name` of the levels of a measure."""
+    """Return the `long_name` of the coordinate of intensity levels."""
     return f"{measure} of the scaled motion"
 
 
 def measure_attributes(attributes: Mapping) -> dict[str, object]:
-    """Return the attributes that name an intensity measure."""
+    """Return those of the attributes that describe an intensity measure."""
     return {key: attributes[key] for key in KEYS if key in attributes}
 
 
 def measure_of_dataset(dataset: xr.Dataset) -> dict[str, object]:
-    """Return the attributes of a dataset that name its intensity measure; nothing if it names none.
+    """Return the attributes that describe a dataset's intensity measure; an empty dictionary if it has none.
 
     Args:
-        dataset: A run, its statistics, or a dataset computed from them. The attributes of the dataset are read if it
-            has no coordinate of intensities, or that coordinate does not name a measure.
+        dataset: A run, its statistics, or a dataset computed from these. The attributes of its coordinate of
+            intensities are read or, if they do not name a measure, the attributes of the dataset.
     """
     for name in INTENSITIES:
         if name in dataset.variables and dataset[name].attrs.get(MEASURE):
@@ -97,5 +97,5 @@ def measure_of_dataset(dataset: xr.Dataset) -> dict[str, object]:
 
 
 def measure_name(dataset: xr.Dataset) -> str:
-    """Return the name of a dataset's intensity measure; "intensity measure" if it names none."""
+    """Return the name of a dataset's intensity measure; "intensity measure" if the dataset does not name it."""
     return str(measure_of_dataset(dataset).get(MEASURE) or UNNAMED[1])

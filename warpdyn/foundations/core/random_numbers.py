@@ -1,9 +1,10 @@
-"""Random numbers that are functions of the seed, the sample, the purpose and a counter, and do not depend on the order.
+"""Random numbers as functions of seed, sample, purpose and a counter; they do not depend on the order of computation.
 
-Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) turns four words
-of a counter into four random words, under a key of two words. The key is the seed. The words of the counter are a
-number, the purpose, and two words of the sample's index, so that a sample's numbers do not depend on how samples are
-divided. `warpdyn.engine.device.random_numbers` has the same functions for kernels.
+Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) computes four
+random 32-bit words from a counter of four words and a key of two words. Here the key is the seed, and the counter
+consists of a number, the purpose, and the sample's index (two words). Therefore, a sample's random numbers do not
+depend on how samples are divided among blocks, threads or devices. `warpdyn.engine.device.random_numbers` has the same
+functions for kernels.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ WORD = 2**32
 class Purpose(IntEnum):
     """The purpose of a random number; numbers of different purposes are independent.
 
-    Numbers that are drawn in order, once per run, come from a NumPy generator seeded by seed and purpose.
+    Numbers that are drawn in order, once per run, come from a NumPy generator whose seed is (seed, purpose).
     """
 
     STRUCTURE = 0  # parameters of a structure; the index is that of the structure
@@ -52,9 +53,9 @@ def key_of(seed: int) -> int:
 
 
 def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.ndarray:
-    """Return the first numbers of NumPy's generator as float32 in [0, 1), shape [row, column].
+    """Return the first numbers of NumPy's generator for (seed, purpose), float32 in [0, 1), shape [row, column].
 
-    Several threads compute them; the numbers are those that one thread would draw in order.
+    Several threads compute the numbers; the result is the same as with one thread.
     """
     found = np.empty((rows, columns), np.float32)
     words = np.random.SeedSequence([seed, purpose])
@@ -69,14 +70,14 @@ def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.nda
 
 
 def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
-    """Return the blocks of Philox4x32-10.
+    """Return the random words of Philox4x32-10.
 
     Args:
-        counter: Words of the counters, the lowest first, shape [4, ...].
-        key: Words of the key, the lowest first, shape [2].
+        counter: Words of the counters, the least significant first, shape [4, ...].
+        key: Words of the key, the least significant first, shape [2].
 
     Returns:
-        Words as uint32, shape [4, ...].
+        Random words as uint32, shape [4, ...].
     """
     words = [np.asarray(word, dtype=np.uint64) for word in np.asarray(counter)]
     keys = [int(word) for word in np.asarray(key)]
@@ -94,16 +95,16 @@ def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
 
 
 def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
-    """Return two uniform numbers for each counter: odd multiples of 2^-53, and so neither 0 nor 1.
+    """Return two uniform random numbers per counter. They are odd multiples of 2^-53, so that none is 0 or 1.
 
     Args:
         seed: Seed of the run.
-        sample: Each sample's index in the run, shape [...].
+        sample: Index of each sample in the run, shape [...].
         purpose: Purpose of the numbers.
-        counter: Place in the sample's sequence of numbers, 0 to 2^32 - 1, shape [...].
+        counter: Position in the sample's sequence of numbers, 0 to 2^32 - 1, shape [...].
 
     Returns:
-        Numbers in (0, 1): a pair for each element of the arguments' common shape, shape [..., 2].
+        Numbers in (0, 1), shape [..., 2]; `sample` and `counter` are broadcast.
     """
     counter, key = np.asarray(counter, dtype=np.uint64), key_of(seed)
     sample, word = np.asarray(sample, dtype=np.uint64), np.uint64(WORD)
@@ -115,5 +116,5 @@ def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike)
 
 
 def normals(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
-    """Return two standard normal numbers for each counter, the normal quantiles of `uniforms`."""
+    """Return two standard normal random numbers per counter: the normal quantiles of `uniforms`."""
     return ndtri(uniforms(seed, sample, purpose, counter))

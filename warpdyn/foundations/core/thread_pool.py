@@ -1,4 +1,4 @@
-"""Work in several threads that Ctrl-C stops: in parts that fit in a processor's cache, or one long call."""
+"""Work in threads that Ctrl-C can stop: many parts that fit in the CPU's cache, or one long call."""
 
 from __future__ import annotations
 
@@ -34,13 +34,15 @@ def cores() -> int:
 def in_parts(
     work: Callable[[slice], Result], structures: int, threads: int, at_a_time: int = STRUCTURES_AT_A_TIME
 ) -> list[Result]:
-    """Return the result of every part, in order; raise the error of the first part that fails.
+    """Divide structures into parts, and return the result of each part in order, computed in several threads.
+
+    If parts fail, the error of the first failed part is raised.
 
     Args:
-        work: Function from a part of the structures to its result.
+        work: Function from a part (a slice of the structures) to its result.
         structures: Number of structures.
-        threads: CPU threads.
-        at_a_time: Structures in a part.
+        threads: Number of CPU threads.
+        at_a_time: Number of structures in a part.
     """
     parts = [slice(first, min(first + at_a_time, structures)) for first in range(0, structures, at_a_time)]
     if len(parts) == 1:
@@ -56,7 +58,7 @@ def in_parts(
 
 
 def as_finished(tasks: Iterable[Future[Result]]) -> Iterator[Future[Result]]:
-    """Yield tasks as they finish; Ctrl-C acts while they are waited for."""
+    """Yield tasks as they finish; Ctrl-C takes effect during the wait."""
     tasks, done = list(tasks), SimpleQueue[Future[Result]]()
     for task in tasks:
         task.add_done_callback(done.put)
@@ -72,19 +74,19 @@ def as_finished(tasks: Iterable[Future[Result]]) -> Iterator[Future[Result]]:
 
 
 def result_of(task: Future[Result]) -> Result:
-    """Wait for a task and return its result; Ctrl-C acts meanwhile."""
+    """Wait for a task and return its result; Ctrl-C takes effect during the wait."""
     for _ in as_finished([task]):
         pass
     return task.result()
 
 
 class Ahead(Iterator[Result]):
-    """The results of a function for some items, in order; other threads compute the next ones in advance.
+    """Iterator over the results of a function for items, in order; other threads compute the next results in advance.
 
     Args:
         work: The function.
-        items: Its arguments.
-        depth: Number of results computed in advance; 0: no threads, each result is computed when it is requested.
+        items: Arguments of the function, one per call.
+        depth: Number of results computed in advance; 0: each result is computed when it is requested, without threads.
     """
 
     def __init__(self, work: Callable[[Item], Result], items: Iterable[Item], depth: int) -> None:
@@ -108,21 +110,21 @@ class Ahead(Iterator[Result]):
         return result_of(self._waiting.popleft())
 
     def close(self) -> None:
-        """Start no more work, and wait until the work that has begun is finished."""
+        """Start no further calls, and wait until the running calls are finished."""
         if self._threads is not None:
             self._threads.shutdown(cancel_futures=True)
 
 
 def in_background(work: Callable[[], Result], told_after: float, tell: Callable[[], object]) -> Result:
-    """Return the result of a call that cannot be stopped; Ctrl-C does not wait for its end.
+    """Return the result of a long call that cannot be stopped; Ctrl-C takes effect without waiting for its end.
 
-    Successive calls run in the same thread, because Warp precompiles its headers for each thread that compiles
-    kernels, which takes 2 s.
+    Successive calls run in the same thread, because Warp needs 2 s to precompile its headers in each thread that
+    compiles kernels.
 
     Args:
-        work: The call.
-        told_after: Seconds after which `tell` is called once.
-        tell: Function that reports what is running.
+        work: Function without arguments that makes the call.
+        told_after: Time after which `tell` is called once [s].
+        tell: Function that reports to the user what is running.
     """
     task, calls = Future[Result](), _waiting_thread()
 
@@ -151,7 +153,7 @@ def in_background(work: Callable[[], Result], told_after: float, tell: Callable[
 
 
 def _waiting_thread() -> SimpleQueue[Callable[[], None]]:
-    """Return the queue of a thread that waits for calls; start one if none does."""
+    """Return the queue of a thread that waits for calls; start a thread if none is waiting."""
     try:
         return _idle.pop()
     except IndexError:

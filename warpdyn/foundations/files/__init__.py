@@ -1,1 +1,1 @@
-"""Files: netCDF and Zarr, written under a temporary name or block after block, and tables that warpdyn contains."""
+"""Reading and writing files: netCDF, Zarr and text files, temporary files, and tables that are part of warpdyn."""

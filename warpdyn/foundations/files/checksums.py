@@ -1,4 +1,4 @@
-"""Files of a checkpoint: NumPy files (.npz), which have a checksum for each array, and digests of other files."""
+"""Files of a checkpoint: NumPy files (.npz) with a checksum per array, and digests of other files."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ MISSING = ""  # digest of a file that does not exist
 
 
 def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
-    """Write arrays and numbers by name to a NumPy file (.npz), which appears whole.
+    """Write named arrays and numbers to a NumPy file (.npz); the file appears only when it is complete.
 
     Raises:
-        OSError: If it cannot be written.
+        OSError: If the file cannot be written.
     """
     with whole_file(path) as part, open(part, "r+b") as file:
         named: dict[str, Any] = {**arrays, NAMES: np.array(sorted(arrays))}
@@ -28,7 +28,7 @@ def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
 
 
 def are_whole(path: Path) -> bool:
-    """Return whether a NumPy file (.npz) exists and the checksums of its arrays agree."""
+    """Return whether a NumPy file (.npz) exists, has all of its arrays, and their checksums are correct."""
     try:
         with zipfile.ZipFile(path) as file:
             if file.testzip() is not None:
@@ -40,11 +40,11 @@ def are_whole(path: Path) -> bool:
 
 
 def load_arrays(path: Path, without: str = NAMES) -> dict[str, np.ndarray] | None:
-    """Return the arrays of a NumPy file (.npz) by name; None if it is missing, empty or damaged.
+    """Return the arrays of a NumPy file (.npz) as name -> array; None if the file is missing, empty or damaged.
 
     Args:
         path: The file.
-        without: Beginning of the names of arrays that are left out.
+        without: Arrays whose names begin with this text are not returned.
     """
     if not are_whole(path):
         return None
@@ -53,7 +53,7 @@ def load_arrays(path: Path, without: str = NAMES) -> dict[str, np.ndarray] | Non
 
 
 def digest_of(path: Path) -> str:
-    """Return the digest of a file's content; MISSING if there is no such file."""
+    """Return the SHA-256 digest of a file's content; MISSING if the file does not exist."""
     try:
         with open(path, "rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()

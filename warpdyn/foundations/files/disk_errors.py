@@ -1,4 +1,4 @@
-"""Errors of the disk, with the path that the user asked for instead of the name of a temporary file."""
+"""Errors of writing files; messages name the path that the user gave instead of the temporary file."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no space, no quota, larger t
 
 
 def disk_error(error: BaseException, path: Path) -> OSError:
-    """Return an OSError that names the file that was not written and the reason.
+    """Return an OSError that names the file that could not be written, and the reason.
 
-    netCDF reports "HDF error" also for a full disk; the free space in the message shows whether it was full.
+    netCDF reports "HDF error" also if the disk is full; the free space in the message shows whether it was full.
 
     Args:
         error: The error that was raised.
-        path: The file.
+        path: The file that the user gave.
     """
     if isinstance(error, OSError) and error.errno not in (None, *FULL) and error.errno > 0:
         return named_error(error, path)
@@ -26,14 +26,14 @@ def disk_error(error: BaseException, path: Path) -> OSError:
 
 
 def named_error(error: OSError, path: Path, function: str = "") -> OSError:
-    """Return a system error with the path of the file and, if given, the public function that writes it."""
+    """Return the system error with a message that names the file and, if given, the public function that writes it."""
     named = type(error)(f"{f'{function}: ' if function else ''}cannot write {path}: {error.strerror or error}")
     named.errno = error.errno
     return named
 
 
 def free_space(folder: Path) -> str:
-    """Return the free space of the disk of a folder as text."""
+    """Return the free space of the disk that contains the folder, as text."""
     try:
         free = shutil.disk_usage(folder).free
     except OSError:

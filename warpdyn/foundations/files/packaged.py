@@ -1,4 +1,4 @@
-"""Tables that are shipped with warpdyn."""
+"""CSV tables that are part of warpdyn."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ def packaged_rows(name: str) -> list[dict[str, str]]:
     """Return the rows of a CSV table in the folder `data`; lines that begin with "#" are comments.
 
     Args:
-        name: The file, such as "hazus_buildings.csv".
+        name: Name of the file, such as "hazus_buildings.csv".
     """
     package = Path(__file__).parents[2]
     # An installed package contains the folder; in a checkout it is next to the package.

@@ -1,8 +1,8 @@
-"""Files that are written under a temporary name and renamed when complete; warpdyn writes all files in this way.
+"""Files are written under a temporary name and renamed when complete; warpdyn writes all files in this way.
 
-The temporary name is unique and the file is created exclusively, so that no existing file is opened, followed or
-overwritten. The content is on the disk before the file is renamed. The new file takes over the permissions of the file
-that it replaces. The next process that writes the same file removes temporary files of killed processes.
+The temporary name is unique and the file is created exclusively: no existing file is opened or overwritten, and no link
+is followed. The content is on the disk before the file is renamed. The new file gets the permissions of the file that
+it replaces. If a process is killed, the next process that writes the same file removes the temporary file.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ AS_IS = os.O_RDWR | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0) |
 
 
 class PartFile:
-    """A new, empty file with a unique name, which replaces the target when it is complete.
+    """A new, empty temporary file with a unique name; `move_in` replaces the target by it.
 
     Args:
-        target: The file that it replaces.
-        folder: Folder of the new file, on the disk of the target; None: the folder of the target.
-        is_locked: Whether the file is locked until it is complete, so that other processes see that it is in use. HDF5
-            locks files itself, and does not open locked files.
+        target: The file to be replaced or created.
+        folder: Folder of the temporary file, on the same disk as the target; None: the folder of the target.
+        is_locked: Whether the file is locked until it is complete, so that other processes do not remove it. Use False
+            for HDF5, which locks files itself and cannot open locked files.
 
     Raises:
         OSError: If the file cannot be created, or the target cannot be replaced.
@@ -71,7 +71,7 @@ class PartFile:
             self._unlock()
 
     def move_in(self) -> None:
-        """Bring the content to the disk, take over the permissions, and replace the target."""
+        """Flush the content to the disk, set the permissions of the older file, and replace the target."""
         sync(self.path)
         if self._older is not None:
             self._older.apply(self.path)
@@ -81,7 +81,7 @@ class PartFile:
         sync_folder(self.target.parent)
 
     def discard(self) -> None:
-        """Remove the file unless it replaced the target; its space is free at once, even if a library has it open."""
+        """Remove the temporary file if it still exists; its space is free at once, even if a library has it open."""
         try:
             if self._is_there():
                 with suppress(OSError):
@@ -92,7 +92,7 @@ class PartFile:
             self._unlock()
 
     def _is_there(self) -> bool:
-        """Return whether the file of this name is the one that this object created."""
+        """Return whether the file at `path` is the one that this object created."""
         try:
             return _identity(os.lstat(self.path)) == self._identity
         except FileNotFoundError:
@@ -106,10 +106,10 @@ class PartFile:
 
 @contextmanager
 def whole_file(target: Path) -> Iterator[Path]:
-    """Yield the path of a new file, which replaces the target at the end of the block, unless an error is raised.
+    """Yield the path of a new temporary file. It replaces the target at the end of the block, if no error is raised.
 
     Args:
-        target: The file, whose symbolic links are resolved.
+        target: Path of the target, with symbolic links resolved.
 
     Raises:
         OSError: If the file cannot be created, or the target cannot be replaced.
@@ -124,9 +124,9 @@ def whole_file(target: Path) -> Iterator[Path]:
 
 
 def sweep(target: Path) -> None:
-    """Remove temporary files of the target that killed processes left.
+    """Remove temporary files of the target from processes that were killed.
 
-    Only regular files with a name that `PartFile` makes are removed, and only if no process has locked them.
+    Only regular files are removed whose name has the form of `PartFile` and that no process has locked.
     """
     if fcntl is None:
         return
@@ -139,7 +139,7 @@ def sweep(target: Path) -> None:
 
 
 def sync(path: Path) -> None:
-    """Bring the content of a file to the disk."""
+    """Flush the content of a file to the disk."""
     file = os.open(path, AS_IS)
     try:
         os.fsync(file)
@@ -148,7 +148,7 @@ def sync(path: Path) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """Bring the names of the files in a folder to the disk, if the system can do so."""
+    """Flush the names of the files in a folder to the disk, if the system supports it."""
     if os.name != "posix":
         return
     with suppress(OSError):  # some network file systems always do so, and report an error here
@@ -175,5 +175,5 @@ def _identity(found: os.stat_result) -> tuple[int, int]:
 
 
 def _shortened(name: str) -> str:
-    """Return the beginning of a name, so that a name that contains it is not too long for the system."""
+    """Return the first MOST_OF_A_NAME bytes of a name, so that the temporary name is not too long for the system."""
     return os.fsencode(name)[:MOST_OF_A_NAME].decode(errors="ignore")

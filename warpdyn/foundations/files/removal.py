@@ -1,4 +1,4 @@
-"""Removal of files that warpdyn made in its hidden folders and Zarr stores, and of no other files."""
+"""Removal of hidden folders and Zarr stores; warpdyn removes only files that it made."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ OF_STORES = re.compile(r"\.z(attrs|array|group|metadata)|\d+(\.\d+)*|.*\.[0-9a-f
 
 
 def foreign_in(folder: Path, *, is_store: bool) -> str | None:
-    """Return, in words, a file or folder that warpdyn did not make; None if there is no such file.
+    """Return the first file or folder that warpdyn did not make, in words; None if warpdyn made all of them.
 
     Args:
         folder: A hidden folder of warpdyn, or a Zarr store.
-        is_store: Whether it is a Zarr store.
+        is_store: Whether `folder` is a Zarr store.
     """
     with os.scandir(folder) as entries:
         for entry in entries:
@@ -43,13 +43,13 @@ def foreign_in(folder: Path, *, is_store: bool) -> str | None:
 
 
 def remove_tree(folder: Path) -> None:
-    """Remove a folder with all regular files and folders in it, the lock last; links are not followed.
+    """Remove a folder with all regular files and folders in it; the lock file is removed last.
 
-    Links, devices and other special files stay, and so do their folders. If a file has another name (hard link), its
-    content stays there.
+    Links are not followed. Links, devices and other special files are not removed, nor are the folders that contain
+    them. If a file has another name (hard link), it keeps its content under that name.
 
     Raises:
-        OSError: If the folder is not empty in the end.
+        OSError: If something in the folder was not removed.
     """
     lock = None
     with os.scandir(folder) as entries:

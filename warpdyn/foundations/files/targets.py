@@ -1,4 +1,4 @@
-"""Paths to write to: which files may be replaced, and the permissions that a new file takes over.
+"""Checks of paths before writing: which files may be replaced, and which permissions the new file gets.
 
 Only regular files (or, for Zarr stores, folders) are replaced, never devices, pipes or sockets. Permissions are the
 mode, the owner, the group and the access control list.
@@ -64,18 +64,18 @@ class Permissions:
 
     @property
     def of_folder(self) -> int:
-        """The mode of a folder that makes its files as private as this file."""
+        """Permission bits of a folder in which files are as private as this file."""
         return self.mode | (self.mode & 0o444) >> 2 | 0o700
 
     def take_over(self, file: int) -> None:
-        """Give a new file the owner, before anything is written to it.
+        """Set the owner of a new file, before anything is written to it.
 
         Args:
-            file: Descriptor of the new file.
+            file: File descriptor of the new file.
 
         Raises:
-            PermissionError: If the owner is another user and cannot be set: the new file would belong to this user, and
-                the other user's file would be lost.
+            PermissionError: If the owner is another user and cannot be set: a file of this user would then replace the
+                other user's file.
         """
         if not hasattr(os, "fchown") or os.fstat(file).st_uid == self.owner:
             return
@@ -87,7 +87,7 @@ class Permissions:
             ) from None
 
     def apply(self, path: Path) -> None:
-        """Give the finished file or folder these permissions, as far as the file system supports them."""
+        """Set these permissions of the finished file or folder, as far as the file system supports them."""
         if not hasattr(os, "chown"):
             with suppress(OSError):
                 path.chmod(self.mode)
@@ -113,14 +113,15 @@ class Permissions:
 
 
 def check_replaceable(path: Path, *, is_store: bool = False) -> None:
-    """Check that a path is free, or is a file (for a store: a folder) that may be written.
+    """Check that a path does not exist, or is a file (for a Zarr store: a folder) that this process may write.
 
     Args:
-        path: The path, whose symbolic links are resolved.
-        is_store: Whether a Zarr store will be written, which is a folder.
+        path: The path, with symbolic links resolved.
+        is_store: Whether a Zarr store, which is a folder, will be written.
 
     Raises:
-        OSError: If the path is something else, or read-only. Its `strerror` does not name the path.
+        OSError: If the path is not a file (for a store: a folder), or is read-only. The text of the error does not
+            contain the path.
     """
     try:
         found = os.lstat(path)
@@ -144,7 +145,7 @@ def check_replaceable(path: Path, *, is_store: bool = False) -> None:
 
 
 def take_over_store(older: Path, store: Path) -> None:
-    """Give a new Zarr store and its files the permissions of the store that it replaces, if there is one."""
+    """Set the permissions of a new Zarr store and its files to those of the store that it replaces, if one exists."""
     of_folders, of_files = Permissions.of(older), Permissions.of(older / ".zattrs")
     if (of_folders, of_files) == (None, None) or (of_folders, of_files) == (
         Permissions.of(store),
@@ -160,10 +161,10 @@ def take_over_store(older: Path, store: Path) -> None:
 
 
 def resolved(path: Path) -> Path:
-    """Return the path with resolved symbolic links, so that a link stays and its target is written.
+    """Return the path with symbolic links resolved, so that the target of a link is written and the link is kept.
 
     Raises:
-        OSError: If the links lead to each other.
+        OSError: If the links form a loop.
     """
     try:
         found = path.resolve()
@@ -178,7 +179,7 @@ def resolved(path: Path) -> Path:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise an OSError, without the path of a file, unless the folder exists and files may be created in it."""
+    """Raise an OSError if the folder does not exist or files must not be created in it."""
     if not folder.is_dir():
         raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}{_near(folder)}; create it first")
     if not os.access(folder, os.W_OK | os.X_OK):

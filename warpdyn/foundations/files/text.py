@@ -1,4 +1,4 @@
-"""Checks of text files: an error names a file that is missing, empty or of another kind than the reader expects."""
+"""Checks of text files that readers use; errors name the file."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
 
 
 def existing_file(function: str, path: str | os.PathLike, argument: str = "path") -> Path:
-    """Return the path of an existing file.
+    """Return the path of an existing file, or raise an error.
 
     Args:
-        function: The public function that reads it.
+        function: Name of the public function that reads the file, for errors.
         path: The file.
-        argument: The name of the argument.
+        argument: Name of the function's argument, for errors.
 
     Raises:
-        TypeError: If `path` is not a path.
+        TypeError: If `path` is not text or a Path.
         ValueError: If `path` is empty.
-        OSError: If there is no such file, or it is a folder.
+        OSError: If the file does not exist, or is a folder.
     """
     if not isinstance(path, str | os.PathLike):
         raise TypeError(f"{function}: {argument} must name a file, got {path!r}")
@@ -36,16 +36,16 @@ def existing_file(function: str, path: str | os.PathLike, argument: str = "path"
 
 
 def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> str:
-    """Return the text of a file of comma-separated values.
+    """Return the text of a CSV file.
 
     Args:
-        function: The public function that reads it.
+        function: Name of the public function that reads the file, for errors.
         path: The file, in UTF-8.
         kind: The kind of file in words, for errors.
 
     Raises:
-        TypeError, OSError: As `existing_file`.
-        ValueError: If the file is empty, not text, or text of another kind.
+        TypeError, OSError: As in `existing_file`.
+        ValueError: If the file is empty, is not UTF-8 text, or is XML or HTML.
     """
     path = existing_file(function, path)
     try:
@@ -56,14 +56,14 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
             "UTF-8"
         ) from None
     if not text.strip():
-        raise ValueError(f"{function}: {path} is empty, not {kind}")
+        raise ValueError(f"{function}: {path} is empty, not {kind}: give a file with content")
     if text.lstrip().startswith("<") or "\0" in text:
         raise ValueError(f"{function}: {path} is not {kind}: it begins with {text.strip()[:20]!r}")
     return text
 
 
 def xml_root(path: Path) -> ElementTree.Element:
-    """Return the root of an XML file, with tags without namespaces; raise a ValueError if the file is not XML."""
+    """Return the root element of an XML file, with tags without namespaces; raise a ValueError if it is not XML."""
     try:
         # Python's expat reads no external entities, and from 2.4.1 on none that grow without bounds.
         root = ElementTree.parse(path).getroot()
@@ -108,19 +108,20 @@ def check_names(names: Iterable[object], where: str = "") -> None:
 
 
 def inside_folder(folder: Path, name: str, what: str) -> Path:
-    """Return the path of a file that another file names, after checking that it is in the folder of that file.
+    """Return the path of a file whose name is given in another file, after checking that it is in a folder.
 
     Args:
-        folder: The folder of the file that names it.
-        name: The name, which may contain subfolders.
-        what: The file that names it, for the message.
+        folder: The folder in which the file must be.
+        name: Name of the file, which may contain subfolders.
+        what: The file that contains the name, for the message.
 
     Raises:
-        ValueError: If the file is outside the folder, also if a symbolic link leads there.
+        ValueError: If the file is outside the folder, also if it is a symbolic link to a file outside.
     """
     path = folder / name
     if not path.resolve().is_relative_to(folder.resolve()):
         raise ValueError(
-            f"{what} names the file {name!r}, which is outside its folder ({path.resolve()}): copy the file there"
+            f"{what} names the file {name!r}, which is outside of {folder} ({path.resolve()}): copy the file into this "
+            "folder"
         )
     return path

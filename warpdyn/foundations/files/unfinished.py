@@ -1,4 +1,4 @@
-"""Files that are being written: checked, locked, and in a hidden folder next to their place until complete."""
+"""Files that are being written: each is locked and in a hidden folder next to its final path until it is complete."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ NOT_FOLLOWED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
 def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
-    """Check that a file or a Zarr store may be written, and return its absolute path; call it before a long run.
+    """Check that a file or a Zarr store may be written, and return its absolute path. Call it before a long run.
 
     Args:
         path: The file or the store.
-        suffix: Required ending of the name: ".nc" for a file, ".zarr" for a store, which is a folder.
+        suffix: Required ending of the name: ".nc" for a file, ".zarr" for a store (a folder).
 
     Raises:
-        OSError: If it cannot be written, or a file exists there that warpdyn did not write.
-        ValueError: If its name has another ending.
-        TypeError: If `path` is not a path.
+        OSError: If the path cannot be written, or warpdyn did not write the existing file.
+        ValueError: If the name has another ending.
+        TypeError: If `path` is not text or a Path.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"path must name a file, got {path!r}")
@@ -67,7 +67,7 @@ def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
 
 
 def _check_store(path: Path) -> None:
-    """Raise a FileExistsError if a store contains a file that warpdyn did not make, which would be lost."""
+    """Raise a FileExistsError if a store contains a file that warpdyn did not make; replacement would remove it."""
     foreign = foreign_in(path, is_store=True)
     if foreign is not None:
         raise FileExistsError(
@@ -79,7 +79,7 @@ def attributes_of(path: Path) -> dict[str, object]:
     """Return the attributes of a dataset that warpdyn wrote.
 
     Raises:
-        FileExistsError: If warpdyn did not write the file, which is then never replaced.
+        FileExistsError: If warpdyn did not write the file; such a file is never replaced.
     """
     try:
         if path.suffix == STORE_SUFFIX:
@@ -95,15 +95,15 @@ def attributes_of(path: Path) -> dict[str, object]:
 
 
 class Unfinished:
-    """The hidden folder in which a file is written until it is complete, by one process at a time.
+    """The hidden folder in which a file is written until it is complete. Only one process at a time may use it.
 
-    It is used in a `with` statement. The next process removes the files that a killed process left, except the folder
-    `kept`, from which a run resumes. If warpdyn did not make the folder, or any file in it, an error is raised and
-    nothing is changed.
+    Use it in a `with` statement. If a process was killed, the next process removes its files, except the folder `kept`,
+    from which a run is resumed. If warpdyn did not make the folder, or a file in it, an error is raised and nothing is
+    changed.
 
     Args:
         path: The file, or the Zarr store.
-        suffix: Required ending of its name.
+        suffix: Required ending of the name.
 
     Raises:
         OSError: If another process is writing the file, or the folder cannot be made.
@@ -121,7 +121,7 @@ class Unfinished:
 
     @property
     def part(self) -> Path:
-        """The file that is written until it is moved to its place."""
+        """Path of the temporary file, which `move_in` moves to its final path."""
         if self._part is None:
             self._part = PartFile(self.path, self.folder)
         return self._part.path
@@ -153,7 +153,7 @@ class Unfinished:
                 if keeps and error is not None:
                     error.add_note(
                         f"{self.path}: the finished part of the run is kept in {self.folder}; repeat the same call to "
-                        "resume it, or remove this folder to give the run up"
+                        "resume the run, or remove this folder to start again"
                     )
             if not keeps:
                 with suppress(OSError):  # another process may have begun to use the folder
@@ -166,12 +166,12 @@ class Unfinished:
         return any(self.kept.glob("*.npz"))
 
     def move_in(self) -> None:
-        """Move the finished file to its place."""
+        """Move the finished file to its final path."""
         assert self._part is not None
         self._part.move_in()
 
     def move_in_store(self, store: Path) -> None:
-        """Move a finished store to its place, and before an older store away: a folder cannot replace a folder."""
+        """Move a finished store to its final path. An older store is moved away first: folders cannot be replaced."""
         take_over_store(self.path, store)
         if self.path.exists():
             check_replaceable(self.path, is_store=True)
@@ -182,7 +182,7 @@ class Unfinished:
 
     @contextmanager
     def named_errors(self) -> Iterator[None]:
-        """Turn errors of the disk, for which netCDF raises RuntimeError, into an OSError that names the file."""
+        """Convert errors of writing (netCDF raises RuntimeError) into an OSError that names the file."""
         try:
             yield
         except (OSError, RuntimeError) as error:
@@ -191,12 +191,12 @@ class Unfinished:
             raise
 
     def forget(self) -> None:
-        """Remove what an earlier run kept."""
+        """Remove the results that an earlier run left in `kept`."""
         if self.kept.is_dir():
             remove_tree(self.kept)
 
     def _sweep(self) -> None:
-        """Remove what a killed process left, after checking that warpdyn made all of it."""
+        """Remove the files of killed processes, after checking that warpdyn made all files in the folder."""
         foreign = foreign_in(self.folder, is_store=False)
         if foreign is not None:
             raise self._not_ours(f"contains {foreign}")
@@ -221,7 +221,10 @@ class Unfinished:
             self._lock = None
 
     def _locked(self) -> int:
-        """Make the folder and return its locked file, which is unlocked when it is closed or the process is killed."""
+        """Make the folder and lock it; return the descriptor of the lock file.
+
+        The lock ends when the descriptor is closed or the process ends.
+        """
         mode = 0o777 if self._older is None else self._older.mode if self._is_store else self._older.of_folder
         while True:
             is_new = not os.path.lexists(self.folder)
@@ -250,7 +253,7 @@ class Unfinished:
             os.close(lock)
 
     def _check_folder(self) -> None:
-        """Raise an error if the folder is not one that warpdyn made for this user."""
+        """Raise an error if warpdyn did not make the folder, or made it for another user."""
         found = os.lstat(self.folder)
         if not stat.S_ISDIR(found.st_mode):
             raise self._not_ours(f"is {kind_of(found.st_mode)}")

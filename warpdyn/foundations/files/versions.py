@@ -1,4 +1,4 @@
-"""Versions of packages; warpdyn contains its version, so that a checkout need not be installed."""
+"""Versions of packages. The version of warpdyn is in its code, so that it is known without installation."""
 
 from __future__ import annotations
 

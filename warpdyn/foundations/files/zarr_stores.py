@@ -1,10 +1,10 @@
-"""Zarr stores of samples: laid out first, then written region by region, by any number of processes at once.
+"""Zarr stores of samples: first the store is made without values, then processes write regions of samples into it.
 
-A region is as long as a chunk along `sample`, so that two processes never write to the same chunk. Stores have Zarr's
-format 2, which most programs read: the specification of format 3 has neither consolidated metadata nor text of fixed
-length.
+A region contains the samples of one chunk, so that several processes can write at the same time without writing to the
+same chunk. Stores have Zarr's format 2, which most programs can read: the specification of format 3 has neither
+consolidated metadata nor text of fixed length.
 
-Every file is on the disk before it counts as written. A resumed run compares the files with their digests.
+A file counts as written only after it is flushed to the disk. A resumed run compares the files with their digests.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ def check_zarr() -> None:
 
 
 def lay_out(path: Path, template: xr.Dataset, samples: int, region: int) -> Digests:
-    """Make a store for a number of samples, without their values, and return the digests of its files by name.
+    """Make a store for samples, without their values, and return its files as name -> digest.
 
     Args:
         path: The store; an existing store is replaced.
         template: The dataset without samples.
         samples: Number of samples.
-        region: Samples of a region.
+        region: Number of samples in a region.
     """
     from numcodecs import Blosc
 
@@ -68,7 +68,7 @@ def lay_out(path: Path, template: xr.Dataset, samples: int, region: int) -> Dige
 
 
 def is_laid_out(path: Path, digests: object) -> bool:
-    """Return whether a store is as `lay_out` left it, apart from its samples; undo what `complete` may have begun.
+    """Return whether the files that `lay_out` wrote are unchanged; if so, remove what `complete` may have added.
 
     Args:
         path: The store.
@@ -88,14 +88,14 @@ def is_laid_out(path: Path, digests: object) -> bool:
 
 
 def write_region(path: Path, first: int, rows: dict[str, np.ndarray]) -> Digests:
-    """Write the samples of a region, and return the digests of their files by name, after they are on the disk.
+    """Write the samples of a region to the disk, and return their files as name -> digest.
 
-    Each file of the store appears complete or not at all. A chunk that contains only the fill value has no file.
+    A file of the store is either complete or does not exist. A chunk that contains only the fill value has no file.
 
     Args:
         path: The store.
-        first: The first of the samples.
-        rows: Their values by name, sample first.
+        first: Index of the region's first sample.
+        rows: Name of the variable -> values; the first dimension is `sample`.
     """
     group, chunks = _opened(path), []
     for name, values in rows.items():
@@ -114,7 +114,7 @@ def write_region(path: Path, first: int, rows: dict[str, np.ndarray]) -> Digests
 
 
 def damaged_regions(path: Path, digests: list[Digests]) -> list[int]:
-    """Return the numbers of those regions whose files differ from what was written.
+    """Return the indices of the regions whose files were changed or removed after they were written.
 
     Args:
         path: The store.
@@ -129,9 +129,9 @@ def damaged_regions(path: Path, digests: list[Digests]) -> list[int]:
 
 
 def complete(path: Path, rest: xr.Dataset) -> None:
-    """Add the variables that are known only at the end, and all attributes, and consolidate the metadata.
+    """Add the attributes and the variables that are known only at the end, and consolidate the metadata.
 
-    Chunks that a killed process left unfinished are removed.
+    Incomplete chunks of killed processes are removed.
     """
     import zarr
 
@@ -145,7 +145,7 @@ def complete(path: Path, rest: xr.Dataset) -> None:
 
 
 def _sync_all(path: Path, arrays: list[str] | None = None) -> None:
-    """Bring a store to the disk: its own metadata, and all files of some arrays; of all arrays by default."""
+    """Flush the store's metadata and all files of the arrays (None: of all arrays) to the disk."""
     folders = [each for each in path.iterdir() if each.is_dir() and (arrays is None or each.name in arrays)]
     for folder in (path, *folders):
         for file in folder.iterdir():

@@ -1,4 +1,4 @@
-"""Ground motions: readers of records, random motions, intensity measures, response spectra, designs."""
+"""Ground motions: readers of records, random motions, intensity measures, response spectra, excitations of scenes."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""Designs: the motions and scale factors under which each structure runs."""
+"""Designs: which ground motions act on each structure, and with which scale factors."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ Kind = TypeVar("Kind", bound=type)
 
 
 def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
-    """Return the measure of every motion, in g if it is an acceleration; raise a TypeError if it is not a measure."""
+    """Return the intensity of every motion, in g for accelerations; raise a TypeError if `measure` is not a measure."""
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
     return measure.level_values(motions)
 
 
 class Design(Excitation):
-    """The motions and scale factors under which each structure runs."""
+    """Base class of designs, which assign ground motions and scale factors to structures."""
 
     is_design = True
     motions: Sequence[GroundMotion]
@@ -60,7 +60,7 @@ class Design(Excitation):
         return self.measure.level_units
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the table in a notebook: the first motions."""
+        """Return the rows of the design's table in notebooks, with the first motions."""
         units = self.measure.level_units
         rows: list[tuple[object, ...]] = [("intensity measure", f"{self.measure.name} [{units}]")]
         for motion, intensity in list(zip(self.motions, self._intensities, strict=True))[:MOST_SHOWN]:
@@ -73,7 +73,7 @@ class Design(Excitation):
 
 
 def _named_in_errors(kind: Kind) -> Kind:
-    """Return a class whose errors of missing and unknown arguments name its arguments and explain levels."""
+    """Decorate Stripes: errors about missing or unknown arguments name the arguments and explain `levels`."""
     make: Callable[..., None] = kind.__init__  # type: ignore[misc] # __init__ of this class
     signature = inspect.signature(make)
 
@@ -97,31 +97,33 @@ def _named_in_errors(kind: Kind) -> Kind:
 @_named_in_errors
 @dataclass(frozen=True, eq=False, repr=False)
 class Stripes(Design):
-    """Structures under motions that are scaled to every level of an intensity measure.
+    """Ground motions that are scaled to every level of an intensity measure (multiple stripe analysis, MSA).
 
-    By default every structure runs under every motion (a crossed design). Samples are ordered by structure, then
-    motion, then level, so that more structures only add samples at the end. With `structures_per_motion`, each motion
-    has its own structures (a nested design): first the structures of the first motion, then those of the second. Three
-    structures for each of 44 motions (132 structures) give the precision of 64 crossed structures with 5 % of the
-    histories; record-to-record variability limits the precision of both.
+    Crossed design (default): every motion acts on every structure. Samples are ordered by structure, then motion, then
+    level, so that additional structures add samples at the end.
 
-    In a multiple stripe analysis (MSA) with records selected for each level, `motions` is a list of lists: the motions
-    of the first level, of the second, and so on (Jalayer and Cornell 2009, Earthquake Engineering and Structural
-    Dynamics 38(8)). Every structure runs under all of them, each scaled to its own level.
+    Nested design (`structures_per_motion`): each motion acts on its own structures. The first structures belong to the
+    first motion, the next to the second, and so on. With 44 motions, 3 structures per motion (132 structures) give the
+    precision of 64 structures in a crossed design, with 5 % of the histories; record-to-record variability limits the
+    precision of both.
+
+    Records selected for each level: `motions` is a list of lists, with the motions of the first level, those of the
+    second, and so on (Jalayer and Cornell 2009, Earthquake Engineering and Structural Dynamics 38(8)). Every structure
+    runs under the motions of each level, scaled to this level.
 
     Args:
-        motions: Ground motions, or a list of ground motions for each level.
+        motions: Ground motions, or one list of ground motions per level.
         levels: Levels of the intensity measure [g for an acceleration, otherwise SI], increasing, shape [im_level].
-        measure: The intensity measure, one that grows with the scale of a motion, such as SpectralAcceleration(period)
+        measure: The intensity measure. It must increase with the scale factor, such as SpectralAcceleration(period)
             [g], PeakGroundVelocity() [m/s] or AriasIntensity() [m/s].
-        structures_per_motion: Number of structures of each motion; None if every structure runs under every motion.
-        motions_of_levels: Indices of the motions of each level, if `motions` is one list and levels have different
-            motions; a list of lists sets it. None if every motion is scaled to every level.
+        structures_per_motion: Number of structures per motion (nested design); None: crossed design.
+        motions_of_levels: One list of indices into `motions` per level, if levels have different motions. It follows
+            from `motions` if that is a list of lists. None: every motion is scaled to every level.
 
     Raises:
         ValueError: If there is no motion or no level, the number of lists of motions differs from that of levels, a
-            level is not positive, levels do not increase, the measure does not grow with the scale (durations), all
-            values of a motion are zero, or `structures_per_motion` is not a whole number of at least 1.
+            level is not positive, levels do not increase, the measure does not depend on the scale factor (durations),
+            all values of a motion are zero, or `structures_per_motion` is not a whole number of at least 1.
         TypeError: If a motion is not a GroundMotion, or `measure` is not an intensity measure.
 
     Example:
@@ -169,7 +171,7 @@ class Stripes(Design):
             of_levels = checked_sets(of_levels, len(motions), levels)
             if self.structures_per_motion is not None:
                 raise ValueError(
-                    "structures_per_motion cannot be combined with a list of motions for each level: leave out "
+                    "structures_per_motion cannot be combined with a list of motions for each level: remove "
                     "structures_per_motion="
                 )
         warn_of_duplicates(motions, is_scaled=True)
@@ -185,18 +187,18 @@ class Stripes(Design):
         return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the table in a notebook: levels and motions."""
+        """Return the rows of the design's table in notebooks: levels and motions."""
         nested = [("structures per motion", self.structures_per_motion)] if self.structures_per_motion else []
         return [(f"levels [{self.intensity_units}]", self.levels), *nested, *super().told()]
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of levels, times the number of motions if these share their structures."""
+        """Number of samples per structure: levels times motions (crossed design), or levels (nested design)."""
         return len(self.levels) if self.structures_per_motion else self.places[0].size
 
     @property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
-        """Indices of motion and level of each sample of a structure in a crossed design, shape [place]."""
+        """Motion index and level index of each sample of one structure in a crossed design, shape [sample]."""
         if self.motions_of_levels is None:
             motions, levels = np.arange(len(self.motions), dtype=np.int32), np.arange(len(self.levels))
             return np.repeat(motions, levels.size), np.tile(levels, motions.size)
@@ -205,36 +207,36 @@ class Stripes(Design):
         return motion.astype(np.int32), level
 
     def check_scaled_to_all(self, function: str) -> None:
-        """Raise a ValueError if levels have different motions; the function scales each motion to many levels."""
+        """Raise a ValueError if levels have different motions, because `function` scales each motion to all levels."""
         if self.motions_of_levels is not None:
             raise ValueError(
-                f"{function}() scales every motion to many levels, but these Stripes have other motions at each level: "
+                f"{function}() scales every motion to many levels, but these Stripes have different motions per level: "
                 f"give Stripes or a Cloud with one list of motions, such as Cloud(design.motions, design.measure)"
             )
 
     @property
     def structures_given(self) -> int:
-        """Total number of structures of all motions; 0 if each structure runs under every motion."""
+        """Number of structures in a nested design; 0 in a crossed design, which has any number."""
         return len(self.motions) * (self.structures_per_motion or 0)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError for a portfolio whose buildings would be divided among the motions."""
+        """Raise a ValueError if the structure is a portfolio and the design is nested."""
         if structure.is_many and self.structures_per_motion:
             raise ValueError(
                 "structures_per_motion does not apply to a portfolio, whose archetypes have a `count`: use "
-                "OneMotionPerStructure(motions), or leave out structures_per_motion="
+                "OneMotionPerStructure(motions), or remove structures_per_motion="
             )
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless the number of structures is that of all motions."""
+        """Raise a ValueError if the design is nested and has another number of structures."""
         if self.structures_per_motion and structures != self.structures_given:
             raise ValueError(
                 f"{len(self.motions)} motions with structures_per_motion={self.structures_per_motion} have "
-                f"{self.structures_given} structures, got structures={structures}: leave out structures="
+                f"{self.structures_given} structures, got structures={structures}: remove structures="
             )
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of each of these structures, given by their indices."""
+        """Return the samples of the structures with these indices."""
         levels, structures = len(self.levels), np.asarray(structures, dtype=np.int32)
         structure = np.repeat(structures, self.samples_per_structure)
         if self.structures_per_motion:
@@ -253,11 +255,11 @@ class Stripes(Design):
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Cloud(Design):
-    """Every structure under every motion as recorded.
+    """Unscaled ground motions; each motion acts on every structure (cloud analysis).
 
     Args:
         motions: Ground motions.
-        measure: The intensity measure that labels the samples, in g if it is an acceleration.
+        measure: The intensity measure that is recorded for each sample, in g if it is an acceleration.
 
     Raises:
         ValueError: If `motions` is empty.
@@ -283,7 +285,7 @@ class Cloud(Design):
         return len(self.motions)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample per motion for each of these structures, given by their indices."""
+        """Return one sample per motion for each of the structures with these indices."""
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
@@ -295,13 +297,13 @@ class Cloud(Design):
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class OneMotionPerStructure(Design):
-    """Every structure under one motion, with its own scale factor.
+    """One ground motion per structure, given or drawn at random, with a scale factor.
 
     Args:
         motions: Ground motions.
-        motion: Index into `motions` for each sample, shape [sample]; None to draw a motion for each sample.
-        scale: Factor on the motion [1]: one for all, or one per sample, shape [sample].
-        measure: The intensity measure that labels the samples, in g if it is an acceleration.
+        motion: Index into `motions` for each structure, shape [structure]; None: drawn at random.
+        scale: Factor that multiplies the motion [1]: one for all structures, or one per structure, shape [structure].
+        measure: The intensity measure that is recorded for each sample, in g if it is an acceleration.
 
     Raises:
         ValueError: If an index is out of range, a scale is not finite and positive, or `motion` and `scale` have
@@ -345,24 +347,27 @@ class OneMotionPerStructure(Design):
     samples_per_structure = 1
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if `motion` or `scale` has another number of values than there are structures."""
+        """Raise a ValueError if the number of values in `motion` or `scale` differs from that of the structures."""
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
-                raise ValueError(f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples")
+                raise ValueError(
+                    f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples: the numbers "
+                    "must be equal"
+                )
 
     @property
     def structures_given(self) -> int:
-        """Number of structures that `motion` or `scale` lists values for; 0 if they apply to any number."""
+        """Number of structures for which `motion` or `scale` lists values; 0 if neither lists values."""
         given = [np.asarray(values) for values in (self.motion, self.scale) if values is not None]
         return max((values.size for values in given if values.ndim), default=0)
 
     def of_structures(self, structures: np.ndarray, seed: int) -> OneMotionPerStructure:
-        """Return the design of some structures of a run, given by their indices, which the drawn motions depend on."""
+        """Return the design for the structures of a run with these indices; motions drawn at random stay the same."""
         own = self.assign(structures, seed)
         return OneMotionPerStructure(self.motions, own.motion, own.scale, self.measure)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample for each of these structures, given by their indices; each event draws other motions."""
+        """Return one sample for each of the structures with these indices; random motions differ between events."""
         index = np.asarray(structures, dtype=np.int32)
         if self.motion is None:
             random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]
@@ -376,5 +381,5 @@ class OneMotionPerStructure(Design):
 
 
 def excitation_of(given: object) -> object:
-    """Return the excitation of a scene: a single motion becomes a Cloud, which runs it as recorded."""
+    """Return the excitation of a scene; a single ground motion is converted to a Cloud."""
     return Cloud((given,)) if isinstance(given, GroundMotion) else given

@@ -1,4 +1,4 @@
-"""Sequences of earthquakes: a mainshock, and aftershocks that act on the damaged building."""
+"""Sequences of earthquakes, such as a mainshock and aftershocks that act on the damaged building."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class _Placed(Excitation):
-    """Values that a sequence computes from its fields."""
+    """Fields that an EventSequence computes from its arguments."""
 
     _designs: tuple[Excitation, ...]  # designs of the events
     _places: list[np.ndarray]  # indices of each event's motions in `motions`
@@ -29,20 +29,21 @@ class _Placed(Excitation):
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class EventSequence(_Placed):
-    """Successive earthquakes; each acts on the building in the state in which the previous one left it.
+    """Successive earthquakes (events); each acts on the building in the damaged state after the previous event.
 
-    A building keeps its displacements, its velocities and the memory of its storeys from one event to the next. Between
-    events it vibrates freely for the scene's `tail`, or until it comes to rest without a `tail`. The whole design of
-    the next event follows every history of an event: samples are ordered by structure, then by the motion (and level)
-    of the first event, then by that of the second. A building that has collapsed stays collapsed, and one whose
-    integration has failed stays failed: later events are not run on them.
+    Displacements, velocities and the memory of storeys are kept from one event to the next. Between events the building
+    vibrates freely for the scene's `tail`; if that is None, until it is at rest. Every history of an event is continued
+    with all motions (and levels) of the next event: samples are ordered by structure, then by motion (and level) of the
+    first event, then by those of the second, and so on. If a building collapses or its integration fails, later events
+    are not run on it, and it keeps this status.
 
     Args:
-        events: Design of each event by its name, at least two: `{"mainshock": Stripes(...), "aftershock": Cloud(...)}`.
-            A design is Stripes, Cloud, OneMotionPerStructure or one GroundMotion.
+        events: Name of the event -> its motions, at least two events, such as `{"mainshock": Stripes(...),
+            "aftershock": Cloud(...)}`. Motions are Stripes, Cloud, OneMotionPerStructure or one GroundMotion.
 
     Raises:
-        ValueError, TypeError: If there are fewer than two events, a name is not text, or a design is of another kind.
+        ValueError, TypeError: If there are fewer than two events, a name is not text, or the motions of an event are of
+            another class.
 
     Example:
         >>> design = wd.EventSequence({"mainshock": stripes, "aftershock": wd.Cloud(motions[:2])})
@@ -86,7 +87,7 @@ class EventSequence(_Placed):
         return f"EventSequence({', '.join(f'{name}: {design!r}' for name, design in self.events.items())})"
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the table in a notebook: the events."""
+        """Return the rows of the table in notebooks, one per event."""
         return [(name, repr(design)) for name, design in self.events.items()]
 
     @property
@@ -96,17 +97,17 @@ class EventSequence(_Placed):
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Number of histories of a structure in each event."""
+        """Number of histories per structure in each event."""
         counts = [design.samples_per_structure for design in self._designs]
         return tuple(math.prod(counts[: event + 1]) for event in range(len(counts)))
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of histories of the last event."""
+        """Number of histories per structure in the last event."""
         return self.samples_by_event[-1]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if an event lists values for another number of structures."""
+        """Raise a ValueError if the number of structures differs from that for which an event lists values."""
         for name, design in zip(self.events, self._designs, strict=True):
             try:
                 design.check_structures(structures)
@@ -115,11 +116,11 @@ class EventSequence(_Placed):
 
     @property
     def structures_given(self) -> int:
-        """Number of structures that an event lists values for; 0 if all events apply to any number."""
+        """Number of structures for which an event lists values; 0 if no event lists values."""
         return max(design.structures_given for design in self._designs)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a TypeError for a structure that an earthquake cannot change."""
+        """Raise a TypeError for a LinearSystem, which is not changed by an earthquake."""
         if not structure.can_yield:
             raise TypeError(
                 "an EventSequence needs a ShearBuilding, because an earthquake does not change a LinearSystem: run "
@@ -127,6 +128,6 @@ class EventSequence(_Placed):
             )
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of an event, given by its number, on each of these structures, which may repeat."""
+        """Return the samples of the event with this index (from 0) for the structures with these indices."""
         assignment = self._designs[event].assign(structures, seed, event)
         return replace(assignment, motion=self._places[event][assignment.motion])

@@ -1,6 +1,6 @@
-"""The interface of excitations for scenes, the integration and datasets, and their time grids.
+"""The base class of excitations: attributes and methods that scenes, integration and datasets use; and time grids.
 
-To add an excitation, write a subclass of Excitation. If kernels lack its load, add the load to their LOADS.
+To add an excitation, write a subclass of Excitation. If kernels do not have its load, add the load to their LOADS.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ class Sampled(Protocol):
 
     @property
     def label(self) -> str:
-        """Name in the dataset."""
+        """Name of the history in the dataset."""
 
     @property
     def values(self) -> np.ndarray:
-        """Sampled values, time first."""
+        """Sampled values; the first dimension is time."""
 
     def resampled(self, step: float) -> Sampled:
         """Return the history at another step [s], linear between the new samples."""
@@ -45,13 +45,13 @@ class Sampled(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """Sampling times and integration steps of each motion; arrays have one value per motion.
+    """Sampling intervals and integration steps of each motion; arrays have one value per motion.
 
     Args:
-        motions: The sampled histories that are integrated; empty if the load is a formula or noise.
-        interval: Time between the motion's samples [s].
-        substeps: Integration steps in one interval.
-        intervals: Intervals between the motion's samples.
+        motions: The sampled histories; empty if the load is a formula or noise.
+        interval: Time between two samples [s].
+        substeps: Number of integration steps in an interval.
+        intervals: Number of intervals.
     """
 
     motions: tuple[Sampled, ...]
@@ -72,11 +72,11 @@ class Assignment:
     Args:
         structure: Index of the drawn structure, shape [sample].
         motion: Index of the motion, shape [sample].
-        scale: Factor on the motion, shape [sample].
-        im_level: Intensity measure of the scaled motion, shape [sample]; None for a load without intensity.
-        measure: Attributes that name the intensity measure in a dataset.
-        units: Units of `im_level`: "g" for accelerations, SI for others.
-        is_striped: Whether the values of `im_level` are a list of levels (stripes).
+        scale: Factor that multiplies the motion, shape [sample].
+        im_level: Intensity of the scaled motion, shape [sample]; None for a load without intensity.
+        measure: Attributes that describe the intensity measure in a dataset.
+        units: Units of `im_level`: "g" for accelerations, otherwise SI units.
+        is_striped: Whether the values of `im_level` are the levels of stripes.
         repeats: Number of successive samples with the same structure and motion.
     """
 
@@ -90,7 +90,7 @@ class Assignment:
     repeats: int = 1
 
     def select(self, samples: np.ndarray) -> Assignment:
-        """Return the assignment of some of the samples."""
+        """Return the assignment of the samples with these indices."""
         level = None if self.im_level is None else self.im_level[samples]
         return replace(
             self,
@@ -118,7 +118,7 @@ class Excitation:
     Attributes:
         is_force: Whether forces act on the degrees of freedom, instead of a base acceleration.
         has_tail: Whether free vibration follows the load.
-        is_design: Whether it assigns motions to structures, like Stripes and Cloud.
+        is_design: Whether the excitation assigns motions to structures, as Stripes and Cloud do.
     """
 
     is_force = False
@@ -135,7 +135,7 @@ class Excitation:
         return html_table(type(self).__name__, self.told())
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the table in a notebook."""
+        """Return the rows of the excitation's table in notebooks."""
         known: Any = self  # each subclass is a dataclass
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(known)}
         return [
@@ -169,37 +169,37 @@ class Excitation:
         return (self.samples_per_structure,)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of an event on each of these structures.
+        """Return the samples of an event for structures.
 
         Args:
-            structures: Indices of the structures, which may repeat.
+            structures: Indices of the structures; an index may occur several times.
             seed: Seed of random choices.
-            event: Number of the event.
+            event: Index of the event, from 0.
         """
         raise NotImplementedError
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise an error unless the excitation can act on a structure."""
+        """Raise an error if the excitation cannot act on a structure, such as forces for other degrees of freedom."""
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if the excitation lists values for another number of structures."""
+        """Raise a ValueError if the number of structures differs from that for which the excitation lists values."""
 
     @property
     def structures_given(self) -> int:
-        """Number of structures that the excitation lists values for; 0 if it applies to any number."""
+        """Number of structures for which the excitation lists values; 0 if it lists none."""
         return 0
 
     def of_structures(self, structures: np.ndarray, seed: int) -> Excitation:
-        """Return the excitation of some structures of a run, given by their indices, which random choices depend on."""
+        """Return the excitation for the structures of a run with these indices; random choices stay the same."""
         return self
 
     def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
         """Return the time grid.
 
         Args:
-            step: Integration step [s]; None for the fewest steps that are not longer than `target`.
-            target: Longest chosen step [s].
-            resample: Whether motions with a step that `step` does not divide are resampled.
+            step: Integration step [s]; None: the longest step up to `target` that divides each interval.
+            target: Upper bound of chosen steps [s].
+            resample: Whether a motion is resampled if `step` does not divide its step.
 
         Raises:
             ValueError: If the step does not divide a motion's step.
@@ -215,7 +215,7 @@ class Excitation:
         return Timeline(motions, np.array([motion.step for motion in motions]), np.array(substeps), intervals)
 
     def pack(self, timeline: Timeline, dofs: int) -> dict[str, np.ndarray]:
-        """Return the fields of the kernels' Load struct by name."""
+        """Return the fields of the kernels' struct Load as name -> array."""
         displacement, velocity = self.initial_state(dofs)
         common = {
             "intervals": timeline.intervals,
@@ -225,7 +225,7 @@ class Excitation:
         return common | self.pack_values(timeline)
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return the arrays of this kind of load: for sampled histories, all values one after the other."""
+        """Return the arrays of this kind of load; for sampled histories, the values of all motions as one array."""
         lengths = [len(motion.values) for motion in timeline.motions]
         return {
             "values": np.concatenate([motion.values.ravel() for motion in timeline.motions]),
@@ -234,19 +234,19 @@ class Excitation:
 
     @property
     def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Displacement [m] and velocity [m/s] at the start, one value per degree of freedom or one for all."""
+        """Initial displacement [m] and velocity [m/s], one value per degree of freedom or one for all."""
         return 0.0, 0.0
 
     def initial_state(self, dofs: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the displacement [m] and the velocity [m/s] at the start, shape [dof]."""
+        """Return the initial displacement [m] and velocity [m/s], shape [dof]."""
         displacement, velocity = self.start
         return np.broadcast_to(displacement, dofs), np.broadcast_to(velocity, dofs)
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
-        """Return the load of modes with unit modal mass, for a unit of the load that the kernel evaluates.
+        """Return the modal loads for a unit load (unit base acceleration or unit force); modal masses are 1.
 
         Args:
-            shape: Displacement by mode, shape [structure, dof, mode].
+            shape: Mode shapes, shape [structure, dof, mode].
             momentum: Mass times `shape`.
             influence: Displacement of each degree of freedom under a unit base displacement, shape [dof].
 
@@ -256,13 +256,13 @@ class Excitation:
         return -influence @ momentum
 
     def modal_start(self, momentum: np.ndarray) -> np.ndarray:
-        """Return the initial displacement and velocity of the modes, shape [2, structure, mode]; see `modal_load`."""
+        """Return initial modal displacements and velocities, shape [2, structure, mode]; see `modal_load`."""
         displacement, velocity = self.initial_state(momentum.shape[1])
         return np.array([displacement @ momentum, velocity @ momentum])
 
 
 class SingleLoad(Excitation):
-    """A load under which every structure runs once."""
+    """Base class of loads that act on every structure once."""
 
     @property
     def motions(self) -> Sequence[Sampled]:
@@ -272,19 +272,19 @@ class SingleLoad(Excitation):
     samples_per_structure = 1
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample for each of these structures, given by their indices."""
+        """Return one sample for each of the structures with these indices."""
         index = np.asarray(structures, dtype=np.int32)
         return Assignment(index, np.zeros(index.size, dtype=np.int32), np.ones(index.size))
 
 
 def divides(step: float, interval: float) -> bool:
-    """Return whether an interval is a whole number of steps, except for rounding."""
+    """Return whether an interval is a whole multiple of the step, up to rounding."""
     count = max(1.0, np.round(interval / step))
     return bool(abs(interval / step - count) <= 1e-6 * count)
 
 
 def substeps_of(interval: float, step: float | None, target: float, what: str) -> int:
-    """Return the number of steps in an interval: of a given step, or the fewest that are not longer than the target."""
+    """Return the number of steps in an interval; if `step` is None, the smallest with steps of at most `target`."""
     if step is None:
         count = max(1.0, np.ceil(interval / target * (1 - 1e-9)))
         if count > MOST_STEPS:
@@ -309,13 +309,13 @@ def substeps_of(interval: float, step: float | None, target: float, what: str) -
 
 
 def check_sample_count(what: str, count: float, remedy: str) -> None:
-    """Raise a ValueError if a history would have more than MOST_RECORD_SAMPLES samples."""
+    """Raise a ValueError if a resampled history would have more than MOST_RECORD_SAMPLES samples."""
     if count > MOST_RECORD_SAMPLES:
         raise ValueError(f"{what} makes {count:.3g} samples, more than {MOST_RECORD_SAMPLES}: {remedy}")
 
 
 def resampled_columns(values: np.ndarray, old_step: float, step: float) -> np.ndarray:
-    """Return sampled values, time first, at another step, linear between the new samples."""
+    """Return sampled values (first dimension: time) at another step, by linear interpolation."""
     step = real_number("step [s]", step, above=0)
     old = old_step * np.arange(len(values))
     count = np.ceil(old[-1] / step * (1 - 1e-12)) + 1

@@ -1,7 +1,7 @@
-"""Random ground motions: filtered white noise times an envelope, a different motion for every sample.
+"""Random ground motions: filtered white noise times an envelope; every sample has a different motion.
 
-Kernels generate a motion node by node during the integration and do not store it; `FilteredNoise.motion` generates the
-motion of one sample. Motions are linear between nodes.
+Motions are generated at nodes (equally spaced times) and are linear between nodes. Kernels generate a motion during the
+integration and do not store it; `FilteredNoise.motion` returns the motion of one sample.
 """
 
 from __future__ import annotations
@@ -27,14 +27,15 @@ QUADRATURE = np.polynomial.legendre.leggauss(12)
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """A stationary Gaussian process at nodes: x1 = growth x0 + kick n, with the acceleration `output` x.
+    """A stationary Gaussian process at nodes: x1 = growth x0 + kick n, with standard normal values n.
+
+    The acceleration is the scalar product of `output` and the state x.
 
     Args:
-        growth: Transition matrix of the state over an interval, shape [state, state].
-        kick: Triangular factor of the covariance that an interval adds; n are standard normal values, shape
-            [state, state].
-        start: Triangular factor of the stationary covariance, for the first node, shape [state, state].
-        output: Acceleration per unit of each state, shape [state].
+        growth: Transition matrix of the state from one node to the next, shape [state, state].
+        kick: Triangular factor of the covariance that is added from one node to the next, shape [state, state].
+        start: Triangular factor of the stationary covariance, for the state at the first node, shape [state, state].
+        output: Acceleration per unit of each state variable, shape [state].
     """
 
     growth: np.ndarray
@@ -44,7 +45,7 @@ class Recursion:
 
 
 class _Spectrum:
-    """A spectrum of the base acceleration."""
+    """Base class of spectra of the base acceleration."""
 
     intensity: float
     load: ClassVar[str]  # name in the kernels' LOADS
@@ -72,21 +73,21 @@ class _Spectrum:
         raise NotImplementedError
 
     def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A, B and c of the state equation x' = A x + B noise and the acceleration c x."""
+        """Return A, B and c of the state equation x' = A x + B noise, with the acceleration c x."""
         raise NotImplementedError
 
     def recursion(self, interval: float) -> Recursion:
-        """Return the process at nodes that are an interval [s] apart, exact for any interval."""
+        """Return the process at nodes with this interval [s]; it is exact for any interval."""
         return _recursion(self.intensity, *self.system(), interval)
 
 
 @with_suggestions
 @dataclass(frozen=True)
 class WhiteNoise(_Spectrum):
-    """White noise, within the limits of a motion that is linear between nodes.
+    """White noise, approximated by a motion that is linear between nodes.
 
-    Values at nodes are independent, with variance 2 pi intensity / interval. The spectral density equals the intensity
-    well below the frequency 1 / interval, and decreases towards it as sinc(frequency interval)^4.
+    Values at nodes are independent, with variance 2 pi intensity / interval. The spectral density is
+    intensity * sinc(frequency * interval)^4: it equals the intensity at frequencies well below 1 / interval.
 
     Args:
         intensity: Two-sided spectral density over circular frequency [m2/s3].
@@ -107,7 +108,7 @@ class WhiteNoise(_Spectrum):
         return np.full(frequency.shape, float(self.intensity))
 
     def recursion(self, interval: float) -> Recursion:
-        """Return the process at nodes that are an interval [s] apart."""
+        """Return the process at nodes with this interval [s]."""
         deviation = np.array([[np.sqrt(2 * np.pi * self.intensity / interval)]])
         return Recursion(np.zeros((1, 1)), deviation, deviation, np.ones(1))
 
@@ -115,9 +116,9 @@ class WhiteNoise(_Spectrum):
 @with_suggestions
 @dataclass(frozen=True)
 class KanaiTajimi(_Spectrum):
-    """White noise filtered by an oscillator that represents the ground (Kanai 1957, Tajimi 1960).
+    """White noise that is filtered by an oscillator, which represents the ground (Kanai 1957, Tajimi 1960).
 
-    The motion is the absolute acceleration of u'' + 2 zeta_g w_g u' + w_g^2 u = -noise.
+    The motion is the absolute acceleration of the oscillator u'' + 2 zeta_g w_g u' + w_g^2 u = -noise.
 
     Args:
         intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
@@ -153,10 +154,10 @@ class KanaiTajimi(_Spectrum):
 @with_suggestions
 @dataclass(frozen=True)
 class CloughPenzien(_Spectrum):
-    """The Kanai-Tajimi motion without its lowest frequencies, so that its displacement stays finite.
+    """The Kanai-Tajimi motion after a high-pass filter, so that its displacement stays finite.
 
-    The motion is w'' of w'' + 2 zeta_f w_f w' + w_f^2 w = the acceleration of KanaiTajimi (Clough and Penzien,
-    Dynamics of Structures, 2nd ed. 1993, 28-2).
+    The motion is the acceleration w'' of w'' + 2 zeta_f w_f w' + w_f^2 w = a, where a is the acceleration of
+    KanaiTajimi (Clough and Penzien, Dynamics of Structures, 2nd ed. 1993, 28-2).
 
     Args:
         intensity: Two-sided spectral density of the noise over circular frequency [m2/s3].
@@ -185,7 +186,7 @@ class CloughPenzien(_Spectrum):
 
     @property
     def ground(self) -> KanaiTajimi:
-        """The first filter."""
+        """The first filter, a KanaiTajimi spectrum."""
         return KanaiTajimi(self.intensity, self.ground_frequency, self.ground_damping_ratio)
 
     def _density(self, frequency: np.ndarray) -> np.ndarray:
@@ -209,10 +210,12 @@ Spectrum = WhiteNoise | KanaiTajimi | CloughPenzien
 @with_suggestions
 @dataclass(frozen=True)
 class JenningsEnvelope:
-    """An envelope (t / rise)^2, then 1, then exp(-decay (t - rise - strong)) (Jennings, Housner and Tsai 1968).
+    """An envelope that rises, is constant, and decays (Jennings, Housner and Tsai 1968).
+
+    It is (t / rise)^2 up to the time `rise`, then 1 for the time `strong`, then exp(-decay (t - rise - strong)).
 
     Args:
-        rise: Duration of the rise [s]; 0 for a motion that starts at full strength.
+        rise: Duration of the rise [s]; 0: the motion starts at full strength.
         strong: Duration of the strong part [s].
         decay: Rate of decay after the strong part [1/s].
 
@@ -252,16 +255,16 @@ class JenningsEnvelope:
 @with_suggestions
 @dataclass(frozen=True)
 class FilteredNoise(SingleLoad):
-    """One random base motion per structure: a stationary Gaussian process times an envelope, zero after its end.
+    """One random ground motion per structure: a stationary Gaussian process times an envelope.
 
-    The motion of a sample depends only on the seed and the index of the sample: it is the same at any step, with any
-    method and on any device. Free vibration follows the motion.
+    The motion of a sample depends only on the seed and the index of the sample: it is the same for any step, method and
+    device. After the duration, the acceleration is zero and the structure vibrates freely.
 
     Args:
         spectrum: WhiteNoise, KanaiTajimi or CloughPenzien.
         duration: Duration of the motion [s].
-        interval: Time between the generated nodes [s], which divides the duration.
-        envelope: A JenningsEnvelope; None for a stationary motion.
+        interval: Time between nodes [s]; the duration must be a multiple of it.
+        envelope: A JenningsEnvelope; None: stationary motion.
 
     Raises:
         ValueError, TypeError: If a value is out of its range, or the interval does not divide the duration.
@@ -328,7 +331,7 @@ class FilteredNoise(SingleLoad):
         return np.ones_like(time) if self.envelope is None else self.envelope.at(time)
 
     def motion(self, sample: int, seed: int = 0) -> GroundMotion:
-        """Return the base motion of one sample of a run.
+        """Return the ground motion of one sample of a run.
 
         Args:
             sample: Index of the sample.
@@ -357,10 +360,10 @@ def _recursion(
 ) -> Recursion:
     """Return the process x' = A x + B noise at nodes.
 
-    The covariance that an interval adds is the integral of e^{As} B B^T e^{A^T s} times 2 pi intensity. A QR
-    decomposition gives its factor without the covariance, because a Cholesky decomposition loses digits in short
-    intervals. The factor is integrated over a fraction of the interval by quadrature, then over doubled times up to the
-    interval, and on to the stationary state.
+    The covariance that is added in an interval is 2 pi intensity times the integral of e^{As} B B^T e^{A^T s}. Its
+    triangular factor is computed by QR decompositions, because a Cholesky decomposition of the covariance loses digits
+    if the interval is short. The factor is first integrated over a fraction of the interval by quadrature; then the
+    time is doubled repeatedly, up to the interval, and further up to the stationary state.
     """
     fastest = np.abs(np.linalg.eigvals(matrix)).max() * interval
     halvings = max(0, int(np.ceil(np.log2(fastest))))

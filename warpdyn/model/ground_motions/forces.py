@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 class FormulaLoad(SingleLoad):
-    """A load that is a formula of time over a duration, without free vibration after it."""
+    """Base class of loads that are formulas of time. The run ends with the load."""
 
     duration: float
     has_tail = False
@@ -53,7 +53,7 @@ class _FromInitialState:
 
     @property
     def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Displacement [m] and velocity [m/s] at the start."""
+        """Initial displacement [m] and velocity [m/s]."""
         return self.initial_displacement, self.initial_velocity
 
 
@@ -63,13 +63,12 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
     """Nodal forces F0 sin(w t + phase) on a structure.
 
     Args:
-        amplitude: F0 [N], shape [dof]; 0 for a degree of freedom without a force.
-        circular_frequency: w [rad/s]; 0 for a constant force F0 sin(phase).
+        amplitude: Amplitude F0 [N], shape [dof]; 0 for a degree of freedom without a force.
+        circular_frequency: Circular frequency w [rad/s]; 0: constant force F0 sin(phase).
         duration: Duration of the run [s].
         phase: Phase [rad].
-        initial_displacement: Displacement at the start [m], shape [dof], or one value for all; see `displacement` of
-            FreeVibration.
-        initial_velocity: Velocity at the start [m/s], shape [dof], or one value for all.
+        initial_displacement: Initial displacement [m], shape [dof], or one value for all; see FreeVibration.
+        initial_velocity: Initial velocity [m/s], shape [dof], or one value for all.
 
     Raises:
         ValueError: If a value is not finite, the circular frequency is below 0 or the duration not above 0.
@@ -104,7 +103,7 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
         return self.circular_frequency
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError unless there is an amplitude for each degree of freedom, and the initial state fits."""
+        """Raise a ValueError if amplitudes or the initial state have another number of degrees of freedom."""
         _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)
         _check_start_fits(self, structure)
 
@@ -124,20 +123,20 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class ForceHistory(_FromInitialState, SingleLoad):
-    """Nodal forces on a structure at sampling times, linear between samples and zero after the last sample.
+    """Sampled nodal forces on a structure, linear between samples and zero after the last sample.
 
-    The force of the last sample acts at its time and is included in recorded accelerations.
+    At the time of the last sample, its force still acts, so that the recorded acceleration at this time includes it.
 
     Args:
         force: Nodal forces [N], shape [time, dof].
         step: Sampling step [s].
         initial_displacement: Displacement at the first sample [m], shape [dof], or one value for all; see
-            `displacement` of FreeVibration.
+            FreeVibration.
         initial_velocity: Velocity at the first sample [m/s], shape [dof], or one value for all.
 
     Raises:
-        ValueError: If the forces are not finite numbers at two times or more, the step is not finite and above 0, or an
-            initial value is not finite.
+        ValueError: If there are fewer than two times, a force or an initial value is not finite, or the step is not
+            finite and above 0.
 
     Example:
         >>> push = wd.ForceHistory([[0.0, 0.0], [1e4, 2e4], [0.0, 0.0]], step=0.1)
@@ -168,7 +167,7 @@ class ForceHistory(_FromInitialState, SingleLoad):
 
     @property
     def values(self) -> np.ndarray:
-        """Sampled values, time first."""
+        """Sampled forces; the first dimension is time."""
         return np.asarray(self.force)
 
     @property
@@ -181,10 +180,13 @@ class ForceHistory(_FromInitialState, SingleLoad):
         return replace(self, force=resampled_columns(self.values, self.step, step), step=step)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError unless there is a column for each degree of freedom, and the initial state fits."""
+        """Raise a ValueError if forces or the initial state have another number of degrees of freedom."""
         columns = self.values.shape[1]
         if columns != structure.dofs:
-            raise ValueError(f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom")
+            raise ValueError(
+                f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom: give one column "
+                f"per degree of freedom, shape [time, {structure.dofs}]"
+            )
         _check_start_fits(self, structure)
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
@@ -195,10 +197,10 @@ class ForceHistory(_FromInitialState, SingleLoad):
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class FreeVibration(FormulaLoad):
-    """Free vibration without load from an initial state.
+    """Free vibration from an initial state, without load.
 
-    Storeys that yield are pulled slowly and monotonically from rest to their initial drifts, and released there: their
-    forces are those of the first loading. Energies are counted from the release.
+    For a nonlinear building, the initial displacement is reached by a slow monotonic pull from rest: storey forces at
+    the start are those of first loading. Energies are counted from the release.
 
     Args:
         duration: Duration of the run [s].
@@ -226,7 +228,7 @@ class FreeVibration(FormulaLoad):
         object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError unless the initial state has one value for each degree of freedom, or one for all."""
+        """Raise a ValueError if the initial state has neither one value for all nor one per degree of freedom."""
         _check_start_fits(self, structure)
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
@@ -240,14 +242,16 @@ class FreeVibration(FormulaLoad):
 
 
 def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, structure: Structure) -> None:
-    """Raise a ValueError unless the initial state has one value for each degree of freedom, or one for all."""
+    """Raise a ValueError if the initial state has neither one value for all nor one per degree of freedom."""
     prefix = "" if isinstance(load, FreeVibration) else "initial_"
     for name, values in zip(("displacement", "velocity"), load.start, strict=True):
         _check_width(f"{type(load).__name__}.{prefix}{name}", values, structure, serves_all=True)
 
 
 def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:
-    """Raise a ValueError unless there is one value per degree of freedom, or, if allowed, one for all."""
+    """Raise a ValueError if the number of values is not that of the degrees of freedom (or 1, if `serves_all`)."""
     size = np.size(values)
     if size != structure.dofs and (size != 1 or not serves_all):
-        raise ValueError(f"{name} has {size} values for {structure.dofs} degrees of freedom")
+        raise ValueError(
+            f"{name} has {size} values for {structure.dofs} degrees of freedom: give one value per degree of freedom"
+        )

@@ -27,7 +27,7 @@ class GroundMotion(FrozenArrays):
         step: Sampling step of the record [s].
         name: Name of the motion in results.
         source: Source of the motion, such as a file or a package.
-        record: Name that the components of one instrument and earthquake share; "" if it is unknown.
+        record: Name of the record, the same for all components of one instrument and earthquake; "" if unknown.
         component: Component, such as "090", "N" or "UP"; "" if it is unknown.
 
     Raises:
@@ -78,16 +78,16 @@ class GroundMotion(FrozenArrays):
 
     @property
     def values(self) -> np.ndarray:
-        """Sampled values, time first."""
+        """Sampled values; the first dimension is time."""
         return self.acceleration
 
     @property
     def label(self) -> str:
-        """Name in the dataset."""
+        """Name of the motion in the dataset."""
         return self.name
 
     def resampled(self, step: float) -> GroundMotion:
-        """Return the motion at another step, linear between the new samples.
+        """Return the motion at another step, by linear interpolation.
 
         Args:
             step: Step of the new samples [s].
@@ -98,7 +98,7 @@ class GroundMotion(FrozenArrays):
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
     def description(self) -> dict[str, object]:
-        """Return the JSON of the motion: names, step, and the number and digest of its samples."""
+        """Return the motion as a dictionary for JSON: names, step, and number and digest of its samples."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
         said["digest"] = fingerprint(self.acceleration, self.step)[:16]
         return said | ({"record": self.record, "component": self.component} if self.record else {})
@@ -129,7 +129,7 @@ class GroundMotion(FrozenArrays):
 
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    """Return one ground motion or several as a tuple; raise an error if there is no motion or another object."""
+    """Return one or several ground motions as a tuple; raise an error if it is empty or contains another object."""
     if isinstance(motions, GroundMotion):
         return (motions,)
     if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):
@@ -144,16 +144,14 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
 
 
 def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
-    """Return lists of motions, one for each level, as one list and the indices of each level; other input unchanged.
+    """Convert one list of motions per level to (one list of all motions, one list of indices per level).
 
-    Motions of several lists with the same name and samples are one motion.
+    If several lists contain motions with the same name and samples, these are one motion. Other input is unchanged.
     """
     if not isinstance(motions, list | tuple) or not any(isinstance(each, list | tuple) for each in motions):
         return motions, of_levels
     if of_levels is not None:
-        raise ValueError(
-            "a list of motions for each level already sets motions_of_levels: leave out motions_of_levels="
-        )
+        raise ValueError("a list of motions for each level already sets motions_of_levels: remove motions_of_levels=")
     known: dict[tuple[str, str], int] = {}
     found: list[GroundMotion] = []
     numbers: list[tuple[int, ...]] = []
@@ -170,7 +168,7 @@ def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
 
 
 def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.ndarray) -> tuple[tuple[int, ...], ...]:
-    """Return the indices of each level's motions, or raise a ValueError."""
+    """Return the indices of each level's motions, or raise a ValueError if they are invalid."""
     if len(of_levels) != levels.size:
         raise ValueError(
             f"there are motions for {len(of_levels)} levels, but levels has {levels.size} values: give one list of "
@@ -180,8 +178,8 @@ def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.nd
     for level, numbers in zip(levels, found, strict=True):
         if not numbers or len(set(numbers)) < len(numbers) or min(numbers) < 0 or max(numbers) >= motions:
             raise ValueError(
-                f"the motions of level {level:g} are {list(numbers)}: give at least one motion for each level, each "
-                f"motion once, by indices from 0 to {motions - 1}"
+                f"the motions of level {level:g} are {list(numbers)}: give at least one index for each level, each "
+                f"from 0 to {motions - 1} and without repetition"
             )
     return found
 

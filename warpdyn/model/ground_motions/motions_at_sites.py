@@ -1,4 +1,4 @@
-"""The design of a region: every structure under the motions of nearby sites."""
+"""The excitation of a region: every structure has the ground motions of nearby sites."""
 
 from __future__ import annotations
 
@@ -20,23 +20,24 @@ from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionsAtSites(Design):
-    """Every structure under the motions of a nearby site, in several draws.
+    """Ground motions at sites; in each draw, every structure has the motion of one nearby site.
 
-    Each site has a motion (or both components of a record) with a factor in each earthquake. A draw chooses an
-    earthquake, and a site for each structure. Samples are ordered by structure, then draw, then component. `wd.sites`
-    creates the design from files: EventGrid.csv, ShakeMaps and ground motion fields.
+    In each earthquake, a site has one motion, or both components of a record, with a scale factor. A draw is the choice
+    of an earthquake and of one site per structure. Samples are ordered by structure, then draw, then component.
+    `wd.sites` makes this excitation from EventGrid.csv, ShakeMaps and ground motion fields.
 
     Args:
         motions: Ground motions.
         motion: Index into `motions` at each site in each earthquake, shape [site, earthquake, component].
-        scale: Factor on the motion [1], of the shape of `motion` or broadcast to it; 0 for no shaking.
-        site: Site of each structure in each draw, shape [structure, draw].
-        earthquake: Earthquake of each draw, shape [draw]; None for one after the other, repeated from the first.
-        names: Names of the earthquakes; None to number them.
-        measure: The intensity measure that labels the samples, in g if it is an acceleration.
+        scale: Factor that multiplies the motion [1], with the shape of `motion` or broadcast to it; 0: no shaking.
+        site: Index of the site of each structure in each draw, shape [structure, draw].
+        earthquake: Index of the earthquake of each draw, shape [draw]; None: 0, 1, 2 and so on; after the last
+            earthquake the first follows.
+        names: Names of the earthquakes; None: numbers.
+        measure: The intensity measure that is recorded for each sample, in g if it is an acceleration.
 
     Raises:
-        ValueError: If a shape does not fit, an index is out of range, or a factor is not finite or below 0.
+        ValueError: If a shape is wrong, an index is out of range, or a factor is not finite or below 0.
         TypeError: If a motion is not a GroundMotion, or `measure` is not an intensity measure.
 
     Example:
@@ -76,12 +77,16 @@ class MotionsAtSites(Design):
         drawn = np.arange(draws) % earthquakes if self.earthquake is None else self.earthquake
         earthquake = _indices("earthquake", drawn, 1, earthquakes, "[draw]")
         if earthquake.size != draws:
-            raise ValueError(f"earthquake has {earthquake.size} values, and site has {draws} draws")
+            raise ValueError(
+                f"earthquake has {earthquake.size} values, and site has {draws} draws: give one earthquake per draw"
+            )
         if self.names is not None and not is_row_of_text(self.names):
             raise TypeError(f"names must be a list with the name of each earthquake, got {shortened(self.names)}")
         names = tuple(map(str, range(earthquakes) if self.names is None else self.names))
         if len(names) != earthquakes:
-            raise ValueError(f"names has {len(names)} values, and motion has {earthquakes} earthquakes")
+            raise ValueError(
+                f"names has {len(names)} values, and motion has {earthquakes} earthquakes: give one name per earthquake"
+            )
         values = {"motions": motions, "motion": motion, "scale": scale, "names": names, "earthquake": earthquake}
         # The smallest integer type for the sites, because a region has millions of structures with many draws.
         values |= {"site": site.astype(np.min_scalar_type(sites - 1), copy=False)}
@@ -97,7 +102,7 @@ class MotionsAtSites(Design):
 
     @property
     def components(self) -> int:
-        """Number of motions of a structure in each draw."""
+        """Number of components: motions of a structure in each draw, 1 or 2."""
         return np.shape(self.motion)[2]
 
     @property
@@ -107,23 +112,26 @@ class MotionsAtSites(Design):
 
     @property
     def structures_given(self) -> int:
-        """Number of structures with sites."""
+        """Number of structures for which `site` lists sites."""
         return np.shape(self.site)[0]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError unless this number of structures has sites."""
+        """Raise a ValueError if the number of structures differs from that of the rows of `site`."""
         if structures != self.structures_given:
-            raise ValueError(f"MotionsAtSites.site has {self.structures_given} rows for {structures} structures")
+            raise ValueError(
+                f"MotionsAtSites.site has {self.structures_given} rows for {structures} structures: give one row per "
+                "structure"
+            )
 
     def of_structures(self, structures: np.ndarray, seed: int) -> MotionsAtSites:
-        """Return the design of some structures of a run, given by their indices."""
+        """Return the excitation for the structures of a run with these indices."""
         part = object.__new__(MotionsAtSites)  # without checks: other values are shared
         for name, value in vars(self).items():
             object.__setattr__(part, name, value[structures] if name == "site" else value)
         return part
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of each of these structures, given by their indices."""
+        """Return the samples of the structures with these indices."""
         index = np.asarray(structures, dtype=np.int32)
         site, earthquake = np.asarray(self.site)[index], np.asarray(self.earthquake)
         motion = np.asarray(self.motion)[site, earthquake].ravel()
@@ -141,5 +149,5 @@ def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> 
     if array.ndim != ndim or array.dtype.kind not in "iu" or not array.size:
         raise ValueError(f"{what} must be whole numbers of the shape {axes}, got {array.dtype} {array.shape}")
     if array.min() < 0 or array.max() >= count:
-        raise ValueError(f"{what} must lie from 0 to {count - 1}, got {array.min()} to {array.max()}")
+        raise ValueError(f"{what} must be from 0 to {count - 1}, got {array.min()} to {array.max()}")
     return array if array.dtype == np.int32 or ndim == 2 else array.astype(np.int32)

@@ -1,4 +1,4 @@
-"""Plausibility of ground motions: unit, step, baseline, and records that occur twice in a set."""
+"""Plausibility checks of ground motions: unit, step, baseline, and records that occur twice in a set."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ DUPLICATE = 1e-3  # largest difference of two copies of a record, over the peak
 
 
 def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
-    """Add motions whose step, peak acceleration or baseline is implausible."""
+    """Add motions with an implausible step, peak acceleration or baseline to `findings`."""
 
     def named(index: int) -> str:
         return f" of motion {index} ({motions[index].name!r}){where}"
@@ -35,10 +35,10 @@ def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion],
 
 
 def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
-    """Add a few motions of a set that are far weaker than all others.
+    """Add the motions of a set to `findings` that are much weaker than all others, if they are few.
 
-    Motions are added if their peaks, read as g, lie within the range of the others, or if the next stronger motion is
-    more than 9.8 times stronger.
+    Their unit may be wrong: either their peaks would be within the range of the others if the values were in g, or the
+    next stronger motion is more than 9.8 times stronger.
     """
     motions = [motion for motion in motions if motion.peak_ground_acceleration > 0]
     if len(motions) < FEWEST_IN_A_SET:
@@ -54,10 +54,10 @@ def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[Ground
 
 
 def baseline_over_peak(motion: GroundMotion) -> float:
-    """Return the peak of a straight line fitted to a record over the record's peak; 0 if the record has no offset.
+    """Return (peak of the straight line fitted to a record) / (peak of the record); 0 if the record has no offset.
 
-    An offset lets the velocity drift to many times the velocity of the motion without the line. Pulses and other
-    motions that do not oscillate about the line have no offset.
+    With an offset, the velocity drifts to many times the velocity of the motion minus the line. Pulses and other
+    motions that do not oscillate about the line are not offsets.
     """
     a = motion.acceleration
     # With times from -1 to 1, the slope and the mean of the line are independent.
@@ -71,7 +71,7 @@ def baseline_over_peak(motion: GroundMotion) -> float:
 
 
 def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayLike = ()) -> None:
-    """Warn once of motions with an implausible step, peak acceleration or baseline, and of implausible periods."""
+    """Give one warning of implausible periods, and of motions with an implausible step, peak or baseline."""
     findings = PlausibilityFindings()
     add_motions(findings, motions)
     add_weakest_motions(findings, motions)
@@ -81,11 +81,11 @@ def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayL
 
 
 def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> None:
-    """Warn if two motions of a set are the same record, also if one copy has fewer digits.
+    """Warn if two motions of a set are the same record, even if one has fewer digits.
 
     Args:
         motions: The motions.
-        is_scaled: Whether the motions are scaled to levels, so that copies with different scales are the same record.
+        is_scaled: Whether motions are scaled to levels. If so, multiples of the same record count as the same record.
     """
     alike: dict[tuple[float, int, int], list[int]] = {}
     shapes: list[np.ndarray] = []
@@ -108,7 +108,7 @@ def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> N
 
 
 def _copies(shapes: Sequence[np.ndarray], group: Sequence[int], place: int) -> dict[int, int]:
-    """Return the first record for each copy in a group of records with their peak at one sample."""
+    """Return index of a copy -> index of its first record, in a group of records with the peak at the same sample."""
     first_of: dict[int, int] = {}
     by_digest: dict[bytes, int] = {}
     for index in group:

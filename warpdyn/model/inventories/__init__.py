@@ -1,4 +1,4 @@
-"""Inventories of buildings: readers of files and tables, and the portfolios that they make."""
+"""Inventories of buildings: readers of files and tables, and portfolios made from inventories."""
 
 from warpdyn.model.inventories.openquake import read_openquake
 from warpdyn.model.inventories.r2d import read_geojson, read_r2d

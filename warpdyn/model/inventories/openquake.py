@@ -42,28 +42,30 @@ def read_openquake(
         path: A CSV file with columns `id`, `lon`, `lat` and `taxonomy` and, optionally, `number`, `area` and costs,
             also as exported by the engine (`value-number`, `value-structural`); or a file of GEM's Global Exposure
             Model (`ID_1`, `TAXONOMY`, `BUILDINGS`, `COST_STRUCTURAL_USD` and so on), which has neither ids nor
-            coordinates; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of the costs in
-            `<conversions>` and the names of columns in `<exposureFields>`. Case does not matter. All other columns,
-            such as tags and occupants, are kept.
+            coordinates; or the XML file (NRML 0.5) that names CSV files in `<assets>`, the kinds of costs in
+            `<conversions>` and the names of columns in `<exposureFields>`. Names may be in upper or lower case. All
+            other columns, such as tags and occupants, are kept.
         costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). With an XML
-            file they are multiplied by the number or the area according to their kind; in a single CSV file they are
-            costs of the whole asset. Only the default column may be missing; then there are no costs.
-        columns: Other names of columns by their meaning, as in `from_table`.
-        places: Coordinates of assets without coordinates: a table, or its CSV file, with one row per administrative
-            unit: ids in columns `ID_0`, `ID_1` and so on, which both tables have, `longitude` and `latitude` [degree].
-            Each asset is at the place of its unit. GEM's files are of the first administrative level (`ID_1`); boundary
-            data sets such as geoBoundaries and GADM give centroids.
+            file, costs per building or per area are multiplied by the number of buildings or the area; in a single CSV
+            file, costs are those of the whole asset. Without the default column, the inventory has no costs; any other
+            missing column is an error.
+        columns: Meaning -> name of the column in the file, as in `from_table`.
+        places: Coordinates of administrative units, for files without coordinates: a table, or its CSV file, with one
+            row per unit and the columns `longitude`, `latitude` [degree] and at least one column of ids, such as
+            `ID_1`, with the same name as in the exposure file. Each asset gets the coordinates of its unit. GEM's files
+            have units of the first administrative level (`ID_1`); boundary data sets such as geoBoundaries and GADM
+            contain centroids.
 
     Returns:
         The inventory, as from `from_table`: one row per asset, with its `number` of buildings. If the file has no ids,
-        they are the file's name and the number of the row. Rows with 0 buildings, which GEM's files have by rounding,
-        are removed, with a warning. Storeys are those of a column that `columns` names, or of the taxonomy (see
-        `portfolio`).
+        an id consists of the file's name and the row number. Rows with 0 buildings, which GEM's files contain because
+        of rounding, are removed, with a warning. Numbers of storeys are read from a column only if `columns` names it;
+        otherwise `portfolio` reads them from the taxonomy.
 
     Raises:
-        ValueError, FileNotFoundError: As in `from_table`, with the file's name; or if a column of `costs` is missing,
-            the XML is not an exposure model, contains its assets itself or names files outside its folder; if the
-            file has no coordinates and `places` is missing or lacks a unit; or if there is no such file.
+        ValueError, FileNotFoundError: As in `from_table`, with the file's name; or if the file does not exist, a column
+            of `costs` is missing, the XML is not an exposure model, contains the assets itself or names files outside
+            its folder; or if the file has no coordinates and `places` is missing or lacks a unit.
         TypeError: If `costs` is a single name instead of a sequence of names.
 
     Example:
@@ -119,7 +121,7 @@ def _exposure_table(path: Path, identifier: str) -> pd.DataFrame:
 
 
 def _name_in_file(name: str, names: Mapping[str, str]) -> str:
-    """Return a file's name of a column or a cost of the engine, or the engine's name."""
+    """Return the name in the file of the engine's column or cost `name`; the engine's name if it is not in the file."""
     gem = GEM_NAMES.get(name, GEM_COST.format(name.upper()))
     return next((names[each] for each in (name, VALUE + name, gem.lower()) if each in names), name)
 
@@ -131,7 +133,7 @@ def _with_ids_and_places(
     columns: Mapping[str, str],
     places: pd.DataFrame | str | os.PathLike | None,
 ) -> pd.DataFrame:
-    """Return a table with ids and, if places are given, coordinates of its administrative units."""
+    """Return the table with ids and, if `places` is given, with the coordinates of administrative units."""
     is_of_units = any(UNIT_ID.fullmatch(str(name)) for name in table.columns)
     has_places = all(columns.get(m, names[n]) in table for m, n in (("longitude", "lon"), ("latitude", "lat")))
     if places is not None:
@@ -140,8 +142,8 @@ def _with_ids_and_places(
         table = with_places(what, table, places)
     elif is_of_units and not has_places:
         raise ValueError(
-            f"{what} has no coordinates, but ids of administrative units: give places=, a table (or its CSV file) with "
-            "these ids in a column such as ID_1, longitude and latitude"
+            f"{what} has ids of administrative units instead of coordinates: give places=, a table (or its CSV file) "
+            "with these ids in a column of the same name, such as ID_1, and with longitude and latitude"
         )
     if is_of_units and columns.get("id", names["id"]) not in table:
         table = table.assign(id=[f"{Path(what).stem} {row}" for row in range(1, len(table) + 1)])
@@ -149,12 +151,12 @@ def _with_ids_and_places(
 
 
 def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame:
-    """Return the rows of a file of GEM that have buildings; rounding turns numbers below a half into 0."""
+    """Return the rows with at least one building; in GEM's files, numbers below 0.5 are rounded to 0."""
     if number != GEM_NAMES["number"] or number not in table:
         return table
     is_none = (pd.to_numeric(table[number], errors="coerce") == 0).to_numpy()
     if is_none.all():
-        raise ValueError(f"{what}: every row has 0 in the column {number}")
+        raise ValueError(f"{what}: every row has 0 buildings in the column {number}")
     if is_none.any():
         warn_caller(
             f"{what}: {is_none.sum():,} of {len(table):,} rows have 0 buildings, by rounding, and are removed with "
@@ -171,14 +173,14 @@ def _with_costs(
     kinds: Mapping[str, str],
     area_kind: str,
 ) -> pd.DataFrame:
-    """Return an inventory with the costs of each whole asset.
+    """Return the inventory with the replacement cost of each whole asset.
 
     Args:
-        what: The file, for errors.
+        what: Name of the file, for errors.
         inventory: The inventory.
         costs: Names of the costs that are summed.
-        places: The columns of the costs and of the area.
-        kinds: The kind of each cost, one of COST_KINDS: of the asset, per building or per area.
+        places: Cost or area -> its column.
+        kinds: Cost -> its kind, one of COST_KINDS: cost of the asset, of one building, or of one unit of area.
         area_kind: Whether areas are those of the asset ("aggregated") or of one building ("per_asset").
     """
     if "replacement_cost" in inventory or not costs:
@@ -206,7 +208,7 @@ def _with_costs(
 
 
 def _exposure_model(path: Path) -> ElementTree.Element:
-    """Return the exposure model of an NRML file, with tags without namespaces."""
+    """Return the element <exposureModel> of an NRML file, with tags without namespaces."""
     model = xml_root(path).find("exposureModel")
     if model is None:
         raise ValueError(f"{path} has no <exposureModel>: it is not an exposure model of OpenQuake")

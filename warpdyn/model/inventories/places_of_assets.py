@@ -1,4 +1,4 @@
-"""Coordinates for assets without them: a join with a table of places, by ids of administrative units."""
+"""Coordinates of assets from a table of administrative units: the two tables are joined by the ids of units."""
 
 from __future__ import annotations
 
@@ -19,20 +19,21 @@ LARGEST_ID = 2**53  # floating-point numbers represent all whole numbers up to t
 
 
 def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.PathLike) -> pd.DataFrame:
-    """Return a table of assets with longitudes and latitudes of their administrative units.
+    """Return a table of assets with the longitudes and latitudes of their administrative units.
 
     Args:
-        what: The file of the assets, for errors.
+        what: Name of the file of assets, for errors.
         table: The assets.
-        places: A table, or its CSV file, with one row per administrative unit: ids in columns ID_0, ID_1 and so on (in
-            upper or lower case), which both tables have, and its longitude and latitude [degree].
+        places: A table, or its CSV file, with one row per administrative unit: longitude and latitude [degree], and ids
+            in columns ID_0, ID_1 and so on (in upper or lower case). Columns with the same name in both tables are
+            compared.
 
     Returns:
-        The table with columns `lon` and `lat`.
+        The table with additional columns `lon` and `lat`.
 
     Raises:
-        ValueError: If the tables have no column of ids in common, an id is missing, a unit is repeated in or missing
-            from the places, or a place is not on Earth.
+        ValueError: If no column of ids is in both tables, an id is missing, `places` lacks a unit or has it twice, or a
+            longitude or latitude is out of range.
         TypeError: If `places` is neither a table nor a path.
     """
     if isinstance(places, str | os.PathLike):
@@ -40,7 +41,7 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
     elif isinstance(places, pd.DataFrame):
         source, found = "places", places
     else:
-        raise TypeError(f"{what}: places must be a pandas DataFrame or a path of a CSV file, got {places!r}")
+        raise TypeError(f"{what}: places must be a pandas DataFrame or the path of a CSV file, got {places!r}")
     check_names(found.columns, f"{source}: ")
     names = {str(name).strip().lower(): name for name in found.columns}
     own = {str(name).strip().lower(): name for name in table.columns}
@@ -48,7 +49,7 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
     if not keys:
         raise ValueError(
             f"{what}: the assets have the columns {', '.join(map(str, table.columns))} and {source} has "
-            f"{', '.join(map(str, found.columns))}: both need a column of ids, such as ID_1"
+            f"{', '.join(map(str, found.columns))}: both need a column of ids with the same name, such as ID_1"
         )
     longitude, latitude = (_place_column(source, names, each) for each in (LONGITUDES, LATITUDES))
     values = [pd.to_numeric(found[name], errors="coerce").to_numpy(np.float64) for name in (longitude, latitude)]
@@ -57,7 +58,8 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
         row = int(bad.argmax())
         raise ValueError(
             f"{source}: {bad.sum():,} of {len(found):,} rows have no place on Earth, the first is row {row} with "
-            f"longitude {found[longitude].iloc[row]} and latitude {found[latitude].iloc[row]}"
+            f"longitude {found[longitude].iloc[row]} and latitude {found[latitude].iloc[row]}: longitudes must be "
+            "from -180 to 180 degrees, latitudes from -90 to 90"
         )
     of_units = _joined(source, found, [names[key] for key in keys])
     if not of_units.is_unique:
@@ -71,13 +73,13 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
         unknown = counted([repr(each) for each in of_assets[row < 0].unique()])
         raise ValueError(
             f"{what}: {source} has no row for {unknown} units of {', '.join(keys).upper()}, with "
-            f"{np.sum(row < 0):,} of {len(table):,} assets"
+            f"{np.sum(row < 0):,} of {len(table):,} assets: add these rows"
         )
     return table.assign(lon=values[0][row], lat=values[1][row])
 
 
 def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
-    """Return the ids of each unit as one text; whole numbers without decimals, since 11.0 and 11 are the same unit."""
+    """Return the ids in several columns as one text per row; 11.0 becomes "11", because it is the same unit as 11."""
     texts = []
     for name in columns:
         values = table[name]
@@ -85,7 +87,7 @@ def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
         if missing.any():
             raise ValueError(
                 f"{what}: {missing.sum():,} of {len(table):,} rows have no {name}, the first is row "
-                f"{int(missing.argmax())}: their place is unknown. Complete the ids, or remove these rows"
+                f"{int(missing.argmax())}, so that their coordinates are unknown. Add the ids, or remove these rows"
             )
         if pd.api.types.is_float_dtype(values):
             known = values.dropna()
@@ -99,7 +101,7 @@ def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
 
 
 def _place_column(source: str, names: dict[str, object], known: tuple[str, ...]) -> object:
-    """Return the column of the first known name."""
+    """Return the first column whose name is in `known`, or raise a ValueError."""
     for name in known:
         if name in names:
             return names[name]

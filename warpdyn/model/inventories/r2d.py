@@ -42,16 +42,16 @@ def read_r2d(
         path: The file, with columns `id`, `Latitude`, `Longitude` and, optionally, `NumberOfStories`, `YearBuilt`,
             `OccupancyClass`, `StructureType`, `PlanArea` and `ReplacementCost`, in upper or lower case. All other
             columns are kept.
-        area_unit: Unit of `PlanArea`, which the file does not give: "ft2", as in SimCenter's examples, or "m2". A
-            column `plan_area`, as in files of `write_building_results`, is in m2.
-        columns: Other names of columns by their meaning, as in `from_table`.
+        area_unit: Unit of `PlanArea`, which the file does not contain: "ft2", as in SimCenter's examples, or "m2". A
+            column `plan_area`, as in files that `write_building_results` wrote, is always in m2.
+        columns: Meaning -> name of the column in the file, as in `from_table`.
 
     Returns:
         The inventory, as from `from_table`, with `plan_area` in m2.
 
     Raises:
-        ValueError, FileNotFoundError: As in `from_table`, with the file's name; or if there is no such file.
-        TypeError, IsADirectoryError: If `path` is not a path, or is a folder.
+        ValueError, FileNotFoundError: As in `from_table`, with the file's name; or if the file does not exist.
+        TypeError, IsADirectoryError: If `path` is not text or a Path, or is a folder.
 
     Example:
         >>> inventory = wd.inventories.read_r2d("buildings.csv")
@@ -69,21 +69,23 @@ def read_geojson(
 ) -> pd.DataFrame:
     """Read a GeoJSON file (RFC 7946) of buildings from SimCenter's R2D tool or BRAILS.
 
-    The id is the property `id`, or `AIM_id`, as in R2D's results, or the feature's id. Coordinates are the properties
-    `Latitude` and `Longitude`. If they are missing, or are more than 1 km away from the geometry, the coordinates of
-    the point, or the mean of the corners of the polygon's outer ring, replace them; a warning counts these buildings,
-    and reports whether longitude and latitude are exchanged in the properties.
+    A building's id is the property `id`, or `AIM_id` as in R2D's results, or the id of the feature. Its coordinates are
+    the properties `Latitude` and `Longitude`. If these are missing, or more than 1 km away from the geometry, they are
+    replaced by the point's coordinates, or by the mean of the corners of the polygon's outer ring. A warning counts
+    these buildings and reports if longitude and latitude are exchanged in the properties.
 
     Args:
-        path: The file, a FeatureCollection of points or polygons with the names of properties of `read_r2d`.
-        area_unit: Unit of `PlanArea`: "ft2" or "m2"; `plan_area` is in m2.
-        columns: Other names of properties by their meaning, as in `from_table`.
+        path: The file, a FeatureCollection of points or polygons; the properties have the names of columns in
+            `read_r2d`.
+        area_unit: Unit of the property `PlanArea`: "ft2" or "m2". A property `plan_area` is always in m2.
+        columns: Meaning -> name of the property in the file, as in `from_table`.
 
     Returns:
         The inventory, as from `from_table`, without the polygons.
 
     Raises:
-        ValueError, TypeError, OSError: As in `read_r2d`; or if the file is not such JSON, or places are not in degrees.
+        ValueError, TypeError, OSError: As in `read_r2d`; or if the file is not a FeatureCollection, or coordinates are
+            not in degrees.
 
     Example:
         >>> inventory = wd.inventories.read_geojson("AnchorageBuildings.geojson")
@@ -116,7 +118,7 @@ def read_geojson(
 
 
 def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: list[dict]) -> None:
-    """Replace coordinates that are missing or far from their geometries by those of the geometries, with a warning."""
+    """Replace coordinates that are missing or far from the geometry by those of the geometry, with a warning."""
     has_geometry = np.array([isinstance(each.get("geometry"), dict) for each in features])
     if not has_geometry.any():
         return
@@ -132,32 +134,32 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
         cause = "longitude and latitude are exchanged in the properties" if is_exchanged else "the properties are wrong"
         warn_caller(
             f"{path}: of {len(table):,} buildings {_some_ids(table, is_far)} have {names[0]} and {names[1]} more than "
-            f"{FARTHEST / 1000:g} km away from their geometries: {cause}, and the places of the geometries are used"
+            f"{FARTHEST / 1000:g} km away from their geometries: {cause}. The coordinates of the geometries are used"
         )
     if is_missing.any():
         warn_caller(
             f"{path}: of {len(table):,} buildings {_some_ids(table, is_missing)} have no number as {names[0]} or "
-            f"{names[1]}: the places of their geometries are used"
+            f"{names[1]}: the coordinates of their geometries are used"
         )
     for axis, name in enumerate(names):
         table[name] = np.where(is_far | is_missing, drawn[:, axis], told[:, axis])
 
 
 def _some_ids(table: pd.DataFrame, chosen: np.ndarray) -> str:
-    """Return the number of chosen buildings and the ids of some."""
+    """Return the number of chosen buildings and the ids of the first ones, as text."""
     ids = table["id"] if "id" in table else pd.Series(np.arange(len(table)))
     return counted([repr(each) for each in ids[chosen]])
 
 
 def _far_apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return which places are farther apart than FARTHEST, shape [building]; False for NaN."""
+    """Return which pairs of places are farther apart than FARTHEST, shape [building]; False for NaN."""
     north = one[:, 1] - other[:, 1]
     east = (one[:, 0] - other[:, 0] + 180) % 360 - 180
     return np.hypot(north, east * np.cos(np.radians(other[:, 1]))) * METRES_OF_DEGREE > FARTHEST
 
 
 def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[str, str]) -> pd.DataFrame:
-    """Return a table with R2D's names as an inventory."""
+    """Return the inventory from a table whose columns have R2D's names."""
     names = {str(name).lower(): name for name in table.columns}
     known = {meaning: names[name.lower()] for meaning, name in R2D_NAMES.items() if name.lower() in names}
     if "id" not in names and ASSET_ID.lower() in names:
@@ -172,17 +174,18 @@ def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[
 
 
 def _check_degrees(path: object, told: Mapping[str, Any]) -> None:
-    """Raise a ValueError unless places are longitudes and latitudes on WGS 84, as RFC 7946 requires."""
+    """Raise a ValueError if the file's coordinate system is not WGS 84, which RFC 7946 requires."""
     named = told.get("crs") or {}
     name = str((named.get("properties") or {}).get("name", "")) if isinstance(named, dict) else ""
     if name and not name.endswith(("CRS84", ":4326")):
         raise ValueError(
-            f"{path}: its places are in {name!r}; they must be longitudes and latitudes in degrees, CRS84 or EPSG:4326"
+            f"{path}: its coordinate system is {name!r}, but coordinates must be longitudes and latitudes in degrees: "
+            "convert the file to CRS84 (EPSG:4326)"
         )
 
 
 def _place(path: object, number: int, geometry: Any) -> tuple[float, float]:
-    """Return the longitude and latitude of a feature."""
+    """Return the longitude and latitude of a feature's point, or the mean of its polygon's corners."""
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     try:
         if kind == "Point":
@@ -193,8 +196,8 @@ def _place(path: object, number: int, geometry: Any) -> tuple[float, float]:
             corners = np.array([corner[:2] for corner in rings[0]], dtype=np.float64)[:-1]  # the last is the first
             return float(corners[:, 0].mean()), float(corners[:, 1].mean())
     except (LookupError, TypeError, ValueError):
-        kind = f"a {kind} that is not one"
+        kind = f"an invalid {kind}"
     raise ValueError(
-        f"{path}: feature {number} has neither Latitude and Longitude nor a point or polygon, but "
-        f"{kind or 'no geometry'}"
+        f"{path}: feature {number} needs the properties Latitude and Longitude, or a Point or Polygon as geometry; it "
+        f"has {kind or 'no geometry'}"
     )

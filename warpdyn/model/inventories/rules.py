@@ -1,4 +1,4 @@
-"""Rules from the columns of an inventory to archetypes: Hazus types and design levels, a mapping or a function."""
+"""Rules that assign an archetype to each building of an inventory: HazusRule, a mapping or a function."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class Named:
     """The archetype of each building of an inventory.
 
     Args:
-        names: Names of archetypes.
-        code: Index into `names` of each building, -1: no archetype, shape [building].
-        reasons: Why buildings have no archetype, with their number and some of them.
-        hazus: Building type, design level and storeys of names of Hazus types.
+        names: Names of the archetypes.
+        code: Index into `names` of each building's archetype, -1: no archetype, shape [building].
+        reasons: Reasons why buildings have no archetype, each with the number of buildings and some of their ids.
+        hazus: Name of a Hazus archetype -> building type, design level and number of storeys.
     """
 
     names: list[str]
@@ -60,21 +60,23 @@ class Named:
 @with_suggestions
 @dataclass(frozen=True)
 class HazusRule:
-    """The Hazus type of a building from its structure type and storeys, and its design level from its year.
+    """The rule that assigns a Hazus type to a building by structure type and storeys, and a design level by year.
 
-    The type is the Hazus name with the height class ("C1M") or without ("C1": L up to 3 storeys, M up to 7, H above;
-    unreinforced masonry L up to 2), or the type equivalent to a string of GEM's building taxonomy, such as
-    "CR/LFINF+DUL/H:2". Storeys are those of the column or, if it has no value, of the string. The design level is that
-    of a ductility or code level in the string (DUH, CDM and so on). Without one, it follows from the year and the
-    seismic zone, as in chapter 5 of the Hazus Earthquake Model Technical Manual: in zone 4 high code after 1975,
-    moderate code from 1941, pre-code before, but moderate code for W1. Unreinforced masonry (URM) and frames with
-    infills of it (C3, S5) are pre-code at any age, since they were not built to a seismic code.
+    - Type: the structure type is a Hazus type with height class ("C1M") or without ("C1"), or a string of GEM's
+      building taxonomy, such as "CR/LFINF+DUL/H:2", which is converted to the equivalent Hazus type. A missing height
+      class follows from the storeys: for C1, L up to 3 storeys, M up to 7, H above; for URM, L up to 2.
+    - Storeys: the number in the column `storeys`; if it is missing, the number in the taxonomy string.
+    - Design level: the ductility or code level in the taxonomy string (DUH, CDM and so on). If the string has no level,
+      it follows from year of construction and seismic zone, as in chapter 5 of the Hazus Earthquake Model Technical
+      Manual. In zone 4: high code from 1976, moderate code from 1941, before that pre-code (W1: moderate code).
+      Unreinforced masonry (URM) and frames with unreinforced masonry infills (C3, S5) are pre-code in any year, because
+      they were not built to a seismic code.
 
     Args:
         seismic_zone: Zone of the Uniform Building Code: "4" (coastal California), "3", "2B", "2A", "1" or "0".
 
     Raises:
-        ValueError: If there is no such zone.
+        ValueError: If the zone is unknown.
 
     Example:
         >>> stock = wd.inventories.portfolio(inventory, wd.inventories.HazusRule(seismic_zone="3"))
@@ -88,9 +90,12 @@ class HazusRule:
         one_of("seismic zone", self.seismic_zone, tuple(LEVELS))
 
     def named(self, inventory: pd.DataFrame) -> Named:
-        """Return the archetype of each building, named by type, level and storeys: "C1M high 5"."""
+        """Return the archetype of each building; its name is type, design level and storeys, such as "C1M high 5"."""
         if "structure_type" not in inventory:
-            raise ValueError("HazusRule: the inventory has no column structure_type")
+            raise ValueError(
+                "HazusRule: the inventory has no column structure_type: name it by columns= of the reader, or give "
+                "archetype_of= a function of the inventory"
+            )
         column = inventory["structure_type"].astype("category")
         texts, place = column.cat.categories.astype(str), column.cat.codes.to_numpy()
         said = [structure_of(text) for text in texts]
@@ -144,7 +149,7 @@ class HazusRule:
         return Named(list(hazus), code, reasons, hazus)
 
     def _levels_by_age(self, inventory: pd.DataFrame, types: np.ndarray) -> np.ndarray:
-        """Return the number of each building's design level by its year, -1 for an unknown year."""
+        """Return the index in DESIGN_LEVELS of each building's design level, from its year; -1: unknown year."""
         old = np.unique(np.concatenate([families()[name] for name in NOT_TO_CODE]))
         always = np.isin(types, old[old >= 0])
         level = np.where(always, DESIGN_LEVELS.index("pre"), -1)
@@ -163,7 +168,8 @@ class HazusRule:
         if tall.any():
             warn_caller(
                 f"{named_rows(inventory.assign(storeys=storeys), tall, 'storeys')} buildings of type W1 have more than "
-                f"{MOST_STOREYS_OF_W1} storeys: in Hazus such wood buildings are W2"
+                f"{MOST_STOREYS_OF_W1} storeys: in Hazus, such wood buildings are of type W2. Correct the type or the "
+                "storeys"
             )
 
 
@@ -171,18 +177,21 @@ Rule = HazusRule | Mapping[str, str] | Callable[[pd.DataFrame], object]
 
 
 def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
-    """Return the archetype of each building by a rule.
+    """Return the archetype of each building according to a rule.
 
     Args:
-        rule: A HazusRule; or a mapping from structure types to names; or a function of the inventory that returns the
-            name of each building, None or NaN for no name.
+        rule: A HazusRule; or a mapping from structure types to names of archetypes; or a function of the inventory that
+            returns the name of each building's archetype, None or NaN for no archetype.
         inventory: The inventory.
     """
     if isinstance(rule, HazusRule):
         return rule.named(inventory)
     if isinstance(rule, Mapping):
         if "structure_type" not in inventory:
-            raise ValueError("portfolio: the inventory has no column structure_type, which archetype_of maps")
+            raise ValueError(
+                "portfolio: archetype_of is a mapping of structure types, but the inventory has no column "
+                "structure_type: name it by columns= of the reader"
+            )
         column = inventory["structure_type"].astype("category")
         place = column.cat.codes.to_numpy()
         names = list(dict.fromkeys(rule.values()))
@@ -196,7 +205,7 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
         if len(returned) != len(inventory):
             raise ValueError(
                 f"portfolio: archetype_of returned {len(returned)} names for {len(inventory)} buildings; it must "
-                "return one for each"
+                "return one name per building"
             )
         chosen = pd.Categorical(returned.to_numpy())
         names, code = [str(each) for each in chosen.categories], chosen.codes.astype(np.int32)
@@ -210,7 +219,7 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
 
 
 def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Series, known: str) -> list[str]:
-    """Return a reason that counts the buildings of each unknown type, most frequent first, and lists known types."""
+    """Return a reason that counts the buildings of each unknown type, most frequent first; `known` is added to it."""
     if not unknown.any():
         return []
     counts = column[unknown].value_counts()
@@ -221,7 +230,7 @@ def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Seri
 
 
 def _allowed_storeys(tables: Mapping[str, np.ndarray], families_of_rows: np.ndarray) -> str:
-    """Return in brackets the allowed storeys of the types of some rows, for a few types."""
+    """Return in brackets the allowed numbers of storeys of the types of these rows, for at most MOST_NAMED types."""
     if not families_of_rows.size:
         return ""
     names = [list(tables)[place] for place in np.unique(families_of_rows)]
@@ -231,7 +240,7 @@ def _allowed_storeys(tables: Mapping[str, np.ndarray], families_of_rows: np.ndar
 
 
 def _reason(inventory: pd.DataFrame, bad: np.ndarray, what: str, *columns: str) -> list[str]:
-    """Return a reason with the number of buildings and some of them, with their values of columns."""
+    """Return a reason with the number of bad buildings, the ids of some, and their values in the columns."""
     if not bad.any():
         return []
     shown = [name for name in columns if name]

@@ -1,4 +1,4 @@
-"""The portfolio of an inventory: its archetypes, their limits, and the row of each building."""
+"""The portfolio made from an inventory: archetypes, drift ratio limits, and the inventory row of each building."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ REFUSE, LEAVE_OUT = "refuse", "leave out"
 
 @dataclass(frozen=True, eq=False)
 class BuildingStock:
-    """The portfolio of an inventory.
+    """The portfolio made from an inventory.
 
     Args:
-        portfolio: One building for each row of the inventory that has an archetype.
-        limits: Storey drift ratio limits [1] of each archetype, for `damage_shares`.
-        rows: Row in the inventory of each building of the portfolio, counted from 0, shape [building].
-        left_out: Rows without an archetype, counted from 0.
-        inventory_ids: Ids of the inventory, in its order.
+        portfolio: The portfolio, with one building per inventory row that has an archetype.
+        limits: Archetype -> damage state -> storey drift ratio limit [1], for `damage_shares`.
+        rows: Inventory row of each building of the portfolio, counted from 0, shape [building].
+        left_out: Inventory rows without an archetype, counted from 0.
+        inventory_ids: Ids of all inventory rows, in the order of the inventory.
 
     Example:
         >>> stock = wd.inventories.portfolio(inventory)
@@ -63,15 +63,16 @@ class BuildingStock:
         return np.repeat(np.arange(len(self.portfolio.archetypes), dtype=np.int32), self.portfolio.counts)
 
     def buildings(self, inventory: pd.DataFrame) -> pd.DataFrame:
-        """Return the rows of the inventory in the order of the portfolio, whose buildings are ordered by archetype.
+        """Return the rows of the inventory in the order of the portfolio, which is ordered by archetype.
 
-        Use their columns for arguments with one value for each building, not columns of the inventory.
+        Use columns of this table for arguments with one value per building. Columns of the inventory itself have a
+        different order.
 
         Args:
             inventory: The inventory from which the stock was made.
 
         Raises:
-            ValueError: If it is another inventory, with other ids.
+            ValueError: If the stock was made from another inventory, with other ids.
 
         Example:
             >>> labels = {"kind": stock.buildings(inventory)["structure_type"]}
@@ -83,7 +84,7 @@ class BuildingStock:
         return found.set_axis(pd.Index(found.index.to_numpy(), name=found.index.name))
 
     def check(self, inventory: pd.DataFrame) -> None:
-        """Raise a ValueError unless the stock was made from this inventory, with the same ids.
+        """Raise a ValueError if the stock was not made from this inventory (other ids).
 
         Args:
             inventory: The inventory.
@@ -119,7 +120,7 @@ class BuildingStock:
                 )
             raise ValueError(
                 f"the stock was made from another inventory: {differs.sum():,} ids differ, such as "
-                f"{one!r} in row {self.rows[place]}, which was {other!r}"
+                f"{one!r} in row {self.rows[place]}, which was {other!r}: give the inventory of this stock"
             )
 
     def replacement_costs(self, inventory: pd.DataFrame) -> np.ndarray:
@@ -129,16 +130,21 @@ class BuildingStock:
             inventory: The inventory from which the stock was made.
 
         Raises:
-            ValueError: If replacement costs are missing or below 0; the message counts and names the buildings.
+            ValueError: If replacement costs are missing or below 0; the message counts these buildings and names some.
         """
         self.check(inventory)
         if "replacement_cost" not in inventory:
-            raise ValueError("replacement_costs: the inventory has no column replacement_cost")
+            raise ValueError(
+                "replacement_costs: the inventory has no column replacement_cost: name it by columns= of the reader"
+            )
         cost = inventory["replacement_cost"].to_numpy(dtype=np.float64)[self.rows]
         missing = np.isnan(cost)
         if missing.any():
             named = named_rows(self.buildings(inventory), missing)
-            raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have no replacement cost")
+            raise ValueError(
+                f"replacement_costs: {named} of {cost.size:,} buildings have no replacement cost: add the costs, or "
+                "remove these buildings before portfolio()"
+            )
         if np.any(cost < 0):
             named = named_rows(self.buildings(inventory), cost < 0, "replacement_cost")
             raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have a replacement cost below 0")
@@ -170,35 +176,36 @@ def portfolio(
     correlation: Mapping[tuple[str, str], float] | None = None,
     unknown: str = REFUSE,
 ) -> BuildingStock:
-    """Return the portfolio of an inventory: an archetype for every kind of building in it.
+    """Return the portfolio of an inventory: each building gets an archetype.
 
-    A row of the inventory is one building of the portfolio, for any `number` of buildings in the row: they share one
-    history. The number is the weight of results: of shares of buildings by `DamageCounts(number=...)` or
-    `damage_shares(number=...)`, and of losses by the replacement cost of all buildings of the row. Areas do not affect
-    drifts: masses, stiffnesses and strengths of Hazus' buildings are in proportion to them.
+    One row of the inventory is one building of the portfolio, even if its `number` of buildings is larger: all
+    buildings of the row have the same response history. Use the number as a weight of the results:
+    `DamageCounts(number=...)` or `damage_shares(number=...)` for shares of buildings; for losses, the replacement cost
+    of a row is that of all its buildings. Plan areas do not affect drifts, because masses, stiffnesses and strengths of
+    Hazus buildings are in proportion to the area.
 
     Args:
         inventory: The result of a reader of `wd.inventories`, or some of its rows.
-        archetype_of: The rule from columns to archetypes. None: `HazusRule()`, by structure type, storeys and year. Or
-            a mapping from structure types to names of archetypes; or a function from the inventory to the name of each
-            building, or None. A name is one of `archetypes`, or a Hazus type with its design level and
-            storeys: "C1M high 5".
-        archetypes: The user's archetypes by name; their `count` is replaced.
-        limits: Storey drift ratio limits [1] by damage state for archetypes, by name.
-        building: Function from type, design level and storeys of a Hazus archetype to its building, such as
-            `lambda *of: wd.ShearBuilding.from_hazus(*of, law="hysteretic")`.
+        archetype_of: Rule that gives the archetype of each building. None: `HazusRule()`, from structure type, storeys
+            and year. A mapping: structure type -> name of the archetype. A function: it gets the inventory and returns
+            the name of each building's archetype, or None if it has no archetype. A name is a key of `archetypes`, or a
+            Hazus type with design level and storeys, such as "C1M high 5".
+        archetypes: Name -> your archetype; its `count` is replaced by the number of buildings with this name.
+        limits: Name of the archetype -> damage state -> storey drift ratio limit [1].
+        building: Function that returns the building of a Hazus archetype from its type, design level and storeys, such
+            as `lambda *of: wd.ShearBuilding.from_hazus(*of, law="hysteretic")`.
         scatter: Scatter of Hazus archetypes, as in an Archetype.
         correlation: Correlation of pairs of scattered parameters [1], as in an Archetype.
-        unknown: For buildings without an archetype: "refuse" (an error counts and names them) or "leave out" (a warning
-            counts and names them).
+        unknown: Treatment of buildings without an archetype: "refuse" (raise an error) or "leave out" (give a warning).
+            The message counts these buildings and names some.
 
     Returns:
-        The portfolio with its archetypes in the order of Hazus' table (or of the names), their limits, and the row of
-        each building.
+        The portfolio, the limits, and the inventory row of each building. Archetypes are in the order of Hazus' table
+        (HazusRule), of the mapping, or of the alphabet (function).
 
     Raises:
-        ValueError: If buildings have no archetype, such as buildings without a type, of a type that Hazus does not
-            have, or with storeys that disagree with it; or if a name is not an archetype.
+        ValueError: If buildings have no archetype, for example because their type is missing or unknown or has other
+            numbers of storeys; or if a name is not an archetype.
         TypeError: If an argument is of the wrong kind.
 
     Example:
@@ -256,11 +263,11 @@ def portfolio(
 
 
 def _hazus_parts(name: str, own: Mapping[str, object]) -> tuple[str, str, int]:
-    """Return building type, design level and storeys of a name such as "C1M high 5"."""
+    """Return building type, design level and number of storeys from a name such as "C1M high 5"."""
     parts = name.split(" ")
     if len(parts) == 3 and parts[0] in building_types() and parts[1] in DESIGN_LEVELS and parts[2].isdigit():
         return parts[0], parts[1], int(parts[2])
     raise ValueError(
-        f"portfolio: {name!r} is neither in archetypes={did_you_mean(name, list(own))} nor a Hazus type with its "
-        "design level and storeys, such as 'C1M high 5'"
+        f"portfolio: the name {name!r} must be a key of archetypes={did_you_mean(name, list(own))}, or a Hazus type "
+        "with design level and storeys, such as 'C1M high 5'"
     )

@@ -1,4 +1,4 @@
-"""The table that all readers of inventories return, and its checks."""
+"""The inventory, a table that all readers of inventories return, and the checks of its values."""
 
 from __future__ import annotations
 
@@ -28,19 +28,20 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
     """Return the inventory of buildings in a pandas or xarray table.
 
     Args:
-        table: One row for each asset: a DataFrame, or a Dataset of variables along one dimension.
-        columns: The table's names of the columns with a meaning, such as `{"storeys": "N_STORIES"}`, except equal ones.
-            The meanings are `id`, `longitude` and `latitude` [degree], which are required, and `storeys`, `year` of
-            construction, `occupancy`, `structure_type`, `plan_area` [m2 of the building's ground plan],
-            `replacement_cost` of the asset, with all its buildings, in one currency, and `number` of buildings (1 if
-            there is no such column).
+        table: One row per asset: a DataFrame, or a Dataset whose variables have one common dimension.
+        columns: Meaning -> name of the column in the table, such as `{"storeys": "N_STORIES"}`, for columns that have
+            other names than their meanings. Required meanings are `id`, `longitude` and `latitude` [degree]. Optional
+            ones are `storeys`, `year` (of construction), `occupancy`, `structure_type`, `plan_area` (ground plan of one
+            building [m2]), `replacement_cost` (of all buildings of the asset, in one currency) and `number` (of
+            buildings; default: 1).
 
     Returns:
-        A DataFrame over `building` with these columns, text as categories, and all other columns unchanged.
+        A DataFrame with the index `building` and these columns, with text as categories; other columns are unchanged.
 
     Raises:
         ValueError: If a column is missing, or rows have impossible values, such as repeated ids, latitudes beyond
-            90 degrees, or storeys that are not whole numbers from 1. One message counts them and names some.
+            90 degrees, or storeys that are not whole numbers of at least 1. The message counts these rows and names
+            some.
         TypeError: If `table` is neither a DataFrame nor a Dataset.
 
     Example:
@@ -51,7 +52,8 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
     if isinstance(table, xr.Dataset):
         if len(table.dims) != 1:
             raise ValueError(
-                f"from_table: the dataset must have one dimension, it has {', '.join(map(str, table.dims))}"
+                f"from_table: the dataset must have one dimension, but it has {', '.join(map(str, table.dims))}: "
+                "select one element along the others, as by table.isel(...)"
             )
         table = table.to_dataframe().reset_index()
     if not isinstance(table, pd.DataFrame):
@@ -60,12 +62,12 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
 
 
 def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
-    """Return a table as an inventory.
+    """Return the inventory in a table.
 
     Args:
-        what: The function or the file, for errors.
+        what: Name of the function or the file, for errors.
         table: The table, which is not changed.
-        columns: Its names of columns by their meaning.
+        columns: Meaning -> name of the column in the table.
 
     Raises:
         ValueError: As in `from_table`.
@@ -74,7 +76,7 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     for meaning, name in names_of_columns(what, columns).items():
         if meaning not in COLUMNS:
             raise ValueError(
-                f"{what}: unknown column {meaning!r}{did_you_mean(meaning, COLUMNS)}; columns with a meaning are "
+                f"{what}: unknown meaning {meaning!r} in columns={did_you_mean(meaning, COLUMNS)}; allowed are "
                 f"{', '.join(COLUMNS)}"
             )
         if name not in table.columns:
@@ -88,7 +90,7 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
         if name not in source:
             raise no_column(what, name, table)
     if not len(table):
-        raise ValueError(f"{what}: there is no building in it")
+        raise ValueError(f"{what}: the table contains no building; it must have at least one row")
     taken = set(source.values())
     found: dict[str, Any] = {name: table[source[name]] for name in COLUMNS if name in source}
     found |= {name: table[name] for name in table.columns if name not in taken and name not in source}
@@ -96,22 +98,25 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
 
 
 def names_of_columns(what: str, columns: object) -> dict[str, str]:
-    """Return names of columns by their meaning; raise a TypeError for other arguments."""
+    """Return `columns` as a dictionary (meaning -> name of the column), or raise a TypeError if it is not a mapping."""
     if isinstance(columns, Mapping) and not isinstance(columns, xr.Dataset):
         names = dict(columns)
         if all(isinstance(name, str) for name in names.values()):
             return names
-    raise TypeError(f"{what}: columns must be names of columns by their meaning, got {shortened(columns)}")
+    raise TypeError(
+        f"{what}: columns must map meanings to names of columns, such as {{'storeys': 'N_STORIES'}}, got "
+        f"{shortened(columns)}"
+    )
 
 
 def is_in_inventory_order(values: object) -> bool:
-    """Return whether values are a column of an inventory in the order in which it was read."""
+    """Return whether values are a column of an inventory, in the order in which the inventory was read."""
     index = getattr(values, "index", None)
     return isinstance(index, pd.RangeIndex) and index.name == "building"
 
 
 def warn_of_inventory_order(what: str, archetypes: int) -> None:
-    """Warn of a column of an inventory that is given for the buildings of a portfolio with several archetypes."""
+    """Warn that a column has the order of the inventory, if the portfolio has several archetypes: its order differs."""
     if archetypes > 1:
         warn_caller(
             f"{what} is a column of the inventory, in the order of its rows, but a portfolio's buildings are ordered "
@@ -120,7 +125,7 @@ def warn_of_inventory_order(what: str, archetypes: int) -> None:
 
 
 def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
-    """Return an error on a missing column of a table."""
+    """Return an error about a missing column of a table."""
     names = [str(each) for each in table.columns]
     return ValueError(
         f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}"
@@ -128,7 +133,7 @@ def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
 
 
 def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
-    """Return an inventory with numbers as numbers and text as categories; raise a ValueError if rows are wrong."""
+    """Return the table with columns converted to numbers and categories; raise a ValueError if rows are invalid."""
     problems = []
     table["id"], twice, has_none = _ids(table["id"])
     problems += _problem(table, twice, "have an id that is not unique", "")
@@ -154,13 +159,13 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
     if nowhere.any():
         warn_caller(
             f"{what}: of {len(table):,} buildings {named_rows(table, nowhere)} are at longitude 0 and latitude 0, in "
-            "the Atlantic: their places seem to be unknown. Remove these rows or complete them"
+            "the Atlantic: their coordinates seem to be unknown. Correct or remove these rows"
         )
     return table
 
 
 def _without_blanks(texts: pd.Series) -> pd.Series:
-    """Return categories without blanks around their names."""
+    """Return a categorical column without blanks at the beginning and end of its categories."""
     names = {name: name.strip() if isinstance(name, str) else name for name in texts.cat.categories}
     if all(name == bare for name, bare in names.items()):
         return texts
@@ -168,7 +173,7 @@ def _without_blanks(texts: pd.Series) -> pd.Series:
 
 
 def _ids(given: pd.Series) -> tuple[pd.Series, np.ndarray, np.ndarray]:
-    """Return ids as text without blanks around it, which ids are repeated, and which are missing."""
+    """Return ids as text without blanks at beginning and end, which ids are repeated, and which are missing."""
     if isinstance(given.dtype, np.dtype) and given.dtype.kind in "iu":
         # Comparing whole numbers is much faster than comparing their texts.
         return given.astype(str), _repeated(given), np.zeros(given.size, bool)
@@ -186,7 +191,7 @@ def _repeated(values: pd.Series) -> np.ndarray:
 
 
 def named_rows(table: pd.DataFrame, bad: np.ndarray, column: str = "") -> str:
-    """Return the number of some rows and the ids of a few of them, with their values of a column."""
+    """Return the number of bad rows and the ids of the first ones, with their values in the column, if one is given."""
     rows = np.flatnonzero(bad)
     shown = []
     for row in rows[:MOST_SHOWN]:
@@ -201,7 +206,7 @@ def _problem(table: pd.DataFrame, bad: np.ndarray, what: str, column: str) -> li
 
 
 def _swapped(table: pd.DataFrame) -> str:
-    """Return a hint if longitude and latitude seem to be exchanged, or longitudes to be from 0 to 360."""
+    """Return a hint if longitudes and latitudes seem to be exchanged, or if longitudes seem to be from 0 to 360."""
     beyond = table["latitude"].abs() > 90
     fits = table["longitude"].abs().max() <= 90
     if beyond.any() and fits:
@@ -224,7 +229,7 @@ def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
 
 def _storeys(values: np.ndarray) -> tuple[np.ndarray, str]:
     whole = (values >= 1) & (values == np.floor(values)) & np.isfinite(values)
-    return ~np.isnan(values) & ~whole, "have storeys that are not a whole number from 1"
+    return ~np.isnan(values) & ~whole, "have storeys that are not a whole number of at least 1"
 
 
 def _years(values: np.ndarray) -> tuple[np.ndarray, str]:

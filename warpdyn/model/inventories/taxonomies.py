@@ -1,4 +1,4 @@
-"""Structure types in an inventory: names of Hazus, or strings of GEM's building taxonomy."""
+"""Structure types in an inventory: names of Hazus types, or strings of GEM's building taxonomy."""
 
 from __future__ import annotations
 
@@ -57,12 +57,12 @@ _HEIGHT = re.compile(r"(?:^|[/+])H(?:EX|APP|BET)?:(\d+)(?:[-,](\d+))?(?=[/+]|$)"
 
 @dataclass(frozen=True)
 class Structure:
-    """The structure that a text describes.
+    """Type, storeys and design level in a text such as "C1" or "CR/LFINF+DUL/H:2".
 
     Args:
         family: A key of `families()`; "": no equivalent Hazus type.
-        storeys: Number of storeys; NaN: not in the text.
-        level: Design level; "": not in the text.
+        storeys: Number of storeys; NaN if the text does not contain it.
+        level: Design level; "" if the text does not contain it.
     """
 
     family: str = ""
@@ -72,10 +72,10 @@ class Structure:
 
 @functools.cache
 def families() -> Mapping[str, np.ndarray]:
-    """Return, for each name of a structure, the number of its Hazus type by storeys, -1 for no type.
+    """Return a mapping: name of a family -> index of its Hazus type for each number of storeys; -1: no type.
 
-    A name is a type ("C1M"), a type without its height class ("C1") or "wood", which is W1 up to two storeys and W2
-    above. Each array has the shape [storeys from 0 to 50]; numbers are places in `building_types()`.
+    A family is a Hazus type ("C1M"), a type without height class ("C1"), or "wood", which is W1 up to two storeys and
+    W2 above. Each array has one value for each number of storeys from 0 to 50, an index into `building_types()`.
     """
     found: dict[str, np.ndarray] = {}
     for place, name in enumerate(building_types()):
@@ -90,7 +90,7 @@ def families() -> Mapping[str, np.ndarray]:
 
 
 def structure_of(text: str) -> Structure:
-    """Return the structure that a text describes by a Hazus name or by GEM's taxonomy."""
+    """Return the structure that a text describes, either a Hazus name or a string of GEM's taxonomy."""
     name = text.strip()
     if name.upper() in families():
         return Structure(name.upper())
@@ -104,7 +104,7 @@ def structure_of(text: str) -> Structure:
 
 
 def _family(segments: list[list[str]]) -> str:
-    """Return the Hazus family of the segments of a string of GEM's taxonomy."""
+    """Return the family for a string of GEM's taxonomy, which is given as segments of atoms; "": no Hazus type."""
     for place, (material, *details) in enumerate(segments):
         if material not in ("W", "S", "CR", "MUR", "MR"):
             continue

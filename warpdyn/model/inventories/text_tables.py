@@ -1,4 +1,4 @@
-"""Tables in CSV files; an error is raised if a row has too few or too many values."""
+"""Reading of tables in CSV files; if a row has too few or too many values, an error is raised."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from warpdyn.foundations.files.text import check_names, check_separator
 
 
 def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier: str = "id") -> pd.DataFrame:
-    """Return the table of a CSV file, without blanks around the names of columns.
+    """Return the table in a CSV file; blanks at the beginning and end of column names are removed.
 
     Args:
-        path: The file, UTF-8, with or without a byte order mark.
-        comment: Beginning of comment lines before the names of the columns.
-        identifier: The column, in upper or lower case, that is read as text: "007" is another building than "7".
+        path: The file, in UTF-8, with or without a byte order mark.
+        comment: Characters with which comment lines before the column names begin; None: no comment lines.
+        identifier: Name of the column (in upper or lower case) that is read as text, so that "007" and "7" differ.
 
     Raises:
         ValueError: If the file is empty, its columns are not separated by commas, two columns have the same name (apart
             from upper and lower case and blanks), or a row has more or fewer values than there are columns. The message
             names the file.
-        FileNotFoundError: If there is no such file.
+        FileNotFoundError: If the file does not exist.
     """
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:

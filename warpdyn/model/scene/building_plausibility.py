@@ -1,4 +1,4 @@
-"""Implausible values of a shear building, found by what its parameters lead to, such as the first period."""
+"""Find implausible values of a shear building from derived quantities, such as the first period."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Values = Mapping[str, np.ndarray]
 def add_building(
     findings: PlausibilityFindings, building: ShearBuilding, values: Values, where: str, *, is_shaken: bool
 ) -> float:
-    """Add implausible values of a building; return its longest first period [s], 0 if no row has a period.
+    """Add a building's implausible values to `findings`; return its longest first period [s], 0 if no row has a period.
 
     Args:
-        findings: Findings so far.
+        findings: Implausible values found so far.
         building: The building.
-        values: Its parameters, or those of several buildings of its kind, shape [row, storey] or [row].
-        where: The building in words, or "".
-        is_shaken: Whether ground motions act on the building, so that it should have damping.
+        values: Parameter values of one or several buildings (rows), shape [row, storey] or [row].
+        where: Words that identify the building in the warning, such as " of archetype 'old'", or "".
+        is_shaken: Whether ground motions act on the building; without damping, such a building is implausible.
     """
     is_sound = _has_period(values)
     if not is_sound.any():  # the run reports values that are out of bounds
@@ -46,18 +46,18 @@ def add_building(
 
 
 class _Absent(Exception):
-    """The building has no such parameter, and a check that reads it does not apply."""
+    """A plausibility check reads a parameter that the building does not have; the check is skipped."""
 
 
 class BuildingView:
-    """A building, or several buildings of its kind, as the table of plausibility checks reads them.
+    """Quantities of one or several buildings (rows) that plausibility checks read, shape [row, storey] or [row].
 
-    Arrays have the shape [row, storey] or [row], and are NaN where a check does not apply.
+    A quantity is NaN in storeys to which its check does not apply.
 
     Args:
         building: The building.
-        values: Its parameters, shape [row, storey] or [row].
-        is_shaken: Whether ground motions act on it.
+        values: Parameter values, shape [row, storey] or [row].
+        is_shaken: Whether ground motions act on the building.
     """
 
     def __init__(self, building: ShearBuilding, values: Values, *, is_shaken: bool) -> None:
@@ -74,25 +74,25 @@ class BuildingView:
         return self.values[name]
 
     def in_own(self, values: np.ndarray) -> np.ndarray:
-        """Return values in the building's own storeys, not in those of isolators and tuned mass dampers."""
+        """Return the values, with NaN in the storeys of isolators and tuned mass dampers."""
         return np.where(self.own, values, np.nan)
 
     def in_isolators(self, values: np.ndarray) -> np.ndarray:
-        """Return values in isolators."""
+        """Return the values, with NaN in all storeys except isolators."""
         return np.where(self.is_isolated, values, np.nan)
 
     def above_0(self, name: str) -> np.ndarray:
-        """Return the values of a parameter above 0; 0 means that a storey has no such device."""
+        """Return the values of a parameter, with NaN instead of 0, which means that the storey has no such device."""
         return np.where(self[name] > 0, self[name], np.nan)
 
     def over_neighbour(self, name: str) -> np.ndarray:
-        """Return the larger of each two neighbouring values of the building's own storeys over the smaller."""
+        """Return the ratio of the larger to the smaller value of neighbouring storeys; NaN at isolators and dampers."""
         values = self.in_own(self.above_0(name))
         return np.fmax(values[:, :-1] / values[:, 1:], values[:, 1:] / values[:, :-1])
 
     @cached_property
     def first_mode(self) -> tuple[np.ndarray, np.ndarray]:
-        """First periods [s], shape [row], infinite if a storey buckles, and undamped mode shapes."""
+        """First periods [s], shape [row], infinite if a storey buckles; and first mode shapes, shape [row, storey]."""
         root = np.sqrt(self["mass"])
         matrix = chain_stiffness_matrix(effective_stiffness(self.values))
         squared, shapes = np.linalg.eigh(matrix / (root[:, :, None] * root[:, None, :]))
@@ -106,7 +106,7 @@ class BuildingView:
 
     @property
     def period_over_height(self) -> np.ndarray:
-        """First periods over the height of two or more storeys [s/m]."""
+        """First periods divided by the building's height [s/m]; NaN for one-storey buildings."""
         height = np.where(self.own, self["height"], 0.0).sum(axis=1)
         return np.where(self.own.sum() > 1, self.period / height, np.nan)
 
@@ -124,26 +124,26 @@ class BuildingView:
 
     @property
     def stability_coefficient(self) -> np.ndarray:
-        """Largest P-Delta coefficients of buildings with a gravity load."""
+        """Largest P-Delta stability coefficient over the storeys, shape [row]; NaN without gravity loads."""
         if not self["gravity_load"].any():
             return np.full(1, np.nan)
         return (storey_weight_over_height(self.values) / self["stiffness"]).max(axis=1)
 
     @property
     def damping_ratio(self) -> np.ndarray:
-        """Damping ratios of the first mode; those of dampers are not included."""
+        """Damping ratios of the first mode from inherent damping, without viscous dampers."""
         if "damping_ratio" in self.values:
             return self["damping_ratio"]
         return self._damping(self["damping_coefficient"]) if "damping_coefficient" in self.values else np.zeros(1)
 
     @property
     def needs_damping(self) -> bool:
-        """Whether the building has no damping at all, but ground motions."""
+        """Whether ground motions act on the building, but it has no damping at all."""
         is_plain = self.is_shaken and not self.building.devices and self.own.all()
         return bool(is_plain and not self.damping_ratio.any())
 
     def _damping(self, coefficient: np.ndarray) -> np.ndarray:
-        """Return the damping ratio of the first mode for dashpots in the storeys [N s/m], shape [row]."""
+        """Return the first mode's damping ratios, shape [row], from the coefficients of storey dashpots [N s/m]."""
         period, shape = self.first_mode
         drift = np.diff(shape, axis=1, prepend=0.0)
         modal_mass = (self["mass"] * shape**2).sum(axis=1)
@@ -151,14 +151,14 @@ class BuildingView:
 
     @property
     def is_power_damper(self) -> np.ndarray:
-        """Where viscous dampers have a force that is a power of the velocity, not proportional to it."""
+        """Which storeys have nonlinear viscous dampers, with a velocity exponent below 1."""
         return (self["damper_coefficient"] > 0) & (self["velocity_exponent"] < 1)
 
     @property
     def damper_damping_ratio(self) -> np.ndarray:
         """Damping ratios that linear viscous dampers add to the first mode.
 
-        The first mode hardly moves the dampers of a building on isolators or under a tuned mass damper.
+        NaN for a building with isolators or a tuned mass damper: its first mode hardly moves the storeys' dampers.
         """
         is_linear = (self["velocity_exponent"] == 1) & self.own.all()
         ratio = self._damping(np.where(is_linear, self["damper_coefficient"], 0.0))
@@ -166,16 +166,16 @@ class BuildingView:
 
     @property
     def damper_force(self) -> np.ndarray:
-        """Forces at 1 m/s of dampers in isolators and, if their force is a power of the velocity, in storeys [N].
+        """Forces at 1 m/s of viscous dampers in isolators, and of nonlinear viscous dampers in storeys [N].
 
-        The damping ratio that a power of the velocity adds depends on the amplitude.
+        Nonlinear dampers are checked by their force, because their damping ratio depends on the amplitude.
         """
         is_checked = self.is_isolated | (self.own.all() & (self["velocity_exponent"] != 1))
         return np.where(is_checked, self.above_0("damper_coefficient"), np.nan)
 
     @property
     def isolated_period(self) -> np.ndarray:
-        """Periods of the rigid building on its isolators, with their stiffness after yield [s]."""
+        """Periods of a rigid building on isolators with their post-yield stiffness [s]."""
         after, absent = self["stiffness"], np.full(self["stiffness"].shape, np.nan)
         for stiffness in (
             self.values.get("post_yield_stiffness", absent),
@@ -187,6 +187,6 @@ class BuildingView:
 
 
 def _has_period(values: Values) -> np.ndarray:
-    """Return which rows have a period: masses, stiffnesses and heights above 0."""
+    """Return which rows have finite masses, stiffnesses and heights above 0, and therefore a period."""
     each = [np.isfinite(values[name]) & (values[name] > 0) for name in ("mass", "stiffness", "height")]
     return np.logical_and.reduce(each).all(axis=1)

@@ -1,4 +1,4 @@
-"""Correlation between the random parameters of a scene: its check, and the factor that multiplies normals."""
+"""Correlation between the random parameters of a scene: its check, and the factor of the correlation matrix."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Correlation = Mapping[tuple[str, str], float]
 
 
 def check_correlation(structure: Structure, scatter: Scatter, correlation: Correlation) -> None:
-    """Raise an error that names the pair whose correlation does not fit the scatter of a structure."""
+    """Raise an error that names the first pair of parameters whose correlation is invalid."""
     if not isinstance(correlation, Mapping):
         raise TypeError(f"correlation must map pairs of names to values, got {correlation!r}")
     if correlation and structure.is_many:
@@ -29,21 +29,25 @@ def check_correlation(structure: Structure, scatter: Scatter, correlation: Corre
             or pair[0] == pair[1]
             or any(not isinstance(scatter.get(name), RandomScatter) for name in pair)
         ):
-            raise ValueError(f"correlation names {pair}: it must be two different parameters with random scatter")
+            raise ValueError(
+                f"correlation names {pair}: each key must name two different parameters with random scatter (a "
+                "RandomFactor or RandomValue in scatter=)"
+            )
         if not abs(real_number(f"correlation of {pair}", value)) <= 1:
             raise ValueError(f"correlation of {pair} must be from -1 to 1, got {value}")
         if (pair[1], pair[0]) in correlation:
-            raise ValueError(f"correlation of {pair} is given twice")
+            raise ValueError(f"correlation of {pair} is given twice, in both orders: remove one of the two entries")
     correlation_factor(structure, scatter, correlation)
 
 
 def correlation_factor(
     structure: Structure, scatter: Scatter, correlation: Correlation
 ) -> tuple[list[tuple[str, int]], np.ndarray]:
-    """Return the random variables as (parameter, storey) and the lower factor L of their correlation matrix L L^T.
+    """Return the random variables as (parameter, storey) and the lower triangular factor L of their correlation L L^T.
 
-    Two parameters have their correlation at the same storey; at different storeys it is multiplied by the geometric
-    mean of their storey correlations. A parameter drawn once for the building has its correlation with every storey.
+    The given correlation of two parameters applies at the same storey. Between different storeys it is multiplied by
+    the geometric mean of the two storey correlations. If a parameter is drawn once for the building, the given
+    correlation applies to every storey of the other parameter.
     """
     random = {name: spread for name, spread in scatter.items() if isinstance(spread, RandomScatter)}
     variables = [(name, i) for name, spread in random.items() for i in range(spread.variables(structure.dofs))]

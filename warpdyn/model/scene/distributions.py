@@ -1,4 +1,4 @@
-"""Distributions of one random variable, each a function of a standard normal variable."""
+"""Probability distributions of one variable, computed as functions of a standard normal variable."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Normal:
 @with_suggestions
 @dataclass(frozen=True)
 class Lognormal:
-    """A lognormal distribution, by its median and dispersion.
+    """A lognormal distribution, given by its median and dispersion.
 
     Args:
         median: Median [units of the variable], above 0.
@@ -97,10 +97,10 @@ class Uniform:
 
     Args:
         low: Lower bound [units of the variable].
-        high: Upper bound [units of the variable], above the lower.
+        high: Upper bound [units of the variable], above the lower bound.
 
     Raises:
-        ValueError: If a bound is not finite, or the upper is not above the lower.
+        ValueError: If a bound is not finite, or the upper bound is not above the lower bound.
 
     Example:
         >>> distribution = wd.Uniform(low=0.02, high=0.08)

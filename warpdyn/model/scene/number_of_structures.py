@@ -1,4 +1,4 @@
-"""The number of structures that a function draws from a scene, and warnings of numbers that are probably mistakes."""
+"""The number of structures that a function draws from a scene, and warnings if the number is probably a mistake."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ def number_of_structures(function: str, scene: Scene, structures: int | None) ->
     """Return the number of structures to draw, and warn if it is probably a mistake.
 
     Args:
-        function: The public function, for messages.
+        function: Name of the public function, for messages.
         scene: The scene.
-        structures: The caller's number; None: as many as the scene lists, or one if it does not list any.
+        structures: The number that the user gave; None: the number of structures that the scene lists, or 1.
     """
     if structures is not None or scene.structure.is_many:
         _warn_of_copies(scene, structures)
@@ -41,7 +41,7 @@ def number_of_structures(function: str, scene: Scene, structures: int | None) ->
 
 
 def _warn_of_copies(scene: Scene, structures: object) -> None:
-    """Warn of identical structures: statistics would count their identical histories as more data."""
+    """Warn if all structures are identical, because statistics would count the same history several times."""
     design = scene.excitation
     is_drawn = scene.structure.is_many or scene.scatter or not design.is_design
     one_each = isinstance(design, OneMotionPerStructure | MotionsAtSites)
@@ -50,5 +50,5 @@ def _warn_of_copies(scene: Scene, structures: object) -> None:
         return
     warn_caller(
         f"nothing is scattered, so that all {structures} structures are the same: each history is run and counted in "
-        f"statistics {structures} times. Remove structures=, or give the scene a scatter"
+        f"statistics {structures} times. Remove structures=, or give Scene(..., scatter=...)"
     )

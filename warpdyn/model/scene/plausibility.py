@@ -1,4 +1,4 @@
-"""Implausible values of a scene and of the step of its run, found before anything is drawn or compiled."""
+"""Find implausible values of a scene and of its integration step, before samples are drawn or kernels compiled."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ PEAK_FACTOR = 3.0  # approximate peak over the standard deviation of a Gaussian 
 
 
 def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step: float | None = None) -> None:
-    """Give one warning of all implausible values of a scene and of its integration step.
+    """Give one warning that lists all implausible values of a scene and of its integration step.
 
     Args:
         scene: The scene.
         step: Integration step [s]; None: the run chooses it.
-        longest_step: Upper bound of chosen steps [s]; None: no bound.
+        longest_step: Upper bound of the step that the run chooses [s]; None: no bound.
     """
     findings = PlausibilityFindings()
     structure, excitation = scene.structure, scene.excitation
@@ -80,7 +80,7 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
 def _add_structure(
     findings: PlausibilityFindings, structure: Structure, scatter: Scatter, where: str, *, is_shaken: bool
 ) -> float:
-    """Add implausible values of a structure and its scatter; return its longest first period [s]."""
+    """Add implausible values of a structure and its scatter to `findings`; return its longest first period [s]."""
     for name, spread in scatter.items():
         if isinstance(spread, RandomFactor | RandomValue):
             low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 %
@@ -104,7 +104,7 @@ def _add_structure(
 
 
 def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return a building's parameters, shape [row, storey] or [row]: medians, or a row for each of GivenValues."""
+    """Return parameters, shape [row, storey] or [row]: one row of medians, or one row per structure of GivenValues."""
     given = {name: spread for name, spread in scatter.items() if isinstance(spread, GivenValues)}
     count = min((len(spread.values) for spread in given.values()), default=1)
     rows = np.unique(np.linspace(0, count - 1, min(count, MOST_GIVEN)).astype(int))
@@ -118,7 +118,7 @@ def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
 
 
 def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np.ndarray], *, is_shaken: bool) -> float:
-    """Add implausible values of a system of matrices; return its first period [s]."""
+    """Add implausible values of a LinearSystem to `findings`; return its first period [s]."""
     mass, damping, stiffness = matrices["mass"], matrices["damping"], matrices["stiffness"]
     factor = np.linalg.inv(np.linalg.cholesky(mass))
     squared, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
@@ -135,7 +135,7 @@ def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np
 
 
 def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation, building: ShearBuilding) -> None:
-    """Add implausible initial states and forces of a building."""
+    """Add implausible initial displacements, initial velocities and forces of a building to `findings`."""
     height, mass = building.parameters["height"], building.parameters["mass"]
     if isinstance(excitation, FreeVibration | HarmonicForce | ForceHistory):
         displacement, velocity = excitation.initial_state(building.dofs)
@@ -152,7 +152,7 @@ def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation
 
 
 def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
-    """Add implausible values of the excitation."""
+    """Add implausible values of the excitation to `findings`."""
     if isinstance(excitation, ForceHistory):
         findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
     if isinstance(excitation, FilteredNoise):
@@ -196,7 +196,7 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
 
 
 def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:
-    """Add implausible levels, and implausible factors that scale the motions to them."""
+    """Add implausible intensity levels, and implausible factors that scale the motions to these levels."""
     levels, is_acceleration = np.asarray(stripes.levels), stripes.intensity_units == "g"
     band = "intensity_level" if is_acceleration else LEVEL_BANDS.get(stripes.measure.kind)
     if band:  # a user's own measure has none

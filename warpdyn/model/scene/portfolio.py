@@ -1,4 +1,4 @@
-"""Portfolios: many buildings with different storeys and laws, as archetypes with a number of buildings each."""
+"""Portfolios: a list of building types (archetypes), each with a number of buildings."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ class Archetype:
 
     Args:
         building: The nominal building.
-        count: Number of buildings; None: as many as `scatter` lists, or one.
+        count: Number of buildings; None: the number of values in `scatter`'s GivenValues, or 1.
         scatter: Differences between the buildings, as in a Scene: parameter name -> RandomFactor, RandomValue or
-            GivenValues, which contain one value for each building.
+            GivenValues with one value per building.
         correlation: Correlation of pairs of scattered parameters [1], as in a Scene.
 
     Raises:
@@ -60,12 +60,15 @@ class Archetype:
         self.buildings()  # raises an error if lists have other lengths
 
     def buildings(self) -> int:
-        """Return the number of buildings: `count`, or as many as the scatter lists, or one."""
+        """Return the number of buildings: `count`, or the number of values in GivenValues, or 1."""
         listed = {key: len(spread.values) for key, spread in self.scatter.items() if isinstance(spread, GivenValues)}
         count = next(iter(listed.values()), 1) if self.count is None else int(self.count)
         for key, length in listed.items():
             if length != count:
-                raise ValueError(f"scatter[{key!r}] lists {length} buildings, but there are {count}: they must agree")
+                raise ValueError(
+                    f"scatter[{key!r}] lists values of {length} buildings, but the archetype has {count}: "
+                    "the numbers must be equal"
+                )
         return count
 
 
@@ -74,7 +77,7 @@ class Archetype:
 class Portfolio(Structure):
     """Buildings of several archetypes, numbered from 0 in the order of the archetypes.
 
-    A building's random values depend only on the seed, its archetype and its number.
+    A building's random values depend only on the seed, the name of its archetype and the building's number in it.
 
     Args:
         archetypes: Archetypes by name.
@@ -127,17 +130,17 @@ class Portfolio(Structure):
 
     @property
     def storeys(self) -> np.ndarray:
-        """Storeys of each archetype, shape [archetype]."""
+        """Number of storeys of each archetype, shape [archetype]."""
         return np.array([archetype.building.storeys for archetype in self.archetypes.values()])
 
     @property
     def dofs(self) -> int:
-        """Storeys of the highest building."""
+        """Largest number of storeys of an archetype."""
         return int(self.storeys.max())
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """No values: they belong to the archetypes."""
+        """Return an empty mapping: only archetypes have parameter values."""
         return {}
 
     def is_by_storey(self, name: str) -> bool:
@@ -157,9 +160,9 @@ class Portfolio(Structure):
         return {"archetypes": found}
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return `storey` and, if a recorder has it, `floor`, up to those of the highest building.
+        """Return the coordinates `storey` and, if a recorder needs it, `floor`, for the building with most storeys.
 
-        If an archetype has isolators or a tuned mass damper, also return the kind of each archetype's storeys.
+        If an archetype has isolators or a tuned mass damper, also return the kinds of storeys of each archetype.
         """
         coordinates = numbered_storeys(self.dofs, recorders)
         buildings = [each.building for each in self.archetypes.values()]
@@ -184,7 +187,7 @@ class Portfolio(Structure):
 
 @contextmanager
 def named(archetype: str) -> Iterator[None]:
-    """Put the archetype's name before the message of an error."""
+    """Put the archetype's name before the message of an error that is raised in the `with` block."""
     try:
         yield
     except (ValueError, TypeError) as error:

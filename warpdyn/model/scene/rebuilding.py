@@ -1,4 +1,4 @@
-"""Scenes from their JSON: the inverse of `description`, for objects of warpdyn's classes."""
+"""Build a scene from its JSON, if all of its objects have classes of warpdyn: the inverse of `description`."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
 def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]) -> dict[str, Any]:
-    """Return the arguments of the Scene that JSON describes; arguments and errors are those of `Scene.from_json`."""
+    """Return the arguments of the Scene that the JSON describes; see `Scene.from_json` for arguments and errors."""
     if not isinstance(text, str):
         raise TypeError(f"from_json() takes the text of a dataset's attribute 'scene', got {type(text).__name__}")
     try:
@@ -82,7 +82,7 @@ def _check_keys(told: object, where: str, allowed: Collection[str], needed: Coll
 
 
 def _made(kind: Any, inner: dict[str, Any], where: str) -> Any:
-    """Return an object of a class with its arguments from the JSON."""
+    """Return an object of class `kind` with the arguments `inner` from the JSON."""
     taken = signature(kind).parameters
     needed = [name for name, each in taken.items() if each.default is Parameter.empty]
     _check_keys(inner, where, list(taken), needed)
@@ -95,18 +95,20 @@ def _pairs(correlation: Mapping[str, float]) -> dict[tuple[str, ...], float]:
 
 
 def _foreign(where: str, kind: str) -> ValueError:
-    """Return an error on a class that is not one of warpdyn."""
-    return ValueError(f"from_json(): {where} was a {kind!r}, not a class of warpdyn: build the scene with Scene(...)")
+    """Return an error that says that an object's class is not a class of warpdyn."""
+    return ValueError(
+        f"from_json(): {where} is of the class {kind!r}, which warpdyn does not have: build the scene with Scene(...)"
+    )
 
 
 class Rebuilding:
-    """Objects from JSON, with the ground motions whose descriptions it may contain."""
+    """Builds objects from JSON. Descriptions of ground motions in the JSON are replaced by the given motions."""
 
     def __init__(self, motions: Sequence[GroundMotion]) -> None:
         self.by_digest = {motion.description()["digest"]: motion for motion in motions}
 
     def value(self, told: Any, where: str) -> Any:
-        """Return a value; errors call it `where`."""
+        """Return the value or object that the JSON value `told` describes; `where` is its place, for errors."""
         if isinstance(told, str) and told.startswith(NAMED_BY_SHAPE):
             raise ValueError(
                 f"from_json(): the values of {where} are not in the JSON, which contains only the shape of long arrays "
@@ -126,17 +128,18 @@ class Rebuilding:
         return _made(OWN[told["type"]], inner, where)
 
     def motion(self, told: dict[str, Any]) -> GroundMotion:
-        """Return the ground motion of a description, which contains a digest of its samples."""
+        """Return the given ground motion whose digest is that of the description."""
         if told.get("digest") not in self.by_digest:
-            given = f"none of the {len(self.by_digest)} given has" if self.by_digest else "give motions= that have"
+            given = f"none of the {len(self.by_digest)} given motions has these samples" if self.by_digest else ""
             raise ValueError(
                 f"from_json(): the JSON does not contain the samples of motion {told['name']!r} ({told['samples']} at "
-                f"{told['step']:g} s, from {told['source'] or 'an array'}): {given} these samples"
+                f"{told['step']:g} s, from {told['source'] or 'an array'}): "
+                f"{given or 'give motions= that have these samples'}"
             )
         return self.by_digest[told["digest"]]
 
     def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LinearSystem | Portfolio:
-        """Return a structure."""
+        """Return the structure that a JSON object describes."""
         _check_keys(told, where, (), ("type",))
         rest = dict(told)
         kind = rest.pop("type")
@@ -165,7 +168,7 @@ class Rebuilding:
         return building
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
-        """Return the values of a building's parameter."""
+        """Return the values of a building's parameter as an array; `where` is the parameter's place, for errors."""
         try:
             return np.array(told, dtype=float)
         except (TypeError, ValueError):

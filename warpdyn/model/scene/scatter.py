@@ -1,4 +1,4 @@
-"""Scatter: differences between the structures of a scene, as random or given values of their parameters."""
+"""Scatter: random or given parameter values that differ between the structures of a scene."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from warpdyn.model.structures.structure import Structure
 
 
 class ParameterScatter(ABC):
-    """The differences of one parameter between structures."""
+    """How one parameter differs between structures; base class."""
 
     def variables(self, storeys: int) -> int:
-        """Return the number of random variables in a structure with this number of storeys."""
+        """Return the number of random variables of a structure with `storeys` storeys."""
         return 0
 
     def rows(self, count: int) -> np.ndarray | slice:
-        """Return the indices of all structures with given values, or of `count` random structures."""
+        """Return the indices of `count` random structures, or of all structures of GivenValues."""
         return np.arange(count)
 
     @abstractmethod
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return the reason why it does not fit a parameter of a structure, or None."""
+        """Return why the scatter does not fit parameter `name` of a structure, or None if it fits."""
 
     @abstractmethod
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
@@ -37,7 +37,7 @@ class ParameterScatter(ABC):
 
         Args:
             nominal: Nominal value, shape [storey] or [].
-            normals: Standard normal values of its random variables, shape [variable, structure].
+            normals: Standard normal values of the parameter's random variables, shape [variable, structure].
             structures: Indices of the structures.
 
         Returns:
@@ -47,7 +47,7 @@ class ParameterScatter(ABC):
 
 @dataclass(frozen=True)
 class RandomScatter(ParameterScatter):
-    """Scatter by a random variable, which a subclass applies to the nominal value."""
+    """Random scatter; base class of RandomFactor and RandomValue."""
 
     distribution: Distribution
     per: str = "building"
@@ -60,14 +60,17 @@ class RandomScatter(ParameterScatter):
         if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
             raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
         if self.storey_correlation and self.per == "building":
-            raise ValueError("storey_correlation needs per='storey': with per='building' all storeys have one draw")
+            raise ValueError(
+                "storey_correlation needs per='storey': with per='building' one draw applies to all storeys. "
+                "Give per='storey', or remove storey_correlation"
+            )
 
     def variables(self, storeys: int) -> int:
         """Return one variable per storey, or one for the building."""
         return storeys if self.per == "storey" else 1
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return the reason why it does not fit a parameter of a structure, or None."""
+        """Return why the scatter does not fit parameter `name` of a structure, or None if it fits."""
         if self.per == "storey" and not structure.is_by_storey(name):
             return f"scatter[{name!r}]: {name} has one value for the building; use per='building'"
         return None
@@ -79,7 +82,7 @@ class RandomScatter(ParameterScatter):
 
     @abstractmethod
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-        """Return the parameter's values from its nominal value and the random numbers, which broadcast."""
+        """Return the parameter's values from its nominal value and the random numbers; the two arrays broadcast."""
 
 
 @with_suggestions
@@ -89,11 +92,12 @@ class RandomFactor(RandomScatter):
 
     Args:
         distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
-        per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
+        per: "building" (one draw for all storeys) or "storey" (one draw per storey).
+        storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:
-        TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
+        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
+            with `per="building"`.
 
     Example:
         >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
@@ -114,11 +118,12 @@ class RandomValue(RandomScatter):
 
     Args:
         distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
-        per: "building" (one draw for all storeys) or "storey" (one draw each).
-        storey_correlation: Correlation between two storeys' draws [1], 0 to 1, for `per="storey"`.
+        per: "building" (one draw for all storeys) or "storey" (one draw per storey).
+        storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:
-        TypeError, ValueError: If `per` is unknown, or the correlation is out of range or given for one draw for all.
+        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
+            with `per="building"`.
 
     Example:
         >>> wd.Scene(building, stripes, {"damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}).sampling
@@ -126,9 +131,9 @@ class RandomValue(RandomScatter):
     """
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return the reason why it does not fit a parameter of a structure, or None."""
+        """Return why the scatter does not fit parameter `name` of a structure, or None if it fits."""
         if structure.is_scaled:
-            return f"scatter[{name!r}]: a matrix can only be scaled, by a RandomFactor"
+            return f"scatter[{name!r}]: a matrix can only be scaled; give RandomFactor(...) instead of RandomValue(...)"
         return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
@@ -139,12 +144,12 @@ class RandomValue(RandomScatter):
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class GivenValues(FrozenArrays, ParameterScatter):
-    """Given values, one for each structure, such as a design of experiments.
+    """Given parameter values, one per structure, such as those of a design of experiments.
 
     Args:
-        values: The parameter's values in its units, shape [structure] or, if it has one per storey, [structure,
-            storey]; for a LinearSystem the factors on its matrix, shape [structure]. A storey whose law does not have
-            the parameter may have NaN in all structures.
+        values: Values in the parameter's units, shape [structure] or, if the parameter has one value per storey,
+            [structure, storey]. For a LinearSystem: factors on its matrix, shape [structure]. If the law of a storey
+            does not have the parameter, the storey's values may be NaN.
 
     Raises:
         ValueError: If a value is not finite or the shape is wrong.
@@ -172,11 +177,11 @@ class GivenValues(FrozenArrays, ParameterScatter):
         object.__setattr__(self, "values", values)
 
     def rows(self, count: int) -> slice:
-        """Return a slice of all structures with given values, which makes no copy of them."""
+        """Return a slice of all structures with given values; a slice avoids a copy of the values."""
         return slice(None)
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return the reason why the values do not fit a parameter of a structure, or None."""
+        """Return why the values do not fit parameter `name` of a structure, or None if they fit."""
         by_storey = structure.is_by_storey(name)
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
             wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
@@ -197,7 +202,7 @@ SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
 def check_scatter(structure: Structure, scatter: Scatter) -> None:
-    """Raise an error that names the entry of a scatter that does not fit the structure."""
+    """Raise an error that names the first entry of `scatter` that does not fit the structure."""
     if not isinstance(scatter, Mapping):
         raise TypeError(f"scatter must map names to values, got {scatter!r}")
     if scatter and structure.is_many:
@@ -209,12 +214,12 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
     for name, spread in scatter.items():
         if name not in structure.parameter_table:
             hint = did_you_mean(name, list(structure.parameter_table))
-            raise ValueError(f"scatter names unknown parameter {name!r}{hint}; {structure!r} has {allowed}")
+            raise ValueError(f"scatter names unknown parameter {name!r}{hint}; parameters of {structure!r}: {allowed}")
         if not isinstance(spread, ParameterScatter):
             raise TypeError(
-                f"scatter[{name!r}] must be a RandomFactor, a RandomValue or GivenValues, got {spread!r}: give a value "
-                f"for all structures to the structure's own {name}, one for each structure as GivenValues([...]), and "
-                f"a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
+                f"scatter[{name!r}] must be a RandomFactor, a RandomValue or GivenValues, got {spread!r}: give one "
+                f"value for all structures as {name}= of the structure, one value per structure as "
+                f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
         problem = spread.problem(name, structure)
         if problem:
@@ -227,15 +232,15 @@ def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
 
 
 def representative(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return values of the scattered parameters that differ wherever random values can differ.
+    """Return two values of each random parameter and all values of GivenValues, shape [value, storey] or [value].
 
-    They are two values of each distribution, or all given values, shape [value, storey] or [value].
+    Parameters and storeys that are equal in these values are equal in every sample.
     """
     return _at(structure, scatter, np.array([0.0, 1.0]))
 
 
 def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the scattered parameters at some standard normal values of their distributions, or all given values."""
+    """Return the scattered parameters at the standard normal values `z`; for GivenValues, all given values."""
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (spread.variables(structure.dofs), z.size))
@@ -253,6 +258,6 @@ def combined(
 
 
 def storeys_with(nominal: np.ndarray) -> np.ndarray | None:
-    """Return which storeys have a law with the parameter of this nominal value; None: all storeys."""
+    """Return which storeys have the parameter (its nominal value is not NaN); None: all storeys."""
     missing = np.isnan(nominal)
     return ~missing if missing.any() else None

@@ -25,12 +25,12 @@ from warpdyn.model.structures.structure import Structure
 
 
 def _described(given: object) -> str:
-    """Return the class of an argument in words."""
+    """Return the class of an argument in words, for an error message."""
     return f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
 
 
 def _advice(given: object, kind: type) -> str:
-    """Return advice if an argument that must be a Structure or an Excitation is related to one."""
+    """Return advice if a wrong argument contains, or is the class of, the needed Structure or Excitation; else ""."""
     if isinstance(given, type) and issubclass(given, kind):
         return f"; give {given.__name__}(...)"
     if kind is Structure:
@@ -43,30 +43,31 @@ def _advice(given: object, kind: type) -> str:
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
-    """The model of a run: a structure, its excitation, scatter and recorders, but not the method of integration.
+    """The model of a run: structure, excitation, scatter and recorders. The integration method is not part of it.
 
     Args:
-        structure: A ShearBuilding or a LinearSystem; or a Portfolio of many buildings, each archetype with its scatter.
-        excitation: Stripes, Cloud, OneMotionPerStructure or MotionsAtSites ground motions, or an EventSequence of them;
-            FilteredNoise; HarmonicForce, ForceHistory or FreeVibration; or one GroundMotion.
+        structure: A ShearBuilding, a LinearSystem, or a Portfolio of building types with their scatter.
+        excitation: Ground motions (Stripes, Cloud, OneMotionPerStructure, MotionsAtSites, one GroundMotion, or an
+            EventSequence of these), FilteredNoise, or forces (HarmonicForce, ForceHistory, FreeVibration).
         scatter: Differences between structures: parameter name -> RandomFactor, RandomValue or GivenValues.
-        correlation: Correlation of pairs of scattered parameters [1], (name, name) -> -1 to 1, of the underlying
-            normals.
+        correlation: Correlation of pairs of scattered parameters [1]: (name, name) -> -1 to 1. It is the correlation
+            of the standard normal variables from which the values are computed.
         sampling: "sobol" (scrambled; default), whose medians vary least from seed to seed, "latin_hypercube" or
-            "monte_carlo" (the default, and the only choice, for a portfolio).
-        recorders: Names of the recorders; None: all of them, which for a ShearBuilding are "drift", "time_of_peak",
+            "monte_carlo". A portfolio always has "monte_carlo".
+        recorders: Names of the recorders. None: all recorders, which for a ShearBuilding are "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy", and for a LinearSystem "displacement",
             "acceleration" and "energy".
-        collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses. The sample ends there: it has demands
-            up to the collapse, no residual drift, a `time_of_collapse` and a `storey_of_collapse`. Storeys may also
-            have capacities (`drift_capacity` and `drift_ratio_capacity` of a ShearBuilding). None: no collapse limit,
-            except 0.5 if the building has a `gravity_load` and no drift capacities.
-        tail: Free vibration after the end of a motion, or of each event of an EventSequence [s]; None: long enough
-            to read each structure's residual drift.
-        record_from: Start time of the recorders [s] from the start of the run, or of each event of an EventSequence:
-            peaks and their times refer to later states, so that a steady state is recorded without its transient.
-            Residual drifts, energies, collapses and histories refer to the whole run. A sample that collapses earlier
-            has its peaks up to the collapse.
+        collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses. Integration of the sample ends at
+            collapse: its demands are those up to collapse, its residual drift is missing, and `time_of_collapse` and
+            `storey_of_collapse` are recorded. Storeys may also have capacities (`drift_capacity` and
+            `drift_ratio_capacity` of a ShearBuilding). None: no collapse limit, except 0.5 if the building has a
+            `gravity_load` and no drift capacities.
+        tail: Duration of free vibration after the end of a motion, or of each event of an EventSequence [s]; None:
+            long enough to determine the residual drift of each structure.
+        record_from: Time from which peaks and their times are recorded [s], from the start of the run or of each event
+            of an EventSequence; for example, to record a steady state without its transient. Residual drifts,
+            energies, collapses and histories refer to the whole run. If a sample collapses before this time, its
+            peaks are those up to collapse.
         title: Title of the dataset.
 
     Raises:
@@ -133,7 +134,9 @@ class Scene:
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
             if self.structure.family != "chain":
-                raise ValueError("collapse_drift_ratio needs storeys: use a ShearBuilding, or remove it")
+                raise ValueError(
+                    "collapse_drift_ratio needs storeys: use a ShearBuilding, or remove collapse_drift_ratio="
+                )
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
             if not self.excitation.has_tail and self.tail > 0:
@@ -144,7 +147,7 @@ class Scene:
         if record_from > 0 and record_from >= self.shortest_run:
             raise ValueError(
                 f"record_from is {record_from:g} s, but the shortest sample ends at {self.shortest_run:g} s, so that "
-                "nothing would be recorded of it. Give an earlier record_from, or a longer excitation"
+                "none of its peaks would be recorded. Give an earlier record_from, or a longer excitation"
             )
         check_scatter(self.structure, self.scatter)
         check_correlation(self.structure, self.scatter, self.correlation)
@@ -158,7 +161,7 @@ class Scene:
 
     @property
     def representative_parameters(self) -> dict[str, np.ndarray]:
-        """Values of the scattered parameters that differ wherever random values can differ."""
+        """Two values of each random parameter, and all values of GivenValues, shape [value, storey] or [value]."""
         return representative(self.structure, self.scatter)
 
     @property
@@ -169,21 +172,21 @@ class Scene:
 
     @property
     def collapse_limit(self) -> float | None:
-        """The storey drift ratio at which a sample collapses, given or by default; None: no limit."""
+        """The storey drift ratio at which a sample collapses, either given or the default; None: no limit."""
         if self.collapse_drift_ratio is not None or self.structure.is_many:
             return self.collapse_drift_ratio
         return self.structure.default_collapse_drift_ratio
 
     @property
     def shortest_run(self) -> float:
-        """Duration of the shortest motion, or of a load, including `tail` if it is given [s]."""
+        """Duration of the shortest ground motion, or of the load, including `tail` if it is given [s]."""
         known: Any = self.excitation  # noise and loads that are formulas have a duration
         lengths = [motion.step * (len(motion.values) - 1) for motion in known.motions] or [known.duration]
         return min(lengths) + (self.tail or 0.0 if known.has_tail else 0.0)
 
     @property
     def structures_given(self) -> int:
-        """Number of structures for which the scene lists values or motions; 0 if any number can be drawn."""
+        """Number of structures for which the scene lists values or motions; 0 if it lists none."""
         listed = [len(spread.values) for spread in self.scatter.values() if isinstance(spread, GivenValues)]
         return max([*listed, self.excitation.structures_given])
 
@@ -192,7 +195,7 @@ class Scene:
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def to_json(self) -> str:
-        """Return the scene as JSON, with only the shape of long arrays; the dataset has the sampled inputs.
+        """Return the scene as JSON. Of a long array, the JSON contains only the shape.
 
         Example:
             >>> scene.to_json()[:40]
@@ -202,16 +205,16 @@ class Scene:
 
     @classmethod
     def from_json(cls, text: str, motions: GroundMotion | Sequence[GroundMotion] = ()) -> Self:
-        """Return the scene that a dataset's attribute `scene` describes; its results are bit-identical.
+        """Return the scene that a dataset's attribute `scene` describes; a new run gives bit-identical results.
 
         Args:
             text: The JSON.
-            motions: The ground motions of the scene, in any order, and possibly others: the JSON contains digests of
-                their samples.
+            motions: The ground motions of the scene, in any order; additional motions are ignored. The JSON contains
+                only a digest of each motion's samples.
 
         Raises:
-            ValueError: If a motion is missing, the JSON contains only the shape of a long array, or an object of the
-                scene has a class of the user's; the message names it.
+            ValueError: If a motion is missing, the JSON contains only the shape of a long array, or an object has a
+                class that a user wrote. The message names the motion, array or class.
             TypeError: If `text` is not text, or a motion is not a GroundMotion.
 
         Example:

@@ -1,9 +1,10 @@
-"""Points of a scrambled Sobol sequence at any indices, bit for bit those of SciPy's `qmc.Sobol`.
+"""Points of a scrambled Sobol sequence at any indices, bit-identical to those of SciPy's `qmc.Sobol`.
 
-SciPy generates points only in order, and not from several threads. But the digits of a point are the exclusive or of
-one direction number per bit of its index in Gray code (Antonov and Saleev 1979, An economic method of computing
-LP-tau sequences, USSR Comput. Math. Math. Phys. 19), and of a random shift. The shift is point 0. The direction
-numbers follow from the points with the indices 1, 2, 4, ..., which SciPy reaches by `fast_forward`.
+SciPy generates points only in order, and not in several threads. This module computes a point from its index. The
+binary digits of a point are the exclusive or of a random shift and of one direction number for each bit that is set in
+the Gray code of the index (Antonov and Saleev 1979, An economic method of computing LP-tau sequences, USSR Comput.
+Math. Math. Phys. 19). The shift is point 0. The direction numbers follow from the points with the indices 1, 2, 4, ...,
+which SciPy reaches by `fast_forward`.
 """
 
 from __future__ import annotations
@@ -15,10 +16,10 @@ TABLE_BITS = 10  # a table contains one row for each value of 10 bits of an inde
 
 
 class SobolPoints:
-    """The first points of a scrambled Sobol sequence, in any order and from several threads.
+    """The first `count` points of a scrambled Sobol sequence; several threads may read them in any order.
 
     Args:
-        dimensions: Coordinates of a point.
+        dimensions: Number of coordinates of a point.
         generator: Source of the random scrambling.
         count: Number of points.
 
@@ -40,7 +41,10 @@ class SobolPoints:
                 "sampling='monte_carlo'"
             )
         if count > 2**BITS:
-            raise ValueError(f"a Sobol sequence ends after 2^{BITS} points, but {count} points are needed")
+            raise ValueError(
+                f"a Sobol sequence ends after 2^{BITS} points, but {count} points are needed: choose "
+                "sampling='monte_carlo'"
+            )
         sequence = qmc.Sobol(dimensions, rng=generator, bits=BITS)
 
         def next_digits() -> np.ndarray:
@@ -58,7 +62,7 @@ class SobolPoints:
             self._tables[-1] = np.concatenate([self._tables[-1], self._tables[-1] ^ number])
 
     def at(self, indices: np.ndarray) -> np.ndarray:
-        """Return the points of some indices below `count`, shape [index, dimension], in [0, 1)."""
+        """Return the points with these indices (all below `count`), shape [index, dimension], values in [0, 1)."""
         code = indices ^ (indices >> 1)
         words, last = self._tables[0][code % 2**TABLE_BITS], code.max(initial=0)
         for place, table in enumerate(self._tables[1:], 1):

@@ -1,4 +1,4 @@
-"""Ground motions at sites: grids of motions and of intensities, and which of them each building has."""
+"""Ground motions at sites: grids of motions and intensities, and the motions of each building."""
 
 from warpdyn.model.sites.event_grid import read_event_grid
 from warpdyn.model.sites.ground_motion_fields import read_ground_motion_field

@@ -22,27 +22,29 @@ from warpdyn.model.sites.motion_grid import MotionGrid
 
 
 def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
-    """Read the motions at the points of a grid for SimCenter's R2D tool.
+    """Read the ground motions at the points of a grid for SimCenter's R2D tool.
 
-    The folder contains EventGrid.csv (columns `GP_file`, `Longitude`, `Latitude`), a file for each point (columns
-    `TH_file` and, if factors are not 1, `factor`, a row for each earthquake), and each motion as `<TH_file>.json` with
-    `dT` [s], `data_x` and, if there are two components, `data_y`. All points have the same number of rows: row `i` is
-    of earthquake `i`, as in SimCenter's draws. Other columns of the grid, such as Vs30, are not used; SimCenter uses
-    for a building with such a property only the points that agree with it.
+    The folder contains:
+
+    - EventGrid.csv, with columns `GP_file`, `Longitude` and `Latitude`. Other columns, such as Vs30, are not used.
+      (SimCenter gives a building with such a property only points with the same property.)
+    - A file for each point, with columns `TH_file` and, if factors are not 1, `factor`. All points have the same number
+      of rows: row `i` belongs to earthquake `i`, as in SimCenter's draws.
+    - Each motion as `<TH_file>.json`, with `dT` [s], `data_x` and, if there are two components, `data_y`.
 
     Args:
         path: EventGrid.csv, or its folder.
-        unit: Unit of the accelerations, which the files do not give: one of `records.UNITS`, such as "g".
+        unit: Unit of the accelerations, one of `records.UNITS`, such as "g". The files do not contain it.
 
     Returns:
-        The grid of motions. Points without coordinates, or with NaN among their factors or motions, are left out; a
-        warning counts and names them.
+        The grid of motions. Points without coordinates, or with NaN among their factors or motions, are removed; a
+        warning counts and names these points.
 
     Raises:
-        ValueError: If a column is missing, points have no file or no motions (the message counts and names them), their
-            numbers of rows differ, a file is outside the folder (also through a symbolic link), a factor is not above
-            0, or a motion's file is invalid.
-        FileNotFoundError: If there is no such EventGrid.csv.
+        ValueError: If a column is missing, points have no file or no motions (the message counts and names these
+            points), numbers of rows differ, a file is outside the folder (also through a symbolic link), a factor is
+            not above 0, or a motion's file is invalid.
+        FileNotFoundError: If EventGrid.csv does not exist.
         TypeError: If `path` is not a path.
 
     Example:
@@ -54,7 +56,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
     file, names, places, rows = read_stations("read_event_grid", path)
     if rows[0] and MOTIONS not in rows[0][0]:
         raise ValueError(
-            f"{file}: {names[0]} has no column {MOTIONS!r}: use read_intensity_grid if these are files of intensities"
+            f"{file}: {names[0]} has no column {MOTIONS!r}: if the files contain intensities, use read_intensity_grid"
         )
     factor = acceleration_factor(unit, str(file))
     found: dict[str, int] = {}
@@ -81,7 +83,8 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
             scale[point, earthquake] = number_of_station(where, row.get("factor") or "1", above=0)
     if missing:
         raise ValueError(
-            f"{file}: {counted(missing)} of {len(found):,} motions have no file <{MOTIONS}>.json in its folder"
+            f"{file}: {counted(missing)} of {len(found):,} motions have no file <{MOTIONS}>.json in its folder. Add "
+            "the files, or remove the rows"
         )
     kept = np.array(~np.isnan(scale).any(axis=1) & ~np.isin(record, sorted(unknown)).any(axis=1))
     warn_of_points_left_out(file, names, kept, "NaN among their factors or motions")
@@ -91,7 +94,9 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
     motions, record = [motions[each] for each in used], np.searchsorted(used, record).astype(np.int32)
     components = len(motions[0])
     if any(len(each) != components for each in motions):
-        raise ValueError(f"{file}: some motions have one component and others two: give all of them one, or two")
+        raise ValueError(
+            f"{file}: some motions have one component and others two: all motions need the same number of components"
+        )
     motion = record[:, :, None] * components + np.arange(components, dtype=np.int32)
     same = (record == record[:1]).all(axis=0)
     labels = list(found)
@@ -102,14 +107,15 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
 
 
 def _read_motion(path: Path, name: str, factor: float) -> list[GroundMotion]:
-    """Return the components of a motion; an empty list if it has NaN."""
+    """Return the components of the motion in a file; an empty list if a component contains NaN."""
     try:
         told = json.loads(path.read_text(encoding="utf-8-sig"))
         step = told["dT"]
         values = {"x": told["data_x"]} | ({"y": told["data_y"]} if "data_y" in told else {})
         arrays = {axis: factor * np.asarray(each, dtype=np.float64) for axis, each in values.items()}
     except (json.JSONDecodeError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path} must be JSON with dT and data_x: {error!r}") from None
+        problem = f"the key {error} is missing" if isinstance(error, KeyError) else str(error)
+        raise ValueError(f"{path} must be JSON with dT and data_x: {problem}") from None
     if any(np.isnan(each).any() for each in arrays.values()):
         return []
     try:

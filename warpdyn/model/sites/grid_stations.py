@@ -25,7 +25,7 @@ def read_stations(
     function: str,
     path: str | os.PathLike,
 ) -> tuple[Path, list[str], tuple[np.ndarray, np.ndarray], list[list[dict[str, str]]]]:
-    """Return the grid's file, the names and places of its points, and the rows of each point's file."""
+    """Return the grid's file, the points' names, (longitudes, latitudes), and the rows of each point's file."""
     is_folder = isinstance(path, str | os.PathLike) and os.fspath(path) != "" and Path(path).is_dir()
     file = existing_file(function, Path(path) / "EventGrid.csv" if is_folder else path)
     table = read_csv(file)
@@ -33,10 +33,12 @@ def read_stations(
         if name not in table:
             raise no_column(str(file), name, table)
     if not len(table):
-        raise ValueError(f"{file}: there is no grid point in it")
+        raise ValueError(f"{file} contains no grid point: it needs at least one row below the names of the columns")
     unnamed = [f"row {row + 1}" for row in np.flatnonzero(table["GP_file"].isna())]
     if unnamed:
-        raise ValueError(f"{file}: {counted(unnamed)} of {len(table):,} grid points have no GP_file")
+        raise ValueError(
+            f"{file}: {counted(unnamed)} of {len(table):,} grid points have no GP_file: name a file in each row"
+        )
     names = table["GP_file"].astype(str).tolist()
     places = [
         np.array(
@@ -55,7 +57,9 @@ def read_stations(
     files = {name: inside_folder(file.parent, name, str(file)) for name in dict.fromkeys(names)}
     missing = [name for name in names if not files[name].is_file()]
     if missing:
-        raise ValueError(f"{file}: {counted(missing)} of {len(names):,} grid points have no file")
+        raise ValueError(
+            f"{file}: for {counted(missing)} of {len(names):,} grid points the file that GP_file names does not exist"
+        )
     read = {name: _rows_of_station(source) for name, source in files.items()}
     empty = [name for name, rows in read.items() if not rows]
     if empty:
@@ -65,21 +69,21 @@ def read_stations(
     if others:
         raise ValueError(
             f"{file}: {names[0]} has {counts[names[0]]} rows, but {counted(others)} of {len(names):,} points have "
-            "other numbers of rows: each point needs a row for each earthquake"
+            "other numbers of rows: the file of each point needs one row per earthquake"
         )
     return file, names, (longitude, latitude), [read[name] for name in names]
 
 
 def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why: str) -> None:
-    """Warn of points that are left out; raise a ValueError if no point is left."""
+    """Warn of points that are removed, for the reason `why`; raise a ValueError if no point is kept."""
     if kept.all():
         return
     left = [name for name, is_kept in zip(names, kept, strict=True) if not is_kept]
     if not kept.any():
         raise ValueError(f"{file}: all of {len(names):,} grid points ({names[0]}, ...) have {why}")
     warn_caller(
-        f"{file}: {counted(left)} of {len(names):,} grid points have {why} and are left out: buildings use the points "
-        "around them"
+        f"{file}: {counted(left)} of {len(names):,} grid points have {why} and are left out: buildings near them get "
+        "motions of other points"
     )
 
 
@@ -100,7 +104,7 @@ def _rows_of_station(path: Path) -> list[dict[str, str]]:
 
 
 def number_of_station(what: str, word: object, *, above: float | None = None, least: float | None = None) -> float:
-    """Return a number, NaN if it is missing; raise a ValueError for other text, infinity or a value out of bounds."""
+    """Return the number in a cell, NaN if it is missing; raise a ValueError if it is not a number or out of bounds."""
     text = str(word).strip()
     try:
         value = np.nan if text.lower() in MISSING else float(text)
@@ -113,5 +117,5 @@ def number_of_station(what: str, word: object, *, above: float | None = None, le
 
 
 def acceleration_factor(unit: str, where: str) -> float:
-    """Return the factor from a unit of acceleration, also in R2D's form ("inps2"), to m/s2."""
+    """Return the factor that converts a unit of acceleration to m/s2; the unit may have R2D's form "inps2"."""
     return unit_factor(re.sub(r"^([a-z]+)ps2$", r"\1/s2", str(unit).strip(), flags=re.IGNORECASE), where)

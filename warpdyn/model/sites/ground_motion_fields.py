@@ -1,4 +1,4 @@
-"""OpenQuake's ground motion fields: intensities at sites in each event of a calculation, as CSV files."""
+"""Ground motion fields of OpenQuake: CSV files with the intensities at all sites in each event of a calculation."""
 
 from __future__ import annotations
 
@@ -32,28 +32,28 @@ def read_ground_motion_field(
 ) -> xr.Dataset:
     """Read ground motion fields of the OpenQuake engine.
 
-    The engine does not write sites where an event is weaker than its `minimum_intensity`, nor events that are weaker at
-    all sites: their intensities are read as 0. Events are numbered from 0, so that every number up to the largest in
-    the file is an event; weak events after the largest are known only from `events`.
+    The engine does not write intensities below its `minimum_intensity`; they are read as 0. If all intensities of an
+    event are below it, the file does not contain the event. Events are numbered from 0: every number up to the largest
+    number in the file is an event. If the last events of the calculation are not in the file, give `events`.
 
     Args:
         fields: The CSV file of the fields (gmf-data), with columns `event_id`, `gmv_PGA`, `gmv_SA(0.3)` and so on, and
             `site_id` or `custom_site_id`.
         sites: The CSV file of the sites (sitemesh), with the same column of sites, `lon` and `lat`.
-        events: Number of events of the calculation, with ids from 0; or the ids of its events, or the CSV file of its
-            events with a column `event_id`. None: ids from 0 to the largest in `fields`; a warning counts those without
-            rows.
+        events: Number of events of the calculation, with ids from 0; or the ids of all events; or the CSV file of
+            events with a column `event_id`. None: ids from 0 to the largest in `fields`; a warning counts the events
+            without rows.
 
     Returns:
-        Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point): accelerations in g, velocities in m/s,
-        displacements in m, other measures unchanged, without a unit; with the coordinates `longitude`, `latitude` and
-        `point_name`. Give one of the fields to `scale_records`.
+        Dataset with the fields `PGA`, `SA(0.3)` and so on, dimensions (earthquake, point), and the coordinates
+        `longitude`, `latitude` and `point_name`. Accelerations are in g, velocities in m/s and displacements in m;
+        other measures are unchanged and have no unit. Give one of the fields to `scale_records`.
 
     Raises:
         ValueError: If a column is missing, a site of the fields is not among the sites, an event is not among `events`,
             a site or a value is repeated, or a value is below 0 or not finite. The message names the file.
-        FileNotFoundError: If there is no such file.
-        TypeError, IsADirectoryError: If a path is not a path, or is a folder.
+        FileNotFoundError: If a file does not exist.
+        TypeError, IsADirectoryError: If a path is not text or a Path, or is a folder.
 
     Example:
         >>> shaking = wd.sites.read_ground_motion_field("gmf-data_1.csv", "sitemesh_1.csv")
@@ -86,17 +86,23 @@ def read_ground_motion_field(
     place = pd.Index(names).get_indexer(values[site].astype(str))
     if np.any(place < 0):
         unknown = values[site].astype(str)[place < 0].unique()
-        raise ValueError(f"{fields}: {sites} lacks sites of the fields: {counted(unknown)}")
+        raise ValueError(
+            f"{fields}: {counted(unknown)} sites are not in {sites}: give the sites file of the same calculation"
+        )
     earthquakes = _events(fields, values[event], events, len(names))
     number = pd.Index(earthquakes).get_indexer(values[event])
     cell = number.astype(np.int64) * len(names) + place
     if pd.Series(cell).duplicated().any():
         twice = int(np.flatnonzero(pd.Series(cell).duplicated())[0])
-        raise ValueError(f"{fields}: site {values[site].iloc[twice]} has event {values[event].iloc[twice]} twice")
+        raise ValueError(
+            f"{fields}: site {values[site].iloc[twice]} has event {values[event].iloc[twice]} twice: remove one row"
+        )
     silent = len(names) - np.unique(place).size
     if silent:
         first = names[np.setdiff1d(np.arange(len(names)), place)[0]]
-        warn_caller(f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: 0 is used")
+        warn_caller(
+            f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: 0 is used as their intensity"
+        )
     made = {}
     for column in measures:
         given = pd.to_numeric(values[column], errors="coerce").to_numpy(dtype=np.float64)
@@ -120,7 +126,7 @@ def read_ground_motion_field(
 def _events(
     fields: str | os.PathLike, found: pd.Series, events: int | Sequence[int] | str | os.PathLike | None, sites: int
 ) -> np.ndarray:
-    """Return the increasing ids of all events; `found` are the events in the rows."""
+    """Return the ids of all events in increasing order; `found` are the ids in the rows of the fields."""
     ids = pd.to_numeric(found, errors="coerce").to_numpy(np.float64)
     if not np.all((ids >= 0) & (ids == np.floor(ids)) & (ids < 2**62)):
         row = int(np.argmin((ids >= 0) & (ids == np.floor(ids))))
@@ -142,7 +148,10 @@ def _events(
         every = np.arange(count, dtype=np.float64)
     unknown = np.setdiff1d(ids, every)
     if unknown.size:
-        raise ValueError(f"{fields}: the event {unknown[0]:g} is not among the events, {every[0]:g} to {every[-1]:g}")
+        raise ValueError(
+            f"{fields}: the event {unknown[0]:g} is not among the events, {every[0]:g} to {every[-1]:g}: give events= "
+            "of the same calculation"
+        )
     silent = np.setdiff1d(every, ids)
     if silent.size:
         after = (
@@ -158,16 +167,16 @@ def _events(
 
 
 def _distinct_events(what: str, ids: pd.Series) -> np.ndarray:
-    """Return ids of events, increasing, after checking that they are distinct whole numbers."""
+    """Return the ids of events in increasing order, or raise a ValueError if they are not distinct whole numbers."""
     found = pd.to_numeric(ids, errors="coerce").to_numpy(np.float64)
     good = found.size > 0 and bool(np.all((found >= 0) & (found == np.floor(found)) & (found < 2**62)))
     if not good or np.unique(found).size < found.size:
-        raise ValueError(f"{what}: ids of events must be whole numbers of at least 0, each once")
+        raise ValueError(f"{what}: ids of events must be whole numbers of at least 0, without repetition")
     return np.sort(found)
 
 
 def _measure_name(text: str) -> str:
-    """Return a measure's name, with the period of a spectral acceleration as a decimal number."""
+    """Return a measure's name, with the period of a spectral acceleration as a decimal number, such as "SA(1.0)"."""
     name, _, period = text.partition("(")
     try:
         return f"SA({float(period.rstrip(')'))})" if name == "SA" else text

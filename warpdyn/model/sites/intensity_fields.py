@@ -1,4 +1,4 @@
-"""Fields of an intensity measure at the points of a grid: their dataset, and records scaled to them."""
+"""Fields of an intensity measure at grid points: their dataset, and ground motions scaled to a field."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ def field_dataset(
     """Return the dataset of intensity fields.
 
     Args:
-        what: The file, for errors.
+        what: Name of the file, for errors.
         longitude: Longitudes of the points [degree], shape [point].
-        latitude: Latitudes [degree], shape [point].
-        fields: Values of shape [earthquake, point] and their unit ("" if it is unknown), by name.
+        latitude: Latitudes of the points [degree], shape [point].
+        fields: Name of the field -> values, shape [earthquake, point], and their unit ("" if it is unknown).
         points: Names of the points; None: no names.
         earthquakes: Names of the earthquakes; None: numbers from 0.
         attributes: Attributes of the dataset.
 
     Raises:
-        ValueError: If a place is not on Earth.
+        ValueError: If a longitude or latitude is out of range.
     """
     check_degrees(what, longitude, latitude)
     variables = {}
@@ -66,20 +66,20 @@ def field_dataset(
 def scale_records(
     field: xr.DataArray, motions: Sequence[Record], *, seed: int = 0, record: ArrayLike | None = None
 ) -> MotionGrid:
-    """Return motions at the points of an intensity field: in each earthquake one record, scaled to the field's values.
+    """Return ground motions at the points of an intensity field: records scaled to the field's values.
 
-    All points have the same record in an earthquake. A pair of components is scaled by one factor, so that the
-    geometric mean of both has the field's value.
+    In an earthquake, all points have the same record, with different factors. Both components of a pair are scaled by
+    the same factor, so that the geometric mean of their intensities is the field's value.
 
     Args:
-        field: Values of a measure, dimensions `earthquake` and `point`, from the readers of `wd.sites` or
+        field: Values of an intensity measure, dimensions `earthquake` and `point`, from a reader of `wd.sites` or from
             `correlated_fields`, such as `wd.sites.read_shakemap("grid.xml")["SA(1.0)"]`.
         motions: Records: motions, or pairs of components, as from `records.pairs`.
-        seed: Seed of the random order of records; a record is repeated only after all others.
-        record: Index into `motions` of each earthquake, shape [earthquake]; None: chosen at random.
+        seed: Seed of the random choice of records. No record is used again before all records were used.
+        record: Index into `motions` for each earthquake, shape [earthquake]; None: chosen at random.
 
     Returns:
-        The grid of motions; its method `at` makes the design for buildings.
+        The grid of motions. Its method `at` returns the excitation of buildings.
 
     Raises:
         ValueError: If the field's measure or unit is unknown, values are below 0 or not finite, or a motion has no
@@ -96,7 +96,10 @@ def scale_records(
     name = str(field.name)
     measure = measure_named(name)
     if measure is None or measure.kind not in SCALED or measure.components:
-        raise ValueError(f"scale_records: the field is named {name!r}; it must be PGA, PGV, PGD or SA(period in s)")
+        raise ValueError(
+            f"scale_records: the field is named {name!r}, but its name must be an intensity measure: PGA, PGV, PGD or "
+            "SA(period in s), such as 'SA(1.0)'. Rename it: field.rename('SA(1.0)')"
+        )
     try:
         factor = measure.unit_size(field.attrs.get("units"))
     except ValueError as error:
@@ -125,7 +128,7 @@ def scale_records(
     of_motion = measure.values(flat).reshape(len(pairs), -1)
     if not np.all(of_motion > 0):
         silent = flat[int(np.argmin(of_motion.ravel()))].name
-        raise ValueError(f"scale_records: motion {silent!r} has no {name} to scale: remove it")
+        raise ValueError(f"scale_records: motion {silent!r} has {name} = 0, so that it cannot be scaled: remove it")
     of_record = np.exp(np.log(of_motion).mean(axis=1))
     chosen = _chosen(record, values.shape[0], len(pairs), whole_number("seed", seed, 0))
     components = of_motion.shape[1]
@@ -146,7 +149,7 @@ def scale_records(
 
 
 def _chosen(record: ArrayLike | None, earthquakes: int, records: int, seed: int) -> np.ndarray:
-    """Return the record of each earthquake, shape [earthquake]."""
+    """Return the index of the record of each earthquake, shape [earthquake]."""
     if record is None:
         random = np.random.default_rng([seed, Purpose.RECORDS_OF_EARTHQUAKES])
         rounds = -(-earthquakes // records)
@@ -154,6 +157,7 @@ def _chosen(record: ArrayLike | None, earthquakes: int, records: int, seed: int)
     chosen = unmasked("record", record)
     if chosen.shape != (earthquakes,) or chosen.dtype.kind not in "iu" or chosen.min() < 0 or chosen.max() >= records:
         raise ValueError(
-            f"scale_records: record must index {records} records from 0, one for each of {earthquakes} earthquakes"
+            f"scale_records: record must contain one index from 0 to {records - 1} into motions for each of "
+            f"{earthquakes} earthquakes, shape [{earthquakes}]"
         )
     return chosen

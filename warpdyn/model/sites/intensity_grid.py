@@ -27,24 +27,24 @@ _SPECTRAL = re.compile(r"P?SA[_( ]*(\d+(?:\.\d+)?) *s?\)?", re.IGNORECASE)
 def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.Dataset:
     """Read the intensities at the points of a grid for SimCenter's R2D tool.
 
-    The folder is as in `read_event_grid`, but the files of the points have a column for each intensity measure, such
-    as `PGA` or `SA(0.3)` (also written `SA_0.3`), a row for each earthquake, and there are no motions. A column may
-    give its unit: `PGA [in/s2]`, `SA_0.3 [g]`, `PGV [cm/s]`.
+    The folder is as in `read_event_grid`, but contains no motions. The file of a point has one column per intensity
+    measure, such as `PGA` or `SA(0.3)` (also written `SA_0.3`), and one row per earthquake. The name of a column may
+    contain its unit: `PGA [in/s2]`, `SA_0.3 [g]`, `PGV [cm/s]`.
 
     Args:
         path: EventGrid.csv, or its folder.
         unit: Unit of accelerations in columns without a unit: one of `records.UNITS`, or R2D's "g", "mps2", "inps2" or
-            "ftps2". There is no default: R2D's files have the unit of its input panel.
+            "ftps2". There is no default, because R2D's files are in the unit that its user chose in the input panel.
 
     Returns:
-        Dataset with the fields `PGA`, `SA(0.3)` and so on (earthquake, point) in g, and the coordinates `longitude` and
-        `latitude`; give one of the fields to `scale_records`. PGV and PGD are in m/s and m if their columns give the
-        unit. Other measures are unchanged, without a unit. Points without coordinates or with NaN are left out; a
-        warning counts and names them.
+        Dataset with the fields `PGA`, `SA(0.3)` and so on, dimensions (earthquake, point), in g, and the coordinates
+        `longitude` and `latitude`. PGV and PGD are in m/s and m if their columns give the unit. Other measures are
+        unchanged and have no unit. Points without coordinates or with NaN are removed; a warning counts and names
+        these points. Give one of the fields to `scale_records`.
 
     Raises:
-        ValueError: As in `read_event_grid`; if the unit of accelerations is missing, or a column gives another one; or
-            if points have different columns; or if an intensity is below 0 or infinite.
+        ValueError: As in `read_event_grid`; or if the unit of accelerations is missing or differs from that of a
+            column, points have different columns, or an intensity is below 0 or infinite.
         TypeError, FileNotFoundError: As in `read_event_grid`.
 
     Example:
@@ -60,7 +60,7 @@ def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.
         if of_point[0].keys() != rows[0][0].keys():
             raise ValueError(
                 f"{file}: {name} has the columns {', '.join(of_point[0])}, and {names[0]} has {', '.join(columns)}: "
-                "all points must have the same measures in the same units. Name the columns alike in all files"
+                "all points must have the same measures in the same units. Use the same columns in all files"
             )
     fields, kept = {}, np.ones(len(names), dtype=bool)
     for column in columns:
@@ -88,7 +88,7 @@ def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.
 
 
 def _measure_of_column(file: Path, station: str, column: str, unit: str | None) -> tuple[str, str, float]:
-    """Return the measure of a column, the unit of its field and the factor to it."""
+    """Return the measure in a column, the unit of its field, and the factor that converts values to this unit."""
     bare, _, own = column.strip().partition("[")
     bare, own = bare.strip(), own.rstrip("] ").strip()
     spectral = _SPECTRAL.fullmatch(bare)

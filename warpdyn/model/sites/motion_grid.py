@@ -1,4 +1,4 @@
-"""Motions at the points of a grid, and the design in which buildings get the motions of nearby points."""
+"""Ground motions at the points of a grid, and the excitation in which buildings get the motions of nearby points."""
 
 from __future__ import annotations
 
@@ -34,17 +34,17 @@ DRAW, MEAN = "draw", "mean"
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class MotionGrid:
-    """Ground motions at the points of a grid, in some earthquakes.
+    """Ground motions at the points of a grid in one or several earthquakes.
 
     Args:
         longitude: Longitudes of the points [degree], shape [point].
         latitude: Latitudes of the points [degree], shape [point].
-        motions: The motions.
-        motion: Index into these, shape [point, earthquake, component].
-        scale: Factor on the motion [1], of the same shape.
+        motions: All different ground motions.
+        motion: Index into `motions`, shape [point, earthquake, component].
+        scale: Factor that multiplies the motion [1], shape [point, earthquake, component].
         points: Names of the points.
         earthquakes: Names of the earthquakes.
-        measure: The intensity measure that labels samples.
+        measure: The intensity measure that is recorded for each sample.
 
     Example:
         >>> longitude, latitude = np.array([-122.3, -122.2]), np.array([37.8, 37.8])
@@ -79,28 +79,29 @@ class MotionGrid:
         reach: float | None = None,
         seed: int = 0,
     ) -> MotionsAtSites:
-        """Return the design in which buildings get the motions of the nearest grid points.
+        """Return the excitation in which buildings get the motions of the nearest grid points.
 
-        The weight of each of the nearest points is one over its squared distance. By default each draw chooses one of
-        these points with this probability, as SimCenter's NearestNeighborEvents (which uses distances in degrees; here
-        they are on the sphere), so that neighbouring buildings may have motions of different points. A building's draws
-        depend only on the seed and its row in the inventory.
+        Each of the nearest points has a weight in proportion to 1 / distance squared. By default, each draw chooses one
+        of these points with this weight as probability, as SimCenter's NearestNeighborEvents does (SimCenter uses
+        distances in degrees, warpdyn great-circle distances). Therefore, neighbouring buildings may have motions of
+        different points. A building's draws depend only on the seed and on its row in the inventory.
 
         Args:
             inventory: The buildings, from a reader of `wd.inventories`.
-            rows: The stock made from the inventory, for its buildings in the order of the portfolio, or the row of each
-                building; None: all rows in their order, which is not that of a stock's portfolio.
-            draws: Number of draws of each building, 25 in SimCenter's Bay Area testbed: draw `i` is of earthquake `i`,
-                with the first again after the last. None: the number of earthquakes.
-            neighbours: Number of nearest points.
-            choice: "draw"; or "mean", the weighted mean of factors, if all points have the same motion in an
-                earthquake, as those of `scale_records`.
-            reach: Largest distance of a building from the nearest point [m]; None: the grid's spacing, which is the
-                median distance of a point to its third neighbour.
+            rows: Order of the buildings. A BuildingStock made from the inventory: the order of its portfolio; an array:
+                the inventory row of each building, or a mask of rows; None: all rows of the inventory in their order,
+                which is usually not that of a portfolio.
+            draws: Number of draws of each building (25 in SimCenter's Bay Area testbed). Draw `i` has the motion of
+                earthquake `i`; after the last earthquake, the first follows. None: the number of earthquakes.
+            neighbours: Number of nearest points that may be chosen.
+            choice: "draw" (one of the points), or "mean" (the motion with the weighted mean of the points' factors;
+                all points must have the same motion in an earthquake, as in the result of `scale_records`).
+            reach: Largest allowed distance of a building from its nearest point [m]; None: the grid's spacing, i.e. the
+                median distance of a point from its third neighbour.
             seed: Seed of the draws.
 
         Returns:
-            The excitation for a Scene of the portfolio.
+            The excitation for a Scene whose structure is the portfolio.
 
         Raises:
             ValueError: If buildings are farther from the grid than `reach`, the stock was made from another inventory,
@@ -127,7 +128,8 @@ class MotionGrid:
             rows = np.asarray(rows) if isinstance(rows, list | tuple | np.ndarray | pd.Series) else np.zeros(0)
             if rows.ndim != 1 or not rows.size or rows.dtype.kind not in "iub":
                 raise TypeError(
-                    "MotionGrid.at: rows must be a BuildingStock, or numbers or a mask of the inventory's rows"
+                    "MotionGrid.at: rows must be a BuildingStock, the numbers of rows of the inventory (from 0), or a "
+                    "mask with True for the rows to use"
                 )
         rows = every if rows is None else every[unmasked("rows", rows)]  # rows may also be a mask
         grid = self.longitude, self.latitude
@@ -135,7 +137,10 @@ class MotionGrid:
         earthquake = np.arange(count) % len(self.earthquakes)
         if choice == MEAN:
             if np.any(self.motion != self.motion[:1]):
-                raise ValueError("MotionGrid.at: choice='mean' needs the same motion at all points of an earthquake")
+                raise ValueError(
+                    "MotionGrid.at: choice='mean' needs the same motion at all points in an earthquake, as in a grid "
+                    "of scale_records: give choice='draw'"
+                )
             scale, weights = np.zeros((rows.size, *self.scale.shape[1:])), inverse_distance_weights(distance)
             for near in range(index.shape[1]):
                 scale += weights[:, near, None, None] * self.scale[index[:, near]]
@@ -150,7 +155,7 @@ class MotionGrid:
 def _drawn_points(
     index: np.ndarray, distance: np.ndarray, rows: np.ndarray, buildings: int, draws: int, seed: int
 ) -> np.ndarray:
-    """Return a point for each building and draw, with the probability of its weight, shape [building, draw]."""
+    """Return the random point of each building and draw, shape [building, draw]; weights are the probabilities."""
     # The place of a row's numbers in the stream depends only on its number.
     random = uniform_rows(seed, Purpose.GRID_POINTS, buildings, draws)
     found = np.empty((rows.size, draws), np.min_scalar_type(index.max()))
@@ -167,19 +172,19 @@ def _drawn_points(
 
 
 def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
-    """Return a run under motions at sites with the draw, the earthquake and the site of each sample.
+    """Return a run with additional coordinates: the draw, earthquake and site of each sample.
 
     Args:
-        run: The result of `simulate`, or some of its samples.
-        design: The excitation of its scene.
+        run: The result of `simulate`, or some of its samples, for a scene with MotionsAtSites.
+        design: The MotionsAtSites of the scene.
 
     Returns:
         The run with the coordinates `draw_index`, `earthquake_index` and `site_index` along `sample`, and
-        `earthquake_name` along `earthquake`. `damage_shares(run, limits, events=run["draw_index"])` counts buildings by
-        draw, each by its worse component.
+        `earthquake_name` along `earthquake`. With these, `damage_shares(run, limits, events=run["draw_index"])` gives
+        the shares of damaged buildings in each draw; the worse of two components counts.
 
     Raises:
-        ValueError: If the run is not of that design.
+        ValueError: If the run has more structures than the design.
         TypeError: If an argument is of the wrong kind.
 
     Example:
@@ -194,7 +199,10 @@ def label_samples(run: xr.Dataset, design: MotionsAtSites) -> xr.Dataset:
     site = np.asarray(design.site)
     structure, place = np.divmod(run["sample"].values.astype(np.int64), design.samples_per_structure)
     if structure.size and structure.max() >= site.shape[0]:
-        raise ValueError(f"label_samples: the run has more structures than the {site.shape[0]:,} of the design")
+        raise ValueError(
+            f"label_samples: the run has {structure.max() + 1:,} or more structures, but the design has "
+            f"{site.shape[0]:,}: give the design of the run's scene"
+        )
     draw = place // design.components
     units = {"units": "1"}
     coordinates = {

@@ -1,4 +1,4 @@
-"""Places on Earth: distances, the grid points nearest to buildings, and whether buildings are within a grid."""
+"""Distances on Earth, the grid points nearest to buildings, and a check that buildings are within the grid."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ BESIDE = 3  # the distance of a grid point to this neighbour is the spacing: the
 
 
 def unit_vectors(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
-    """Return places [degree] as points of the unit sphere, shape [place, 3], whose chords need no date line."""
+    """Return places [degree] as points of the unit sphere, shape [place, 3]; chords are correct across 180 degrees."""
     lon, lat = np.radians(longitude), np.radians(latitude)
     return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
 
 
 def arc(chord: np.ndarray) -> np.ndarray:
-    """Return the distances on the surface of the Earth [m] for chords of the unit sphere."""
+    """Return great-circle distances on Earth [m] for chord lengths of the unit sphere."""
     return 2 * EARTH_RADIUS * np.arcsin(np.minimum(chord / 2, 1.0))
 
 
 def check_degrees(what: str, longitude: np.ndarray, latitude: np.ndarray) -> None:
-    """Raise a ValueError unless all points are places on Earth [degree].
+    """Raise a ValueError if a longitude is outside -180 to 180 degrees or a latitude outside -90 to 90 degrees.
 
     Args:
-        what: The function or the file, in the message.
-        longitude: Longitudes, shape [point].
-        latitude: Latitudes.
+        what: Name of the function or the file, for the message.
+        longitude: Longitudes [degree], shape [point].
+        latitude: Latitudes [degree], shape [point].
     """
     for name, values, most in (("longitude", longitude, 180), ("latitude", latitude, 90)):
         bad = np.flatnonzero(~(np.abs(values) <= most))
@@ -44,10 +44,10 @@ def check_degrees(what: str, longitude: np.ndarray, latitude: np.ndarray) -> Non
 
 
 def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
-    """Return the distances on the surface of the Earth between all pairs of places [m], shape [place, place].
+    """Return the great-circle distances between all pairs of places [m], shape [place, place].
 
-    Chords are lengths of differences of unit vectors: with 1 minus the cosine, angles below 1e-8 (distances below
-    0.1 m) would be lost to rounding.
+    Distances are computed from differences of unit vectors, not from cosines of angles: in a cosine, rounding makes
+    angles below 1e-8 (distances below 0.1 m) indistinguishable from 0.
     """
     square = np.zeros((longitude.size, longitude.size))
     for axis in unit_vectors(longitude, latitude).T:
@@ -56,10 +56,10 @@ def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray
 
 
 def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
-    """Return the spacing of grid points [m], the median distance to the third neighbour; infinite for a single place.
+    """Return the spacing of a grid [m]: the median distance of a point from its third neighbour.
 
-    On a rectangular grid it is the longer side of a cell, if that is at most twice the other. Points at the same place
-    count once.
+    On a rectangular grid this is the longer side of a cell, if it is at most twice the shorter side. Points at the same
+    place count as one point. If all points are at the same place, the spacing is infinite.
     """
     distinct = np.unique(longitude + 1j * latitude)
     if distinct.size == 1:
@@ -82,19 +82,19 @@ def nearest_points(
     """Return the grid points nearest to each building, and their distances.
 
     Args:
-        what: The function, for errors.
+        what: Name of the function, for errors.
         inventory: Buildings, with columns `id`, `longitude` and `latitude` [degree].
-        rows: Row of each building, counted from 0.
+        rows: Inventory row of each building, counted from 0.
         longitude: Longitudes of the grid points [degree], shape [point].
         latitude: Latitudes of the grid points [degree], shape [point].
-        neighbours: Number of points; all points of a smaller grid.
-        reach: Largest distance of a building from the nearest point [m]; None: the grid's spacing.
+        neighbours: Number of nearest points; if the grid has fewer points, all of them.
+        reach: Largest allowed distance of a building from its nearest point [m]; None: the grid's spacing.
 
     Returns:
         Indices of the points, the nearest first, and great-circle distances [m], both of shape [building, neighbour].
 
     Raises:
-        ValueError: If buildings are farther from the nearest grid point; the message counts and names them.
+        ValueError: If buildings are farther than `reach` from the grid; the message counts and names these buildings.
     """
     tree = cKDTree(unit_vectors(longitude, latitude))
     count = min(neighbours, longitude.size)
@@ -118,12 +118,13 @@ def nearest_points(
         raise ValueError(
             f"{what}: {named_rows(inventory.iloc[rows], outside)} of {rows.size:,} buildings are outside the grid, "
             f"up to {distance[:, 0].max() / 1000:.1f} km from its nearest point, and {allowed}; it spans longitudes "
-            f"{longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to {latitude.max():g}{hint}"
+            f"{longitude.min():g} to {longitude.max():g} and latitudes {latitude.min():g} to {latitude.max():g}{hint}. "
+            "Remove these buildings, or give a larger reach="
         )
     return index, distance
 
 
 def inverse_distance_weights(distance: np.ndarray) -> np.ndarray:
-    """Return weights in proportion to one over the squared distance, shape [building, neighbour]."""
+    """Return weights in proportion to 1 / distance squared, with sum 1, shape [building, neighbour]."""
     weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # [m]; a point this close gets all the weight
     return weight / weight.sum(axis=1, keepdims=True)

@@ -1,4 +1,4 @@
-"""Random fields of intensities: residuals between earthquakes, and spatially correlated ones within earthquakes."""
+"""Random fields of intensities, with between-event residuals and spatially correlated within-event residuals."""
 
 from __future__ import annotations
 
@@ -30,25 +30,26 @@ def correlated_fields(
     draws: int,
     seed: int = 0,
 ) -> xr.DataArray:
-    """Draw random fields of intensities with residuals between earthquakes and spatially correlated residuals within.
+    """Draw random intensity fields with between-event residuals and spatially correlated within-event residuals.
 
-    ln intensity = ln median + tau eta + phi eps: eta is one standard normal value for the whole field, eps is standard
-    normal at each point and correlated in space. The variance is tau^2 + phi^2. Draw the fields on a grid, from which
-    buildings get their values. Up to 4,096 points the grid may be irregular (Cholesky factor of the covariance). More
-    points must be evenly spaced in longitude and latitude, as in a ShakeMap (circulant embedding, Dietrich and Newsam
-    1997, SIAM Journal on Scientific Computing 18(4), with distances on a plane at the middle latitude).
+    ln(intensity) = ln(median) + tau eta + phi eps. The between-event residual eta is one standard normal value for the
+    whole field; the within-event residual eps is standard normal at each point and correlated in space. The variance of
+    ln(intensity) is tau^2 + phi^2. Draw the fields on a grid; `scale_records` and `MotionGrid.at` assign them to
+    buildings. A grid with up to 4,096 points may be irregular (Cholesky factor of the covariance). More points must be
+    evenly spaced in longitude and latitude, as in a ShakeMap (circulant embedding, Dietrich and Newsam 1997, SIAM
+    Journal on Scientific Computing 18(4), with distances on a plane at the middle latitude).
 
     Args:
         median: Median field, dimensions `earthquake` and `point`, such as `read_shakemap("grid.xml")["SA(1.0)"]`.
-        correlation: Model of the correlation within an earthquake, such as `JayaramBaker2009(period)`.
-        between: Standard deviation tau of the residual of ln intensity between earthquakes [1].
-        within: Standard deviation phi within an earthquake [1]: one value, or one for each point.
-        draws: Number of fields for each earthquake.
-        seed: Seed; the first fields do not depend on the number of draws.
+        correlation: Spatial correlation model of within-event residuals, such as `JayaramBaker2009(period)`.
+        between: Standard deviation tau of between-event residuals of ln(intensity) [1].
+        within: Standard deviation phi of within-event residuals of ln(intensity) [1]: one value, or one per point.
+        draws: Number of fields per earthquake.
+        seed: Seed of the draws. A larger number of draws adds fields and does not change the first ones.
 
     Returns:
-        Fields with the median's units and points, `draws` successive ones for each of its earthquakes, named
-        "<earthquake> <draw>".
+        Fields with the units and points of `median`. The dimension `earthquake` contains `draws` successive fields for
+        each earthquake of `median`, named "<earthquake> <draw>".
 
     Raises:
         ValueError: If a standard deviation is below 0, the median is not above 0, or the grid is too large.
@@ -71,12 +72,14 @@ def correlated_fields(
     earthquakes, points = median.shape
     if tau.ndim or tau < 0 or np.any(phi < 0) or phi.shape not in ((), (points,)):
         raise ValueError(
-            "correlated_fields: between must be one standard deviation of at least 0, and within one, or one for each "
-            f"of {points:,} points; got shapes {tau.shape} and {phi.shape}"
+            "correlated_fields: between must be one standard deviation of at least 0; within must be one, or one for "
+            f"each of {points:,} points, of at least 0; got shapes {tau.shape} and {phi.shape}"
         )
     values = median.values.astype(np.float64)
     if not np.all(np.isfinite(values) & (values > 0)):
-        raise ValueError("correlated_fields: the median must be finite and above 0 at all points")
+        raise ValueError(
+            "correlated_fields: the median must be finite and above 0 at all points, because its logarithm is used"
+        )
     longitude, latitude = median["longitude"].values, median["latitude"].values
     count = earthquakes * draws
     check_memory(f"draws={draws} fields of {earthquakes} earthquakes at {points} points", 40 * count * points, FEWER)
@@ -99,15 +102,15 @@ def within_event_residuals(
 
     Args:
         longitude: Longitudes of the points [degree], shape [point].
-        latitude: Latitudes [degree], shape [point].
-        correlation: Model of their correlation.
+        latitude: Latitudes of the points [degree], shape [point].
+        correlation: Spatial correlation model of the residuals.
         draws: Number of fields.
-        seed: Seed; the first fields do not depend on the number of draws.
+        seed: Seed of the draws. A larger number of draws adds fields and does not change the first ones.
 
     Raises:
-        ValueError: If longitudes and latitudes have different lengths or are not in degrees; if the points are at more
-            than 4,096 places that are not evenly spaced, or at too many; or if the model is not positive definite, so
-            that the variance of a sum of residuals would be below 0.
+        ValueError: If longitudes and latitudes have different lengths or are not in degrees; if there are more than
+            4,096 different places that are not evenly spaced, or an even grid is too large; or if the model is not
+            positive definite (the variance of a sum of residuals would be below 0).
         TypeError: If `correlation` is not a SpatialCorrelation.
 
     Example:
@@ -132,7 +135,7 @@ def within_event_residuals(
 
 
 def _checked_places(longitude: ArrayLike, latitude: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return longitudes and latitudes, after checking that they are places on Earth."""
+    """Return longitudes and latitudes as arrays, or raise a ValueError if they are invalid."""
     lon, lat = (
         np.atleast_1d(finite_numbers(f"within_event_residuals: {name}", values))
         for name, values in (("longitude", longitude), ("latitude", latitude))
@@ -147,7 +150,7 @@ def _checked_places(longitude: ArrayLike, latitude: ArrayLike) -> tuple[np.ndarr
 
 
 def _distinct_places(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return longitudes and latitudes of distinct places, in the order of the points, and the place of each point."""
+    """Return longitudes and latitudes of the different places, in the order of the points, and each point's place."""
     _, first, place = np.unique(lon + 1j * lat, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.empty_like(order)
@@ -156,10 +159,10 @@ def _distinct_places(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _cholesky(covariance: np.ndarray) -> np.ndarray:
-    """Return the lower factor of a correlation matrix, whose eigenvalues may be negative because of rounding.
+    """Return the lower Cholesky factor of a correlation matrix, whose eigenvalues may be negative because of rounding.
 
-    Points that are nearly at the same place make the matrix nearly singular; the smallest addition to the diagonal that
-    outweighs rounding is used.
+    If points are nearly at the same place, the matrix is nearly singular. Of ROUNDING_OF_VARIANCE, the smallest value
+    with which the factorisation succeeds is added to the diagonal.
     """
     variance = np.diag_indices_from(covariance)
     for added in ROUNDING_OF_VARIANCE:
@@ -167,14 +170,14 @@ def _cholesky(covariance: np.ndarray) -> np.ndarray:
         with suppress(np.linalg.LinAlgError):
             return np.linalg.cholesky(covariance)
     raise ValueError(
-        "within_event_residuals: the model's correlations at these points are not those of a random field, since sums "
-        "of residuals would have a variance below 0: its correlation() must be a positive definite function of the "
+        "within_event_residuals: the model's correlation matrix at these points has a negative eigenvalue, so that "
+        "sums of residuals would have a variance below 0: correlation() must be a positive definite function of the "
         "distance, such as exp(-distance / length)"
     )
 
 
 def _even_grid(longitude: np.ndarray, latitude: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
-    """Return the column and the row of each point of an even grid, and its spacing from row to row and column [m]."""
+    """Return column and row of each point of an even grid, and the spacing between rows and between columns [m]."""
     places, steps = [], []
     for values in (longitude, latitude):
         found = np.unique(values)
@@ -199,7 +202,7 @@ def _embedded(
     draws: int,
     random: np.random.Generator,
 ) -> np.ndarray:
-    """Return fields on an even grid by circulant embedding, shape [draw, row, column]."""
+    """Return random fields on an even grid by circulant embedding, shape [draw, row, column]; `step` is in m."""
     for padding in (2, 3, 4, 6, 8, 12, 16):
         wide = tuple(padding * count for count in shape)
         if np.prod(wide) > MOST_EMBEDDED:
@@ -218,5 +221,6 @@ def _embedded(
             return made
     raise ValueError(
         f"a grid of {shape[0]} x {shape[1]} points every {step[0] / 1000:.3g} km is too large, or too small for the "
-        f"range of the correlation, {correlation.correlation_range / 1000:.3g} km: use fewer points"
+        f"range of the correlation, {correlation.correlation_range / 1000:.3g} km: use fewer points with a larger "
+        "spacing"
     )

@@ -1,4 +1,4 @@
-"""ShakeMap's grid.xml: estimated intensities of an earthquake at the points of a grid."""
+"""Files grid.xml of ShakeMap: estimated intensities of an earthquake at the points of a grid."""
 
 from __future__ import annotations
 
@@ -37,26 +37,28 @@ OF_EVENTS = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", 
 
 
 def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
-    """Read ShakeMaps: the grid.xml of one earthquake, or those of several on the same grid.
+    """Read ShakeMaps: the file grid.xml of one earthquake, or the files of several earthquakes on the same grid.
+
+    If a value is above the largest value ever recorded, a warning is given.
 
     Args:
-        *paths: The XML files, as published by the USGS (fields of a grid: LON, LAT, MMI, PGA, PGV, PSA03 and so on, in
-            the units that the file names), or files of uncertainties, such as uncertainty.xml, whose fields are those
-            of natural logarithms.
+        *paths: XML files of intensities, as published by the USGS, with the fields LON, LAT, MMI, PGA, PGV, PSA03 and
+            so on, in the units that the file gives; or files of uncertainties, such as uncertainty.xml, with standard
+            deviations of natural logarithms.
 
     Returns:
-        Dataset with the fields of the files (earthquake, point): `PGA` and `SA(0.3)`, `SA(1.0)`, `SA(3.0)` in g, `PGV`
-        in m/s, `MMI`, and all others under their names, such as `STDPGA`, a standard deviation of the logarithm, or
-        `GMPE_INTER_STDPGA` and `GMPE_INTRA_STDPGA`, those between and within earthquakes, for `correlated_fields`; with
-        the coordinates `longitude` and `latitude`. The attributes describe the earthquake of the first file.
+        Dataset with the fields of the files, dimensions (earthquake, point), and the coordinates `longitude` and
+        `latitude`. `PGA` and `SA(0.3)`, `SA(1.0)`, `SA(3.0)` are in g, `PGV` in m/s. `MMI` and all other fields have
+        their names in the file, such as `STDPGA` (standard deviation of ln PGA), or `GMPE_INTER_STDPGA` and
+        `GMPE_INTRA_STDPGA` (its between-event and within-event parts, for `correlated_fields`). The attributes describe
+        the earthquake of the first file.
 
     Raises:
-        ValueError: If a file is not such XML, has a field twice or an intensity in an unknown unit, does not have as
-            many values as its grid, has places outside its specification, or impossible values (not finite, below 0,
-            MMI above 12); or if grids differ. The message names the file. Values above all recorded ones give a
-            warning.
-        FileNotFoundError: If there is no such file.
-        TypeError, IsADirectoryError: If a path is not a path, or is a folder.
+        ValueError: If a file is not a ShakeMap, has a field twice, an intensity in an unknown unit, a wrong number of
+            values, places outside its <grid_specification>, or impossible values (not finite, below 0, MMI above 12);
+            or if the grids of the files differ. The message names the file.
+        FileNotFoundError: If a file does not exist.
+        TypeError, IsADirectoryError: If a path is not text or a Path, or is a folder.
 
     Example:
         >>> shaking = wd.sites.read_shakemap("grid.xml")
@@ -64,7 +66,7 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
         array([[0.21, 0.22, 0.23, 0.24]])
     """
     if not paths:
-        raise ValueError("read_shakemap() takes at least one file")
+        raise ValueError("read_shakemap() needs at least one file: give read_shakemap('grid.xml')")
     found = [_read_grid(existing_file("read_shakemap", path)) for path in paths]
     (longitude, latitude, first, attributes), names = (
         found[0],
@@ -74,7 +76,10 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
         for before in range(i):
             same = found[before][2].keys() == other[2].keys() and names[before] == names[i]
             if same and all(np.array_equal(found[before][2][name][0], other[2][name][0]) for name in other[2]):
-                raise ValueError(f"{paths[i]} is the same map as {paths[before]}, which would count twice")
+                raise ValueError(
+                    f"{paths[i]} is the same map as {paths[before]}, so that its earthquake would count twice: remove "
+                    "one of them"
+                )
     for path, (lon, lat, fields, _) in zip(paths[1:], found[1:], strict=True):
         if not (np.array_equal(lon, longitude) and np.array_equal(lat, latitude) and fields.keys() == first.keys()):
             raise ValueError(f"{path} has another grid, or other fields, than {paths[0]}: read it separately")
@@ -86,7 +91,7 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
 def _read_grid(
     path: Path,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, str]], dict[str, str]]:
-    """Return longitudes, latitudes, the fields with their units, and the attributes of the earthquake."""
+    """Return longitudes, latitudes, field name -> (values, unit), and the attributes of the earthquake."""
     root = xml_root(path)
     parts: dict[str, list[ElementTree.Element]] = {}
     for element in root.iter():
@@ -128,7 +133,7 @@ def _read_grid(
 def _converted(
     path: Path, rows: dict[str, np.ndarray], units: dict[str, str]
 ) -> Iterator[tuple[str, tuple[np.ndarray, str]]]:
-    """Yield the fields by OpenQuake's names, in our units."""
+    """Yield each field's name (for intensities that of OpenQuake), values and unit, in the units of `read_shakemap`."""
     for name, values in rows.items():
         if name in ("LON", "LAT"):
             continue
@@ -149,7 +154,7 @@ def _converted(
 
 
 def _check_values(path: Path, name: str, values: np.ndarray, factor: float) -> None:
-    """Raise a ValueError if an intensity is impossible; warn of one that was never recorded."""
+    """Raise a ValueError if an intensity is impossible; warn if it is above the largest ever recorded."""
     most = MOST_INTENSE if name == "MMI" else np.inf
     bound = f"from 0 to {most:g}" if name == "MMI" else "finite and at least 0"
     _raise_for(path, name, values, ~((values >= 0) & (values <= most) & np.isfinite(values)), bound)
@@ -162,7 +167,7 @@ def _check_values(path: Path, name: str, values: np.ndarray, factor: float) -> N
 
 
 def _raise_for(path: Path, name: str, values: np.ndarray, bad: np.ndarray, bound: str) -> None:
-    """Raise a ValueError that counts bad values and shows the first."""
+    """Raise a ValueError that counts bad values and shows the first bad value."""
     if bad.any():
         point = int(bad.argmax())
         raise ValueError(
@@ -172,7 +177,7 @@ def _raise_for(path: Path, name: str, values: np.ndarray, bad: np.ndarray, bound
 
 
 def _whole(path: Path, element: ElementTree.Element, name: str) -> int:
-    """Return an attribute of an element as a whole number above 0."""
+    """Return the attribute `name` of an element as a whole number; raise a ValueError if it is not one above 0."""
     word = element.get(name, "")
     if not word.strip().isdecimal() or int(word) == 0:
         raise ValueError(f"{path}: {name} of <{element.tag}> must be a whole number above 0, got {word!r}")
@@ -180,7 +185,7 @@ def _whole(path: Path, element: ElementTree.Element, name: str) -> int:
 
 
 def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndarray]) -> None:
-    """Raise a ValueError unless places are within the grid's specification."""
+    """Raise a ValueError if longitudes or latitudes are outside the bounds of <grid_specification>."""
     for axis, name in (("lon", "LON"), ("lat", "LAT")):
         try:
             low, high = (float(grid.get(f"{axis}_{end}", "nan")) for end in ("min", "max"))
@@ -190,6 +195,6 @@ def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndar
         tolerance = 0.1 * abs(high - low) + 1e-3
         if rows[name].min() < low - tolerance or rows[name].max() > high + tolerance:
             raise ValueError(
-                f"{path}: {name} is from {rows[name].min():g} to {rows[name].max():g}, but in <grid_specification> "
-                f"from {low:g} to {high:g}: longitudes and latitudes may be exchanged, or values missing"
+                f"{path}: {name} is from {rows[name].min():g} to {rows[name].max():g}, but <grid_specification> gives "
+                f"{low:g} to {high:g}: longitudes and latitudes may be exchanged, or values may be missing"
             )

@@ -1,4 +1,4 @@
-"""Spatial correlation of intensities within an earthquake: published models with a single range."""
+"""Published models of the spatial correlation of within-event residuals, with an exponential function of distance."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 
 
 class SpatialCorrelation(ABC):
-    """The correlation of the within-event residuals of ln intensity at two places, by their distance.
+    """Base class of models: correlation of the within-event residuals of ln(intensity) as a function of distance.
 
     Example:
         >>> model = wd.sites.JayaramBaker2009(1.0)  # a SpatialCorrelation
@@ -83,7 +83,7 @@ class EspositoIervolino2012(SpatialCorrelation):
     """The model of Esposito and Iervolino for European earthquakes: exp(-3 h / b).
 
     The range b [km] of spectral accelerations at the period T is 11.7 + 12.7 T from the European Strong-motion Database
-    and 8.6 + 11.6 T from the Italian one; for the peak ground acceleration it is 13.5 and 11.5.
+    and 8.6 + 11.6 T from the Italian database. For the peak ground acceleration it is 13.5 (Europe) and 11.5 (Italy).
 
     Esposito, Iervolino (2012), Spatial correlation of spectral acceleration in European data, Bulletin of the
     Seismological Society of America 102(6), 2781-2788; and (2011), PGA and PGV spatial correlation models based on

@@ -1,4 +1,4 @@
-"""Buildings from properties of the whole building: a Hazus type, a capacity curve, periods."""
+"""Shear buildings from properties of the whole building: a Hazus type, a capacity curve, or periods."""
 
 from __future__ import annotations
 
@@ -41,12 +41,13 @@ class CalibratedChain:
     ) -> Self:
         """Return the shear building for one of the 36 Hazus types, after Lu's MDOF model.
 
-        All storeys have the same mass (1,000 kg/m2) and stiffness, which give the type's first period. Strengths are
-        the storey shears of a triangular load whose base shear is the type's yield spectral acceleration times the
-        mass in the first mode. Laws with a yield force and a hardening ratio continue to harden beyond the ultimate
-        strength of the capacity curve; `trilinear`, `quadrilinear`, `pinching4` and `hysteretic` stay at it.
-        `hysteretic` is the storey of SimCenter's MDOF-LU, with its pinching and softer unloading. The type's period is
-        that without P-Delta; a `gravity_load` makes it longer. `hazus_drift_limits` gives limits of damage states.
+        All storeys have the same mass (1,000 kg per m2 of floor area) and the same stiffness, chosen to give the
+        type's first period. Storey strengths are the storey shears of a triangular load, whose base shear is the
+        type's yield spectral acceleration times the effective mass of the first mode. Beyond the ultimate strength of
+        the capacity curve, laws with a yield force and a hardening ratio continue to harden; `trilinear`,
+        `quadrilinear`, `pinching4` and `hysteretic` have constant strength. `hysteretic` is the storey law of
+        SimCenter's MDOF-LU, with its pinching and softer unloading. The type's period excludes P-Delta; a
+        `gravity_load` makes the period longer. `hazus_drift_limits` returns the drift limits of damage states.
 
         Lu, Han, Hori, Xiong, Xu (2014), Advances in Engineering Software 70; Lu and Guan (2017), Earthquake Disaster
         Simulation of Civil Infrastructures; for MDOF-LU, Lu, McKenna, Cheng, Xu, Zeng, Mahin (2020), Earthquake Spectra
@@ -54,13 +55,15 @@ class CalibratedChain:
 
         Args:
             building_type: One of the 36 model building types, such as "C1M".
-            design_level: "high", "moderate", "low" or "pre" (code).
+            design_level: Design level: "high", "moderate" or "low" code, or "pre" (pre-code).
             storeys: Number of storeys, within the type's height class. Types with a single class (W1, W2, S3, PC1, MH)
-                accept up to 50 storeys, but are meant for one or two: beyond, periods and strengths are unrealistic.
+                accept up to 50 storeys, but represent buildings with one or two storeys: for more storeys, periods
+                and strengths are unrealistic.
             floor_area: Area of a floor [m2].
-            law: Storey law; it gets those of the yield force, hardening ratio, corners and pinching that it has.
-            damping: As in ShearBuilding; a damping with a damping ratio gets the type's ratio.
-            **parameters: As in ShearBuilding: other parameters of the law, and values that replace the type's.
+            law: Storey law. Of yield force, hardening ratio, corners and pinching, those that are parameters of the
+                law are set to the type's values.
+            damping: As in ShearBuilding. If the damping has a damping ratio, the type's ratio is the default.
+            **parameters: As in ShearBuilding: other parameters of the law, and values that replace those of the type.
 
         Raises:
             ValueError: If a name is unknown, the type does not have this number of storeys, or a value is invalid.
@@ -96,72 +99,78 @@ class CalibratedChain:
         damping: str = "none",
         **parameters: ArrayLike,
     ) -> Self:
-        """Return a chain whose capacity is a given pushover curve or capacity spectrum.
+        """Return a shear building whose capacity is a given pushover curve or capacity spectrum.
 
-        Laws with a yield force and a hardening ratio (`bilinear`, `bouc_wen`, `takeda` ...) get the bilinear curve with
-        the area of the given one up to its peak; a curve of a yield and an ultimate point is kept. They continue to
-        rise beyond the peak. An error is raised if the given curve falls more than 1 % below them.
+        Laws with a yield force and a hardening ratio (`bilinear`, `bouc_wen`, `takeda` ...) get a bilinear curve. It
+        has the same area as the given curve up to its peak; a curve that consists of a yield and an ultimate point is
+        used unchanged. The bilinear curve continues to rise beyond the peak. If the given curve falls more than 1 %
+        below it, an error is raised.
 
-        Laws with a backbone follow a curve of two to four points, yield first, exactly:
+        Laws with a backbone follow a curve of two to four points exactly; the first is the yield point:
 
-        - `pinching4`: any curve that does not rise again after falling, except by 1 % at its last point, as GEM's
-          curves do. Missing corners are on the last branch, as in GEM's toolkit. `**warpdyn.laws.GEM_DAMAGE` is that
-          toolkit's damage.
-        - `hysteretic`: the same curves of two or three points, and a fourth point of residual strength.
-        - `ibarra_medina_krawinkler_...`: yield, capping point, a point on the falling branch, and a fourth point of
-          residual strength, which begins at the third and is below yield. With two points, give the falling branch by
-          `post_capping_drift`.
-        - `trilinear` and `quadrilinear`: three and four points that bend down and do not fall; with fewer points the
-          backbone is level after the last.
+        - `pinching4`: any curve that does not rise again after falling, except by up to 1 % at its last point, as in
+          GEM's curves. If the curve has fewer than four points, corners are added on its last branch, as in GEM's
+          toolkit. `**warpdyn.laws.GEM_DAMAGE` gives the damage parameters of that toolkit.
+        - `hysteretic`: such a curve with two or three points; a fourth point must be at the residual strength.
+        - `ibarra_medina_krawinkler_...` (IMK): yield point, capping point, and a point on the falling branch; a fourth
+          point ends the constant residual strength, which begins at the third point and is below the yield strength.
+          For a curve with two points, give the falling branch by `post_capping_drift`.
+        - `trilinear` and `quadrilinear`: curves with up to three and four points that bend down at each point and do
+          not fall. If the curve has fewer points, the backbone is level after the last point.
 
-        In `hysteretic` and the IMK laws, two last points within 1 % of each other become level, at their mean. Beyond
-        the last point a rising branch continues, unless `collapses_at_end`; others are level, or fall to zero force
-        (IMK without residual strength).
+        In `hysteretic` and the IMK laws, if the forces of the last two points differ by at most 1 %, both get the mean
+        force. Beyond the last point, a rising branch continues, unless `collapses_at_end` is True; a level branch
+        stays level; a falling branch becomes level, or falls to zero force (IMK without residual strength).
 
         The curve is distributed over the storeys, which reach its points together up to the peak:
 
-        - "triangular", after Lu: all storeys have the same stiffness, and strengths are the storey shears of floor
-          loads mass times height above the ground. The chain has the period and base shear of a capacity spectrum, or
-          exactly the pushover curve if it is pushed by these loads.
+        - "triangular", after Lu: all storeys have the same stiffness. Strengths are the storey shears of floor loads
+          in proportion to mass times height above the ground. The building has the period and base shear of a given
+          capacity spectrum; if it is pushed by these loads, it has exactly a given pushover curve.
         - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts are those of the first mode of
-          a chain of equal stiffness. This is also the first mode of the result, whose curve is exact in both forms.
-        - "frame" and "soft_storey", GEM's other shapes: as "first_mode", with the height to the power 0.6 as mode (up
-          to 12 storeys), or the mode of a chain whose first storey has a fifth of the others' stiffness.
+          a chain with equal storey stiffnesses. This is also the first mode of the building, which has exactly the
+          given curve, whether a pushover curve or a spectrum.
+        - "frame" and "soft_storey", GEM's other shapes: as "first_mode", but the mode is the height to the power 0.6
+          (up to 12 storeys), or that of a chain whose first storey has 0.2 times the stiffness of the others.
 
-        Beyond the peak the only stable equilibrium is that one storey softens and the others unload. With `softening`
-        "one_storey", therefore, each storey gets the falling branch with which the roof follows the curve if this
-        storey softens alone. `pushover` by the distribution's loads then repeats the curve up to its last point, to
-        rounding, for any softening storey, except that unloading is softer with damage (GEM's damage shifts the curve
-        by less than 1 %). With "every_storey", as in GEM's toolkit and Lu's model, each storey's backbone is the whole
-        curve in proportion, and the roof follows the curve if all storeys soften alike. In a pushover that finds the
-        stable equilibrium, and in an earthquake, one storey softens alone, and the building's resistance falls more
-        steeply than the curve; the difference grows with the number of storeys.
+        Beyond the peak, only one equilibrium is stable: one storey softens and the others unload. `softening` defines
+        the falling branches of the storeys:
 
-        A warning is given if the chain's period, strength or yield drift suggests a curve in mm, kN or g.
+        - "one_storey": if any one storey softens alone, the roof follows the curve. A `pushover` by the distribution's
+          loads then gives the curve up to its last point, exact to rounding. With damage, unloading is softer, and the
+          curve differs (by less than 1 % for GEM's damage).
+        - "every_storey", as in GEM's toolkit and Lu's model: each storey's backbone is the whole curve, scaled. The
+          roof follows the curve only if all storeys soften equally. In a pushover to the stable equilibrium, and in an
+          earthquake, one storey softens alone: the building's resistance falls more steeply than the curve. The
+          difference grows with the number of storeys.
 
-        The curve is that without P-Delta: a `gravity_load` lowers the building's curve.
+        A warning is given if the building's period, strength or yield drift suggests a curve in mm, kN or g.
+
+        The curve excludes P-Delta: a `gravity_load` lowers the building's curve.
 
         Lu, Han, Hori, Xiong, Xu (2014), Advances in Engineering Software 70; Martins, Silva, Crowley, Cavalieri (2021),
         Bulletin of Earthquake Engineering 19, and GEM's oq-vmtk.
 
         Args:
-            displacement: Roof displacements [m], or spectral ones; increasing, shape [point].
-            capacity: Base shears [N], or spectral accelerations [m/s2], at these, shape [point].
+            displacement: Roof or spectral displacements [m], increasing, shape [point].
+            capacity: Base shears [N] or spectral accelerations [m/s2] at these displacements, shape [point].
             storeys: Number of storeys.
             mass: Floor mass [kg], one value or one per storey.
             height: Storey height [m], one value or one per storey.
             curve: "pushover" (roof displacement and base shear) or "spectrum" (spectral displacement, acceleration).
             distribution: "triangular", "first_mode", "frame" or "soft_storey".
             law: Storey law, by its name or class.
-            softening: Beyond the peak, "one_storey" or "every_storey".
-            collapses_at_end: Whether the building collapses if a storey exceeds its drift at the curve's last point,
-                which becomes the `drift_capacity`, as in GEM's toolkit (OpenSees' MinMax).
+            softening: Falling branches of the storeys, "one_storey" or "every_storey".
+            collapses_at_end: Whether the building collapses if a storey's drift exceeds that at the curve's last
+                point. This drift becomes the storey's `drift_capacity`, as in GEM's toolkit (OpenSees' MinMax).
             damping: As in ShearBuilding.
-            **parameters: As in ShearBuilding, except stiffness, yield force and others that follow from the curve.
+            **parameters: As in ShearBuilding, except parameters that follow from the curve (stiffness, yield force and
+                others).
 
         Raises:
-            ValueError: If the curve starts below zero, folds back, has no yield point or stiffens, the law cannot
-                follow it, a name is unknown, a parameter is given that follows from the curve, or a value is invalid.
+            ValueError: If the curve starts below zero, has a displacement that does not increase, has no yield point
+                or stiffens; if the law cannot follow it; if a name is unknown; or if a parameter follows from the
+                curve or is invalid.
 
         Example:
             >>> curve = [0.02, 0.10, 0.20, 0.40], [1.0e6, 1.5e6, 0.7e6, 0.7e6]  # m, N
@@ -207,14 +216,14 @@ class CalibratedChain:
         damping: str = "none",
         **parameters: ArrayLike,
     ) -> Self:
-        """Return a chain that has given first periods.
+        """Return a shear building that has the given first periods.
 
-        One period scales a distribution of stiffness over the height. Several periods also modify the distribution, as
-        smoothly as possible. With a `gravity_load` the periods include P-Delta, and the distribution is that of the
-        stiffness less the P-Delta stiffness.
+        With one period, the stiffness distribution over the height is scaled to it. With several periods, the
+        distribution is also modified, as smoothly as possible. With a `gravity_load`, the periods include P-Delta, and
+        `distribution` describes the stiffness minus the P-Delta stiffness W / h.
 
         Args:
-            period: First period [s], or decreasing periods of the first modes, at most one per storey.
+            period: First period [s], or the periods of the first modes in decreasing order, at most one per storey.
             storeys: Number of storeys.
             mass: Floor mass [kg], one value or one per storey.
             height: Storey height [m], one value or one per storey.
@@ -222,11 +231,11 @@ class CalibratedChain:
                 line (for equal heights: in proportion to the storey shears of a triangular load).
             law: Storey law.
             damping: As in ShearBuilding.
-            **parameters: As in ShearBuilding, except the stiffness; they include the strength of the law.
+            **parameters: As in ShearBuilding, except the stiffness, which follows from the periods.
 
         Raises:
-            ValueError: If periods do not decrease, no chain of these masses has them, a name is unknown, a stiffness is
-                given, or a value is invalid.
+            ValueError: If periods do not decrease, no chain with these masses has these periods, a name is unknown, a
+                stiffness is given, or a value is invalid.
 
         Example:
             >>> building = wd.ShearBuilding.from_periods([0.6, 0.22, 0.14], storeys=3, mass=1e5, height=3.0)
@@ -250,7 +259,7 @@ class CalibratedChain:
         damping: str,
         parameters: Mapping[str, ArrayLike],
     ) -> Self:
-        """Build the chain with those of its values that the law takes; the caller's parameters replace them."""
+        """Build the ShearBuilding from the values in `chain` that the law takes; `parameters` replace these values."""
         _refuse_several_laws(law)
         (law,), own = laws_and_values(law, parameters)
         taken = {"mass", "stiffness", "height", "drift_capacity", *law.parameters}
@@ -262,7 +271,7 @@ class CalibratedChain:
 
 
 def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
-    """Warn if a chain's period, strength or yield drift suggests a capacity curve in other units than m, N and m/s2."""
+    """Warn if period, strength or yield drift suggest that the capacity curve is not in m, N and m/s2."""
     findings = PlausibilityFindings()
     modes = modal_properties(chain["mass"], chain_stiffness_matrix(chain["stiffness"]))
     findings.add("capacity_period", float(modes["period"][0]))
@@ -275,7 +284,7 @@ def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
 
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
-    """Return masses and heights, one for each storey."""
+    """Return masses and heights as arrays with one value per storey, after checking them."""
     count = whole_number("storeys", storeys, 1, MAXIMUM_STOREYS)
     chain = {name: _one_per_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
     for name, array in chain.items():
@@ -285,7 +294,7 @@ def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dic
 
 
 def _one_per_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
-    """Return finite numbers, one for each storey."""
+    """Return an array with one finite number per storey, from one number or one per storey."""
     array = finite_numbers(name, value)
     if array.shape not in ((), (storeys,)):
         raise ValueError(f"{name} must be one value or one per storey ({storeys}), got shape {array.shape}")
@@ -302,7 +311,7 @@ def _refuse_several_laws(law: object) -> None:
 
 
 def _refuse_determined(parameters: Mapping[str, ArrayLike], determined: tuple[str, ...], source: str) -> None:
-    """Raise a ValueError if a parameter is given that follows from a source."""
+    """Raise a ValueError if the user gave a parameter that follows from `source`, such as the capacity curve."""
     for name in determined:
         if name in parameters:
             raise ValueError(f"{name} follows from {source}: remove {name}=, or use ShearBuilding({name}=...)")

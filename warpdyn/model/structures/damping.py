@@ -1,4 +1,4 @@
-"""Kinds of inherent damping of a shear building, one class each.
+"""Kinds of inherent damping of a shear building; each kind is a class.
 
 To add a kind, write its class and a row in DAMPING; if its `kernel` is new, also a kernel part.
 """
@@ -21,10 +21,13 @@ DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_
 
 
 class Damping:
-    """No damping, and the base class of all kinds: C = a0 M + dashpots + a matrix of the kind.
+    """No damping, and base class of all kinds. C = a0 M + C of storey dashpots + an additional matrix of the kind.
+
+    Arguments `parameters` are values of all parameters of one or several buildings; their first dimension is
+    `structure`.
 
     Args:
-        modes: The two modes, counted from 1, that have the damping ratio; None: the kind takes no modes.
+        modes: The two modes, counted from 1, that have the damping ratio; None: this kind has no modes to choose.
         storeys: First and last damped storey, counted from 1; None: all storeys.
     """
 
@@ -40,46 +43,48 @@ class Damping:
         self.modes, self.storeys = modes, storeys
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return Rayleigh's factors of the mass [1/s] and the stiffness [s], shape [2, structure]; 0 for other kinds.
+        """Return the factors a0 of the mass [1/s] and a1 of the stiffness [s], shape [2, structure]; 0 if not used.
 
         Args:
-            parameters: Parameters of the buildings, `structure` first.
+            parameters: Parameter values.
             frequency: Undamped circular frequencies [rad/s], shape [mode, structure].
         """
         return np.zeros((2, frequency.shape[1]))
 
     def dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-        """Return the storeys' dashpots at rest [N s/m], shape [structure, storey]; None: no dashpots.
+        """Return the coefficients of storey dashpots at rest [N s/m], shape [structure, storey]; None: no dashpots.
 
         Args:
-            parameters: Parameters of the buildings, `structure` first.
-            of_stiffness: Rayleigh's factor of the stiffness [s], shape [structure].
+            parameters: Parameter values.
+            of_stiffness: Factor a1 of the stiffness [s], shape [structure].
         """
         return None
 
     def ratios(self, parameters: Arrays, frequency: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
-        """Return the damping ratios of uncoupled modes, shape [mode, structure]."""
+        """Return the damping ratio of each mode, if modes are uncoupled, shape [mode, structure]."""
         return (rayleigh[0] / frequency + rayleigh[1] * frequency) / 2
 
     def of_mass(self, parameters: Arrays, squared: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
-        """Return the modes' damping over their mass, without the dashpots [1/s], shape [structure, 1 or mode].
+        """Return modal damping divided by modal mass, without dashpots [1/s], shape [structure, 1 or mode].
 
         Args:
-            parameters: Parameters of the buildings, `structure` first.
+            parameters: Parameter values.
             squared: Squared circular frequencies [rad2/s2], shape [structure, mode].
             rayleigh: The result of `rayleigh`.
         """
         return rayleigh[0][:, None]
 
     def own_matrix(self, parameters: Arrays) -> np.ndarray | None:
-        """Return the matrix of the kind [N s/m], shape [structure, storey, storey]; None: only dashpots and mass."""
+        """Return the additional damping matrix [N s/m], shape [structure, storey, storey]; None: no such matrix."""
         return None
 
     def of_modes(self, parameters: Arrays, shape: np.ndarray, of_mass: np.ndarray) -> np.ndarray:
-        """Return the damping matrix of modes of unit mass, without the dashpots [1/s], shape [structure, mode, mode].
+        """Return the damping matrix in modal coordinates, without dashpots [1/s], shape [structure, mode, mode].
+
+        Modes have unit modal mass.
 
         Args:
-            parameters: Parameters of the buildings, `structure` first.
+            parameters: Parameter values.
             shape: Displacements of the modes, shape [structure, storey, mode].
             of_mass: The result of `of_mass`.
         """
@@ -88,20 +93,25 @@ class Damping:
         return diagonal if own is None else diagonal + shape.transpose(0, 2, 1) @ own @ shape
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the arrays that kernels read, without dashpots, structures last; `rayleigh` is [structure, 2]."""
+        """Return the arrays that kernels read, except dashpots; `structure` is their last dimension.
+
+        Args:
+            parameters: Parameter values.
+            rayleigh: Factors a0 and a1, shape [structure, 2].
+        """
         return {}
 
     def pack_dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-        """Return the dashpots that kernels read, shape [structure, storey]; None: no dashpots."""
+        """Return the dashpot coefficients that kernels read, shape [structure, storey]; None: no dashpots."""
         return self.dashpots(parameters, of_stiffness)
 
     def matrix(self, parameters: Arrays, rayleigh: np.ndarray, dampers: np.ndarray | float) -> np.ndarray:
         """Return the damping matrices [N s/m], shape [structure, storey, storey].
 
         Args:
-            parameters: Parameters of the buildings, `structure` first.
+            parameters: Parameter values.
             rayleigh: The result of `rayleigh`.
-            dampers: Slopes of viscous dampers' forces [N s/m], shape [structure, storey], or 0.
+            dampers: Derivative of viscous dampers' forces by velocity [N s/m], shape [structure, storey], or 0.
         """
         mass = parameters["mass"]
         inherent = self.dashpots(parameters, rayleigh[1])
@@ -129,8 +139,8 @@ class Damping:
                 raise ValueError(f"{public} needs damping={' or '.join(kinds)}, got damping={name!r}")
         if damping_modes is not None and damped_storeys is not None:
             raise ValueError(
-                "damping_modes and damped_storeys exclude each other: the damping of some storeys has its ratio in "
-                "their first mode. Remove damping_modes"
+                "damping_modes and damped_storeys cannot be given together: with damped_storeys the damping ratio is "
+                "that of the first mode of these storeys. Remove damping_modes="
             )
         if damped_storeys is not None:
             return RayleighOfStoreys(storeys=_checked_storeys(damped_storeys, storeys))
@@ -158,12 +168,12 @@ class RatioDamping(Damping):
 
 
 class MassProportional(RatioDamping):
-    """In proportion to the mass, with its ratio in the first mode."""
+    """Damping in proportion to the mass, with the damping ratio in the first mode."""
 
     kernel = "mass_proportional"
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return 2 zeta w1 for the mass."""
+        """Return a0 = 2 zeta w1 and a1 = 0."""
         factors = super().rayleigh(parameters, frequency)
         factors[0] = 2 * parameters["damping_ratio"] * frequency[0]
         return factors
@@ -174,13 +184,13 @@ class MassProportional(RatioDamping):
 
 
 class StiffnessProportional(RatioDamping):
-    """In proportion to the initial stiffness, with its ratio in the first mode: only dashpots."""
+    """Damping in proportion to the initial stiffness, with the damping ratio in the first mode."""
 
     kernel = "storey"
     is_of_springs = True
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return 2 zeta / w1 for the stiffness."""
+        """Return a0 = 0 and a1 = 2 zeta / w1."""
         factors = super().rayleigh(parameters, frequency)
         factors[1] = 2 * parameters["damping_ratio"] / frequency[0]
         return factors
@@ -191,13 +201,13 @@ class StiffnessProportional(RatioDamping):
 
 
 class Rayleigh(StiffnessProportional):
-    """In proportion to mass and initial stiffness, with its ratio in two modes."""
+    """Damping in proportion to mass and initial stiffness, with the damping ratio in two modes."""
 
     kernel = "rayleigh"
     takes_modes = takes_storeys = True
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return the factors that give the ratio in both modes."""
+        """Return the factors a0 and a1 that give the damping ratio in both modes."""
         assert self.modes is not None
         factors = Damping.rayleigh(self, parameters, frequency)
         first, second = (frequency[mode - 1] for mode in self.modes)
@@ -210,28 +220,28 @@ class Rayleigh(StiffnessProportional):
 
 
 class TangentRayleigh(Rayleigh):
-    """Rayleigh damping of the tangent stiffness, which a kernel multiplies by its factor in each step."""
+    """Rayleigh damping with the tangent stiffness, which kernels multiply by a1 in each step."""
 
     kernel = "rayleigh_tangent"
     takes_storeys = False
     follows_tangent = True
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
-        """Return both factors."""
+        """Return both factors, a0 and a1."""
         return super().pack(parameters, rayleigh) | {"tangent_damping": rayleigh[:, 1]}
 
     def pack_dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-        """Return None: they change with the tangent stiffness."""
+        """Return None: the dashpots change with the tangent stiffness."""
         return None
 
 
 class RayleighOfStoreys(StiffnessProportional):
-    """Dashpots in some storeys, with their ratio in the first mode of these storeys on a fixed base."""
+    """Stiffness-proportional damping of some storeys, with the damping ratio in their first mode on a fixed base."""
 
     is_uneven = True
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return 2 zeta / w1 of these storeys on a fixed base."""
+        """Return a0 = 0 and a1 = 2 zeta / w1, with w1 of the damped storeys on a fixed base."""
         from warpdyn.engine.kernels.auxiliary.frequencies import (
             circular_frequencies,  # imports warp, which a scene does not need
         )
@@ -245,7 +255,7 @@ class RayleighOfStoreys(StiffnessProportional):
         return factors
 
     def dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
-        """Return dashpots in proportion to these storeys' stiffness, 0 in the others."""
+        """Return dashpots in proportion to the stiffness of the damped storeys, 0 in the other storeys."""
         assert self.storeys is not None
         first, last = self.storeys
         dashpots = of_stiffness[:, None] * parameters["stiffness"]
@@ -254,53 +264,61 @@ class RayleighOfStoreys(StiffnessProportional):
 
 
 class ModalDamping(RatioDamping):
-    """One ratio in every mode."""
+    """Damping with the same ratio in every mode."""
 
     kernel = "modal"
 
     def ratios(self, parameters: Arrays, frequency: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
-        """Return the one ratio."""
+        """Return the building's damping ratio for every mode."""
         return np.zeros_like(frequency) + parameters["damping_ratio"]
 
     def of_mass(self, parameters: Arrays, squared: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
-        """Return 2 zeta w of each mode."""
+        """Return 2 zeta w for each mode."""
         return 2 * parameters["damping_ratio"][:, None] * np.sqrt(squared)
 
     def of_modes(self, parameters: Arrays, shape: np.ndarray, of_mass: np.ndarray) -> np.ndarray:
-        """Return a diagonal matrix: the kind does not couple modes."""
+        """Return a diagonal matrix, because modal damping does not couple modes."""
         return of_mass[:, :, None] * np.eye(shape.shape[-1])
 
     def own_matrix(self, parameters: Arrays) -> np.ndarray | None:
-        """Return the sum over the modes."""
+        """Return the damping matrix as a sum over the modes."""
         elastic = chain_stiffness_matrix(effective_stiffness(parameters))
         return modal_damping_matrix(parameters["mass"], elastic, parameters["damping_ratio"])
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the matrix, row by row."""
+        """Return the entries of the damping matrix, row by row."""
         matrix = self.own_matrix(parameters)
         assert matrix is not None
         return {"damping_matrix": matrix.reshape(len(matrix), -1).T}
 
 
 def _checked_storeys(given: tuple[int, int], storeys: int) -> tuple[int, int]:
-    """Return the first and last damped storey."""
+    """Return the first and last damped storey, or raise a ValueError if they are invalid."""
     if not isinstance(given, Sequence) or len(given) != 2:
         raise ValueError(f"damped_storeys must be the first and the last storey, such as (2, 6), got {given!r}")
     first, last = (whole_number(f"damped_storeys[{i}]", storey, 1) for i, storey in enumerate(given))
     if not first <= last <= storeys:
-        raise ValueError(f"damped_storeys must be within 1 to {storeys}, first to last, got {given!r}")
+        raise ValueError(
+            f"damped_storeys must be the first and the last damped storey in this order, from 1 to {storeys}, "
+            f"got {given!r}"
+        )
     return first, last
 
 
 def _checked_modes(given: tuple[int, int] | None, storeys: int) -> tuple[int, int]:
-    """Return the two modes of Rayleigh damping; for one storey its only mode twice."""
+    """Return the two modes of Rayleigh damping, (1, 1) for a one-storey building; or raise a ValueError."""
     if given is None:
         return 1, min(2, storeys)
     if not isinstance(given, Sequence) or len(given) != 2:
         raise ValueError(f"damping_modes must be two modes, such as (1, 3), got {given!r}")
     first, second = (whole_number(f"damping_modes[{i}]", mode, 1) for i, mode in enumerate(given))
     if max(first, second) > storeys or (first >= second and storeys > 1):
-        raise ValueError(f"damping_modes must be two different modes from 1 to {storeys}, got {given!r}")
+        raise ValueError(
+            "damping_modes of a one-storey building must be (1, 1), its only mode"
+            if storeys == 1
+            else f"damping_modes must be two different modes from 1 to {storeys}, in increasing order"
+            + f", got {given!r}"
+        )
     return first, second
 
 

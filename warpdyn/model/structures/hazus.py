@@ -22,7 +22,7 @@ THIRD_CORNER = 1.0  # m: MDOF-LU ends the level branch of ultimate strength here
 
 @functools.cache
 def _hazus_table() -> Mapping[tuple[str, str], Mapping[str, float]]:
-    """Return the rows of hazus_buildings.csv by building type and design level."""
+    """Return the rows of hazus_buildings.csv: (building type, design level) -> values by column name."""
     table = {}
     for row in packaged_rows("hazus_buildings.csv"):
         key = row.pop("building_type"), row.pop("design_level")
@@ -36,14 +36,14 @@ def building_types() -> tuple[str, ...]:
 
 
 def building_class(building_type: str, design_level: str) -> Mapping[str, float]:
-    """Return the Hazus values of a building type at a design level: capacity, period, height, damping, drift limits.
+    """Return capacity, period, height, damping and drift limits of a Hazus building type at a design level.
 
     Args:
         building_type: One of the 36 model building types.
-        design_level: "high", "moderate", "low" or "pre" (code).
+        design_level: "high", "moderate" or "low" code, or "pre" (pre-code).
 
     Raises:
-        ValueError: If either is unknown.
+        ValueError: If the building type or the design level is unknown.
     """
     one_of("Hazus building type", building_type, building_types())
     one_of("design level", design_level, DESIGN_LEVELS)
@@ -53,14 +53,14 @@ def building_class(building_type: str, design_level: str) -> Mapping[str, float]
 def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float]:
     """Return the median storey drift ratio [1] of each structural damage state, as limits for `fragility`.
 
-    The limits depend on the height class: those of C1L, C1M and C1H differ.
+    The limits depend on the height class: for example, C1L, C1M and C1H have different limits.
 
     Args:
         building_type: One of the 36 model building types, such as "C1M".
-        design_level: "high", "moderate", "low" or "pre" (code).
+        design_level: "high", "moderate" or "low" code, or "pre" (pre-code).
 
     Raises:
-        ValueError: If either is unknown.
+        ValueError: If the building type or the design level is unknown.
 
     Example:
         >>> wd.hazus_drift_limits("C1M", "high")
@@ -73,22 +73,24 @@ def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float
 def hazus_chain(
     building_type: str, design_level: str, storeys: int, floor_area: float, law: str
 ) -> dict[str, float | np.ndarray]:
-    """Return the parameters of the chain for a building of a Hazus type, after Lu.
+    """Return the parameters of the shear building for a Hazus type, after Lu.
 
-    All storeys have the same stiffness, which gives the type's first period; strengths are the storey shears of a load
-    in proportion to the floor's number. The share of the mass in the first mode is the cubic in 1/N of SimCenter's
-    MDOF-LU, within 2e-4 of the closed form, and g is its 9.8 m/s2.
+    All storeys have the same stiffness, which gives the type's first period. Strengths are the storey shears of floor
+    loads in proportion to the floor's number. As in SimCenter's MDOF-LU, g is 9.8 m/s2, and the share of the mass in
+    the first mode is a cubic polynomial of 1/N, within 2e-4 of the closed form.
 
     Returns:
-        `mass` [kg], `stiffness` [N/m], `height` [m], `yield_force` [N, storey], `hardening_ratio`, `damping_ratio`.
-        Laws with several corners also get the ultimate strength, level after it; "hysteretic" also pinching and
-        `unloading_exponent`, as in MDOF-LU.
+        `mass` [kg], `stiffness` [N/m], `height` [m], `yield_force` [N], shape [storey], `hardening_ratio` and
+        `damping_ratio`. For laws with several corners also their parameters for a backbone that rises to the ultimate
+        strength and stays level; for "hysteretic" also pinching and `unloading_exponent`, as in MDOF-LU.
     """
     row = building_class(building_type, design_level)
     n = whole_number("storeys", storeys, 1)
     least, most = int(row["min_storeys"]), int(row["max_storeys"])
     if not least <= n <= most:
-        raise ValueError(f"Hazus type {building_type} has {least} to {most} storeys, got {n}")
+        raise ValueError(
+            f"Hazus type {building_type} has {least} to {most} storeys, got {n}: choose the type for this height"
+        )
     mass = real_number("floor_area", floor_area, above=0) * MASS_PER_AREA
     real_number("floor_area times the mass of a floor [kg]", mass)
     period = n * row["period_per_storey_s"]

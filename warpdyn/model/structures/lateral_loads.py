@@ -1,4 +1,4 @@
-"""Lateral load patterns on shear chains, and the storey shears that balance them."""
+"""Lateral load patterns on shear buildings, and the storey shears in equilibrium with them."""
 
 from __future__ import annotations
 
@@ -14,20 +14,21 @@ PATTERNS = ("first_mode", "triangular", "uniform")
 def floor_loads(
     pattern: str | ArrayLike, mass: np.ndarray, height: np.ndarray, stiffness: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the loads on the floors of a chain under a base shear of 1.
+    """Return the floor loads of a lateral load pattern, scaled to a base shear of 1.
 
     Args:
-        pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
-            "uniform" (floor mass), or loads of any scale from the ground up, shape [floor].
+        pattern: "first_mode" (floor mass times first mode shape), "triangular" (floor mass times height above the
+            ground), "uniform" (floor mass), or relative floor loads from the ground up, shape [floor].
         mass: Floor mass [kg], shape [storey].
         height: Storey height [m], shape [storey].
-        stiffness: Storey stiffness [N/m], less the P-Delta stiffness, shape [storey]; the first mode needs it.
+        stiffness: Storey stiffness minus P-Delta stiffness [N/m], shape [storey]; needed for "first_mode".
 
     Returns:
-        Floor loads of sum 1, shape [floor].
+        Floor loads with sum 1, shape [floor].
 
     Raises:
-        ValueError: If the pattern is unknown, has another shape, a load is below 0 or the roof's load is not above 0.
+        ValueError: If the pattern is unknown, the number of loads differs from the number of floors, a load is below 0,
+            or the load on the roof is 0.
     """
     if isinstance(pattern, str):
         one_of("lateral load pattern", pattern, PATTERNS)
@@ -49,5 +50,5 @@ def floor_loads(
 
 
 def storey_shears(loads: np.ndarray) -> np.ndarray:
-    """Return the sum of the floor loads above each storey, shape [storey]."""
+    """Return each storey's shear, the sum of the floor loads above it, shape [storey]."""
     return np.cumsum(loads[::-1])[::-1]

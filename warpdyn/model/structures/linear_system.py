@@ -24,7 +24,8 @@ MAXIMUM_DOFS = 32
 class LinearSystem(Structure):
     """A linear system with full matrices and at most 32 degrees of freedom: M u'' + C u' + K u = F.
 
-    It may have free (rigid-body) motions. Their periods are infinite, and default steps follow from the other modes.
+    The stiffness matrix may be singular, so that the system has rigid-body modes. Their periods are infinite; the
+    default step follows from the other modes.
 
     Args:
         mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
@@ -36,7 +37,7 @@ class LinearSystem(Structure):
     Raises:
         ValueError: If there are more than 32 degrees of freedom, shapes differ, a value is not finite, a matrix is not
             symmetric, the mass matrix is not positive definite, the damping or stiffness matrix has a negative
-            eigenvalue, or the stiffness is 0.
+            eigenvalue, or the stiffness matrix is 0.
 
     Example:
         >>> mass, stiffness = [2.0, 1.0], np.array([[300.0, -100.0], [-100.0, 100.0]])  # kg, N/m
@@ -63,14 +64,14 @@ class LinearSystem(Structure):
             if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
                 raise ValueError(f"{name} must be a square matrix [dof, dof], got shape {matrix.shape}")
             if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
-                raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: they must agree")
+                raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: the shapes must be equal")
             difference = np.abs(matrix - matrix.T)
             # Accept rounding in the assembly of a matrix.
             if difference.max() > 1e-12 * np.abs(matrix).max():
                 row, column = np.unravel_index(difference.argmax(), difference.shape)
                 raise ValueError(
                     f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} "
-                    f"but [{column}, {row}] is {matrix[column, row]:g}"
+                    f"but [{column}, {row}] is {matrix[column, row]:g}; both must be equal"
                 )
             matrix.flags.writeable = False
             matrices[name] = matrix
@@ -81,12 +82,13 @@ class LinearSystem(Structure):
         if smallest <= 1e-13 * abs(largest):
             raise ValueError(
                 f"mass is singular or not positive definite (smallest eigenvalue {smallest:g} kg): "
-                "every degree of freedom needs mass; condense the massless ones"
+                "every degree of freedom needs mass. Eliminate massless degrees of freedom by static condensation"
             )
         smallest, largest = np.linalg.eigvalsh(matrices["damping"])[[0, -1]]
         if smallest < -1e-12 * abs(largest):
             raise ValueError(
-                f"damping is not positive semidefinite (smallest eigenvalue {smallest:g} N s/m): it would add energy"
+                f"damping has a negative eigenvalue ({smallest:g} N s/m), so that it would add energy: all eigenvalues "
+                "must be at least 0"
             )
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(matrices)
         # Scatter can only scale a matrix: these are the bounds of the factor.
@@ -99,13 +101,15 @@ class LinearSystem(Structure):
         )
         self.influence = np.ones(dofs) if influence is None else finite_numbers("influence", influence)
         if self.influence.shape != (dofs,):
-            raise ValueError(f"influence must be {dofs} finite values, one per degree of freedom")
+            raise ValueError(
+                f"influence must have one value per degree of freedom, shape [{dofs}], got shape {self.influence.shape}"
+            )
         self.modal()  # raises an error if the stiffness has a negative eigenvalue
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped system.
 
-        The period of a free motion is infinite.
+        The period of a rigid-body mode is infinite.
 
         Raises:
             ValueError: If the stiffness matrix has a negative eigenvalue or is 0.
@@ -115,7 +119,7 @@ class LinearSystem(Structure):
 
     @property
     def dofs(self) -> int:
-        """Degrees of freedom."""
+        """Number of degrees of freedom."""
         return len(self.parameters["mass"])
 
     @property
@@ -132,20 +136,20 @@ class LinearSystem(Structure):
         return f"{name}_factor"
 
     def chosen(self) -> dict[str, Any]:
-        """Return the law, the damping and the influence."""
+        """Return the names of the law and the damping, and the influence vector."""
         return {"law": self.law, "damping": self.damping, "influence": self.influence.tolist()}
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return `dof`."""
+        """Return the coordinate `dof`."""
         return {"dof": count_along("dof", self.dofs, "degree of freedom")}
 
     @property
     def fundamental_period(self) -> float:
-        """First period of the undamped system [s]; infinite if it has a free motion."""
+        """First period of the undamped system [s]; infinite if the system has a rigid-body mode."""
         return float(self.modal()["period"][0])
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of its table in notebooks: periods, masses and influence."""
+        """Return the rows of the system's table in notebooks: periods, masses and influence."""
         return [
             ("periods", "period", self.modal()["period"].values, "s"),
             ("diagonal of the mass matrix", "mass", np.diag(self.parameters["mass"]), "kg"),

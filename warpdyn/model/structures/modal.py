@@ -1,4 +1,4 @@
-"""Undamped modes of a structure, and damping matrices based on them."""
+"""Undamped modes of a structure, and damping matrices that are computed from modes."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ ROUNDINGS = 16  # times the number of modes and the machine epsilon: rounding of
 
 
 def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return squared circular frequencies [rad2/s2], exactly 0 for free motions, and shapes of unit modal mass.
+    """Return squared circular frequencies [rad2/s2], exactly 0 for rigid-body modes, and shapes of unit modal mass.
 
     Args:
         stiffness: Stiffness matrix [N/m], symmetric, shape [dof, dof].
         mass: Mass matrix [kg], symmetric and positive definite, shape [dof, dof].
 
     Returns:
-        Shapes [mode] and [dof, mode].
+        Squared frequencies, shape [mode], and mode shapes, shape [dof, mode].
     """
     squared, shape = eigh(stiffness, mass)
     rounding = len(squared) * ROUNDINGS * np.finfo(float).eps * np.abs(squared).max()
@@ -30,22 +30,22 @@ def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray,
 def modal_properties(
     mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None, *, may_move_freely: bool = False
 ) -> xr.Dataset:
-    """Return periods, shapes and participation of the undamped modes, by increasing frequency.
+    """Return periods, shapes, participation factors and effective masses of undamped modes, by increasing frequency.
 
-    Shapes are scaled so that their largest component is +1, and participation factors refer to that scaling.
+    Shapes are scaled so that their largest component is +1; participation factors are those of the scaled shapes.
     Chopra, Dynamics of Structures, sections 10.2 and 13.2.
 
     Args:
         mass: Masses [kg], shape [dof], or mass matrix, symmetric and positive definite, shape [dof, dof].
         stiffness: Stiffness matrix [N/m], symmetric and positive definite, shape [dof, dof].
-        influence: Displacement of each DOF per unit base displacement, shape [dof]; None: ones.
+        influence: Displacement of each degree of freedom (DOF) per unit base displacement [1], shape [dof]; None: ones.
         may_move_freely: Whether the stiffness may be singular, so that some periods (but not all) are infinite.
 
     Returns:
-        Dataset over `mode` and `dof`.
+        Dataset with the dimensions `mode` and `dof`.
 
     Raises:
-        ValueError: If a shape does not fit, or a matrix is asymmetric, singular or not positive definite.
+        ValueError: If a shape is wrong, or a matrix is asymmetric, singular or not positive definite.
     """
     mass = unmasked("mass", mass, np.float64)
     stiffness = unmasked("stiffness", stiffness, np.float64)
@@ -64,8 +64,8 @@ def modal_properties(
     if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
         what = "negative" if eigenvalue[0] < 0 else "all 0"
         raise ValueError(
-            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): a "
-            "system may have free motions, but no negative stiffness, and it needs at least one finite period"
+            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
+            "some may be 0 (rigid-body modes), but none may be negative, and at least one must be above 0"
         )
     if not may_move_freely and eigenvalue[0] <= 0:
         raise ValueError(
@@ -99,10 +99,10 @@ def modal_table(modes: xr.Dataset) -> str:
     """Return the modes as a text table: periods, frequencies, participation, effective masses and their sums.
 
     Args:
-        modes: The result of a structure's `modal()`, or its first modes.
+        modes: The result of a structure's `modal()`, or some modes of it, such as `modal().isel(mode=slice(3))`.
 
     Raises:
-        ValueError, TypeError: If `modes` is something else.
+        ValueError, TypeError: If `modes` is not the result of `modal()`.
 
     Example:
         >>> print(wd.modal_table(building.modal()))
@@ -133,11 +133,11 @@ def modal_table(modes: xr.Dataset) -> str:
 
 
 def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
-    """Return the stiffness matrices of shear chains on a fixed base.
+    """Return the stiffness matrices of shear buildings on a fixed base.
 
     Args:
-        storey_stiffness: Storey stiffness [N/m], from the ground up, shape [..., storey]. Dashpots [N s/m] give damping
-            matrices.
+        storey_stiffness: Storey stiffness [N/m], from the ground up, shape [..., storey]. If dashpot coefficients
+            [N s/m] are given instead, the result is the damping matrix.
 
     Returns:
         Stiffness [N/m], shape [..., storey, storey].
@@ -170,8 +170,8 @@ def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: 
         Damping [N s/m], shape [..., dof, dof].
 
     Raises:
-        ValueError: If a shape does not fit, a mass is not above 0, a ratio is below 0, or a stiffness matrix is
-            asymmetric or not positive definite.
+        ValueError: If a shape is wrong, a mass is not above 0, a ratio is below 0, or a stiffness matrix is asymmetric
+            or not positive definite.
     """
     mass = _positive("mass", mass)
     stiffness_matrix = np.asarray(stiffness_matrix, dtype=np.float64)
@@ -200,10 +200,10 @@ def rayleigh_coefficients(
     Args:
         omega_i: Circular frequency of one mode [rad/s], shape [...].
         omega_j: Circular frequency of the other mode [rad/s], shape [...].
-        ratio: Damping ratio at both [-], 0 or above, shape [...].
+        ratio: Damping ratio at both frequencies [-], 0 or above, shape [...].
 
     Returns:
-        Mass coefficient a0 [1/s] and stiffness coefficient a1 [s], each of the arguments' common shape.
+        Mass coefficient a0 [1/s] and stiffness coefficient a1 [s], each with the broadcast shape of the arguments.
 
     Raises:
         ValueError: If a frequency is not finite and above 0, or a ratio is not finite and 0 or above.

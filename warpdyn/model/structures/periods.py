@@ -1,4 +1,4 @@
-"""Shear chains with given periods."""
+"""Storey stiffnesses of shear buildings with given periods."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ RESTARTS = 10
 
 
 def chain_of_periods(period: ArrayLike, mass: np.ndarray, height: np.ndarray, distribution: str) -> np.ndarray:
-    """Return the storey stiffnesses [N/m, storey] for `from_periods`; mass and height have shape [storey]."""
+    """Return the storey stiffnesses for `from_periods` [N/m]; mass, height and result have shape [storey]."""
     one_of("stiffness distribution", distribution, STIFFNESS_DISTRIBUTIONS)
     periods = np.atleast_1d(finite_numbers("period", period))
     storeys = len(mass)
@@ -43,16 +43,19 @@ def _scale(stiffness: np.ndarray, mass: np.ndarray, period: float) -> float:
 
 
 def _frequencies(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Return all circular frequencies [rad/s], increasing; by NumPy, because building a scene must not import warp."""
+    """Return all circular frequencies in increasing order [rad/s].
+
+    This function uses NumPy, because building a scene must not import warp.
+    """
     root = np.sqrt(mass)
     return np.sqrt(np.linalg.eigvalsh(chain_stiffness_matrix(stiffness) / np.outer(root, root)))
 
 
 def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Modify a distribution of stiffness until it has the given first periods.
+    """Modify the storey stiffnesses `start` until the chain has the given first periods.
 
-    The logarithm of the stiffness is that of the start plus a polynomial over the storeys. High terms are scaled down,
-    so that a few periods give a smooth distribution; with as many periods as storeys, every stiffness is free.
+    ln(stiffness) is changed by a polynomial over the storeys. Terms of high order are scaled down, so that the change
+    is smooth if a few periods are given. With as many periods as storeys, the polynomial can change every stiffness.
     """
     from scipy.optimize import least_squares  # its import takes a tenth of a second
 

@@ -1,7 +1,8 @@
-"""Physics of storeys in addition to laws and damping, such as P-Delta, one row of PHYSICS each; and drift capacities.
+"""Physical effects in storeys in addition to laws and damping, such as P-Delta; and drift capacities.
 
-To add an effect, write its row here and its kernel part, with the row's name, in `warpdyn/engine/kernels/parts/`.
-A building has the effect if its parameters are given; kernels of other buildings do not contain it.
+Each effect is a row of PHYSICS. To add an effect, write its row here, and a kernel part with the row's name in
+`warpdyn/engine/kernels/parts/`. A building has an effect if its parameters are given; kernels of buildings without the
+effect do not contain it.
 """
 
 from __future__ import annotations
@@ -22,11 +23,11 @@ class Physics:
     """A force between floors that is not part of a storey law.
 
     Args:
-        parameters: Its parameters, one value per storey; a building has all of them or none.
-        stiffness: Its addition to a storey's stiffness [N/m], from the parameters, [..., storey]; the force must be
-            linear in the drift, because exact methods use only this stiffness.
-        packed: The arrays that its kernel part reads, from the parameters, each [..., storey].
-        problem: An error message on inconsistent parameters, or None.
+        parameters: Parameters of the effect, one value per storey; a building has all of these parameters or none.
+        stiffness: Function from parameter values to the effect's stiffness [N/m], which is added to the storey's,
+            shape [..., storey]. The force must be linear in the drift, because exact methods use only this stiffness.
+        packed: Function from parameter values to the arrays that the kernel part reads, each of shape [..., storey].
+        problem: Function from parameter values to an error message if they are inconsistent, or None.
     """
 
     parameters: Mapping[str, Parameter]
@@ -36,20 +37,20 @@ class Physics:
 
 
 def storey_weight_over_height(parameters: Values) -> np.ndarray:
-    """Return the load that each storey carries over its height [N/m], shape [..., storey].
+    """Return the load W that each storey carries, divided by the storey height h [N/m], shape [..., storey].
 
     P-Delta: a storey of height h that carries the load W is pushed outward by W / h times its drift, like a parallel
     spring of negative stiffness -W / h (Chopra, Dynamics of Structures, section 22.1).
 
     Args:
-        parameters: Parameters of shear buildings, including `gravity_load`, each [..., storey].
+        parameters: Parameter values of shear buildings, including `gravity_load`, each of shape [..., storey].
     """
     from_the_top = parameters["gravity_load"][..., ::-1]
     return np.cumsum(from_the_top, axis=-1)[..., ::-1] / parameters["height"]
 
 
 def _buckling_problem(parameters: Values) -> str | None:
-    """Return an error message on the first storey that buckles under its gravity load, or None."""
+    """Return an error message about the first storey that buckles under its gravity load, or None."""
     stiffness, leaning = parameters["stiffness"], storey_weight_over_height(parameters)
     bad = stiffness - leaning <= 0
     if not bad.any():
@@ -58,8 +59,8 @@ def _buckling_problem(parameters: Values) -> str | None:
     bounds, loads = (per_height * parameters["height"] for per_height in (stiffness, leaning))
     bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
     return (
-        f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: the sum of the loads above must "
-        f"be below its stiffness times its height, {bound:g} N"
+        f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: the sum of the loads above the "
+        f"storey must be below its stiffness times its height, {bound:g} N"
     )
 
 
@@ -79,7 +80,7 @@ def physics_of(names: Mapping[str, object]) -> tuple[str, ...]:
 
 
 def effective_stiffness(parameters: Values, stiffness: np.ndarray | None = None) -> np.ndarray:
-    """Return the initial (or another) storey stiffness plus that of PHYSICS [N/m], shape [..., storey]."""
+    """Return the storey stiffness (None: initial) plus the stiffness of PHYSICS [N/m], shape [..., storey]."""
     stiffness = parameters["stiffness"] if stiffness is None else stiffness
     for row in physics_of(parameters):
         stiffness = stiffness + PHYSICS[row].stiffness(parameters)
@@ -87,7 +88,7 @@ def effective_stiffness(parameters: Values, stiffness: np.ndarray | None = None)
 
 
 def physics_problem(parameters: Values) -> str | None:
-    """Return an error message on the first inconsistent parameters of PHYSICS, or None."""
+    """Return the first error message of a PHYSICS row about inconsistent parameters, or None."""
     problems = (PHYSICS[row].problem(parameters) for row in physics_of(parameters))
     return next((problem for problem in problems if problem), None)
 
@@ -102,15 +103,16 @@ COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY = 0.5
 
 
 def capacities_of(names: Mapping[str, object]) -> dict[str, Parameter]:
-    """Return the rows of DRIFT_CAPACITIES that are among the names."""
+    """Return the rows of DRIFT_CAPACITIES whose names are in `names`."""
     return {name: parameter for name, parameter in DRIFT_CAPACITIES.items() if name in names}
 
 
 def inverse_drift_capacity(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return one over the drift at which each storey collapses [1/m], shape [..., storey].
+    """Return 1 / (drift at which the storey collapses) [1/m], shape [..., storey].
 
     Args:
-        parameters: Parameters of shear buildings, including one or both of DRIFT_CAPACITIES, each [..., storey].
+        parameters: Parameter values of shear buildings, including one or both of DRIFT_CAPACITIES, each of shape
+            [..., storey].
     """
     inverse = []
     if "drift_capacity" in parameters:

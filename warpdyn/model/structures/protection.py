@@ -1,4 +1,4 @@
-"""Base isolation and tuned mass dampers: buildings with an additional storey below or on the roof."""
+"""Base isolation and tuned mass dampers, modelled as an additional storey at the base or on the roof."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class ProtectedChain:
     own_storeys: np.ndarray  # which storeys are not isolators or a tuned mass damper
 
     def modal(self) -> xr.Dataset:
-        """Return periods and shapes."""
+        """Return the undamped modes; ShearBuilding implements this method."""
         raise NotImplementedError
 
     def on_isolators(
@@ -50,22 +50,22 @@ class ProtectedChain:
         damper_coefficient: float = 0.0,
         **parameters: float,
     ) -> Self:
-        """Return the building with base isolation: an additional first storey of isolators below the mass of the base.
+        """Return the building with base isolation: the isolators are an additional first storey below a base mass.
 
-        Rayleigh and stiffness-proportional damping stay those of the building on a fixed base, in proportion to the
-        stiffness of its storeys (`damped_storeys`), with the ratio of the first mode. The isolators have only their
-        hysteresis and `damper_coefficient`.
+        Rayleigh damping and stiffness-proportional damping become damping in proportion to the stiffness of the
+        building's own storeys (`damped_storeys`), with the damping ratio in their first mode on a fixed base. The
+        isolators are damped only by their hysteresis and `damper_coefficient`.
 
         Args:
             law: Law of the isolators, by name or as an object of its class: "lead_rubber_bearing" (`stiffness` before
                 yield [N/m], `yield_force` [N], `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before
-                sliding [N/m], `friction_coefficient`, `radius` [m]; `weight` [N], by default that of the building), or
-                "elastic", "bilinear" or "bouc_wen".
+                sliding [N/m], `friction_coefficient`, `radius` [m]; `weight` [N], by default the weight of building
+                and base mass), or "elastic", "bilinear" or "bouc_wen".
             base_mass: Mass between the isolators and the first storey [kg].
-            displacement_capacity: Displacement at which the isolators fail [m]. The height of their storey is set to
-                ten times this displacement, so that its drift ratio is 0.1 there: with `collapse_drift_ratio=0.1` in
-                the Scene, a building whose isolators fail has collapsed. This ratio is not a drift ratio of the
-                building: a run marks the storey (`storey_kind`), and fragility curves and damage shares exclude it.
+            displacement_capacity: Displacement at which the isolators fail [m]. The height of the isolator storey is
+                set to ten times this displacement, so that its drift ratio is 0.1 when the isolators fail: with
+                `collapse_drift_ratio=0.1` in the Scene, failure of the isolators is a collapse. A run marks the
+                isolator storey (`storey_kind`); fragility curves and damage shares exclude its drift ratio.
             damper_coefficient: Linear viscous damping across the isolators [N s/m].
             **parameters: Stiffness of the isolators, and the parameters of their law if it is a name.
 
@@ -91,8 +91,8 @@ class ProtectedChain:
             values = {"weight": weight} | values
         if "gravity_load" in self.parameters:
             raise ValueError(
-                "a building with a gravity_load cannot have isolators: their storey has no height for P-Delta, which "
-                "their tested stiffness includes; remove gravity_load="
+                "a building with a gravity_load cannot have isolators: the isolator storey has no physical height, and "
+                "the tested stiffness of isolators includes P-Delta. Remove gravity_load="
             )
         values = {"mass": mass, "height": capacity / CAPACITY_RATIO, **values}
         return self._with_storey(0, law, values, damper_coefficient)
@@ -105,19 +105,21 @@ class ProtectedChain:
         *,
         displacement_capacity: float = 10.0,
     ) -> Self:
-        """Return the building with a tuned mass damper on its roof: an additional, elastic last storey with a dashpot.
+        """Return the building with a tuned mass damper on its roof, an additional elastic last storey with a dashpot.
 
-        The defaults are Den Hartog's optimum, which minimises the roof's largest response to a harmonic force without
-        other damping: frequency ratio 1 / (1 + mu), damping ratio sqrt(3 mu / (8 (1 + mu))) (Den Hartog, Mechanical
-        Vibrations, 4th edition, section 3.3, where the damping ratio is over the building's frequency; here it is over
-        the damper's). Rayleigh damping stays that of the building without the damper, as in `on_isolators`.
+        The defaults are Den Hartog's optimum, which minimises the largest response of an undamped building to a
+        harmonic force of any frequency. For the mass ratio mu, the frequency ratio is 1 / (1 + mu) and the damping
+        ratio is sqrt(3 mu / (8 (1 + mu))) (Den Hartog, Mechanical Vibrations, 4th edition, section 3.3, where the
+        damping ratio refers to the building's frequency; here it refers to the damper's frequency). Rayleigh damping
+        and stiffness-proportional damping are treated as in `on_isolators`.
 
         Args:
-            mass_ratio: Mass of the damper over that of the first mode [1], whose shape is 1 at the roof; at most 1.
-            frequency_ratio: Frequency of the damper over the building's first frequency [1].
-            damping_ratio: Damping ratio of the damper [1].
-            displacement_capacity: Largest displacement of the damper from the roof [m]; the height of its storey is set
-                to ten times this displacement, so that its drift ratio is 0.1 there.
+            mass_ratio: Mass of the damper divided by the modal mass of the first mode (with shape 1 at the roof) [1];
+                at most 1.
+            frequency_ratio: Frequency of the damper divided by the building's first frequency [1]; None: optimum.
+            damping_ratio: Damping ratio of the damper [1]; None: optimum.
+            displacement_capacity: Largest displacement of the damper relative to the roof [m]. The height of the
+                damper's storey is set to ten times this displacement, so that its drift ratio is then 0.1.
 
         Raises:
             ValueError: If a value is out of bounds, or the damping is modal, mass-proportional or "rayleigh_tangent".
@@ -152,7 +154,7 @@ class ProtectedChain:
         return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
 
     def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
-        """Return the building with a storey inserted at a place, with its law, parameters and dashpot."""
+        """Return the building with a storey inserted at index `place`; `own` are the storey's parameters."""
         if self.damping not in DAMPINGS:
             raise ValueError(
                 f"a building with damping {self.damping!r} cannot have isolators or a tuned mass damper: this damping "

@@ -41,51 +41,55 @@ BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value per storey
 
 @with_suggestions
 class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
-    """A shear building: a chain of floor masses that move horizontally, joined by storey springs and dampers.
+    """A shear building: floor masses that move horizontally, connected by storey springs and dampers.
 
-    `from_hazus`, `from_capacity` and `from_periods` make one from properties of the whole building.
+    `from_hazus`, `from_capacity` and `from_periods` make a ShearBuilding from properties of the whole building.
 
-    With gravity loads each storey carries the loads of its floor and those above, W, and the P-Delta force is W / h
-    times its drift, with its height h. Modes, periods and stable steps are those of the stiffness less W / h. The
-    recorded base shear and storey forces are those of the springs: the shear in the columns.
+    P-Delta: if gravity loads are given, a storey of height h carries the sum W of the loads on the floors above it, and
+    the P-Delta force is W / h times the storey drift. Modes, periods and the stable step are computed with the
+    stiffness minus W / h. The recorded base shear and storey forces are the forces of the storey springs, i.e. the
+    shears in the columns.
 
     Args:
         mass: Floor mass [kg], shape [storey], from the ground up; a single value is used for every storey.
         stiffness: Initial storey stiffness [N/m], shape [storey].
         height: Storey height [m], shape [storey].
-        law: Storey law, one for all storeys or a list with one per storey. A law is an object with its parameters, such
-            as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`, or a name, such as "bilinear" or OpenSees' "Steel01",
-            with its parameters in `**parameters`. `warpdyn.laws.LAWS` lists all laws; the help of a law's class
-            explains its parameters.
+        law: Storey law: one law for all storeys, or a list with one law per storey. A law is an object with its
+            parameters, such as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`, or a name, such as "bilinear" or
+            OpenSees' "Steel01", with its parameters in `**parameters`. `warpdyn.laws.LAWS` lists all laws; the help of
+            a law's class explains its parameters.
         devices: Devices parallel to the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
             `Gap` (stops on both sides of the storey's drift) or `OneSidedGap` (a stop on the positive side).
         damping: Inherent damping:
             "none";
             "storey" (`damping_coefficient` per storey);
-            "rayleigh" (`damping_ratio` at `damping_modes`; from mass and initial stiffness without P-Delta, as in
-            OpenSees' betaKinit; frequencies include P-Delta, as eigenvalues after OpenSees' gravity analysis);
-            "rayleigh_tangent" (as "rayleigh" but with the tangent stiffness, OpenSees' betaK: it decreases as storeys
-            yield, and is 0 on falling branches, where OpenSees' becomes negative);
+            "rayleigh" (`damping_ratio` in the two modes `damping_modes`; in proportion to mass and initial stiffness
+            without P-Delta, as OpenSees' betaKinit; the frequencies of the modes include P-Delta, as in OpenSees after
+            a gravity analysis);
+            "rayleigh_tangent" (as "rayleigh", but with the tangent stiffness, as OpenSees' betaK: the damping decreases
+            as storeys yield; on falling branches it is 0, whereas that of OpenSees is negative);
             "mass_proportional" or "stiffness_proportional" (initial stiffness; `damping_ratio` in the first mode);
             "modal" (`damping_ratio` in every mode).
-        damping_modes: The two modes, counted from 1, at which Rayleigh damping has its ratio; None: 1 and 2.
-        damped_storeys: First and last storey with Rayleigh damping, if the others are isolators or a tuned mass damper.
-            The damping is then in proportion to the stiffness of these storeys, with its ratio in their first mode on
-            a fixed base. A mass-proportional part would damp the displacement of the isolators (Ryan and Polanco 2008,
-            Journal of Structural Engineering 134).
+        damping_modes: The two modes, counted from 1, in which Rayleigh damping has `damping_ratio`, in increasing
+            order; None: 1 and 2.
+        damped_storeys: First and last storey with Rayleigh damping, if other storeys are isolators or a tuned mass
+            damper. The damping is then in proportion only to the stiffness of these storeys, with `damping_ratio` in
+            their first mode on a fixed base, because damping in proportion to the mass would damp the displacement of
+            the isolators (Ryan and Polanco 2008, Journal of Structural Engineering 134).
         gravity_load: Vertical load of each floor [N], shape [storey], such as 9.81 times its mass, for P-Delta; None:
             no P-Delta.
-        drift_capacity: Storey drift at which the building collapses [m], shape [storey], as OpenSees' MinMax; None: no
-            capacity.
-        drift_ratio_capacity: The capacity as a drift ratio [1], shape [storey]; if both are given, the smaller counts.
-        **parameters: Parameters of the damping, and of laws and devices given by name: one value or one per storey,
-            such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys whose law has
-            the parameter, and is NaN in the others. A storey without a device has 0 for its `slip_force` [N],
-            `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
+        drift_capacity: Storey drift at which the building collapses [m], shape [storey], as in OpenSees' MinMax; None:
+            no capacity.
+        drift_ratio_capacity: Storey drift ratio at which the building collapses [1], shape [storey]. If both
+            capacities are given, a storey has the smaller one.
+        **parameters: Parameters of the damping, and of laws and devices that are given by name: one value or one per
+            storey, such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys whose
+            law has the parameter; other storeys have NaN. If a storey has no friction damper, viscous damper or gap,
+            give it 0 as `slip_force` [N], `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
 
     Raises:
         ValueError: If a value is out of bounds, lengths differ, a name is unknown, or a storey buckles under its load.
-        TypeError: If laws or devices are given in another form than above.
+        TypeError: If `law` or `devices` is neither a name nor an object of the right class, nor a list of these.
 
     Example:
         >>> law = wd.laws.Bilinear(yield_force=[3e5, 2e5], hardening_ratio=0.05)
@@ -197,7 +201,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys
 
     def _values(self, given: Mapping[str, ArrayLike], of_damping: Collection[str]) -> dict[str, ArrayLike]:
-        """Return each parameter's given value or its default; raise a ValueError that names all missing ones."""
+        """Return each parameter's given value or its default; raise a ValueError that names all missing parameters."""
         several = len(self.storey_laws) > 1
         values: dict[str, ArrayLike] = {}
         missing = []
@@ -219,7 +223,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         raise ValueError(f"{names} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}")
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return values of a parameter, NaN at storeys whose law does not take it, and which storeys take it."""
+        """Return a parameter's values, NaN in storeys whose law does not have it, and which storeys have it."""
         laws = [law for law in self.storey_law.laws if name in law.parameters]
         if not laws:
             return values, None
@@ -234,12 +238,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     @property
     def dofs(self) -> int:
-        """Degrees of freedom: one for each storey."""
+        """Number of degrees of freedom, one per storey."""
         return self.storeys
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """The parameters."""
+        """Values of the parameters."""
         return self.parameters
 
     def is_by_storey(self, name: str) -> bool:
@@ -251,7 +255,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         return name
 
     def chosen(self) -> dict[str, Any]:
-        """Return laws, devices, damping, and the numbers of isolators and mass dampers' storeys."""
+        """Return laws, devices, damping, and the numbers of storeys that are isolators or a tuned mass damper."""
         found: dict[str, Any] = {"law": self.law, "damping": self.damping}
         found |= {"devices": list(self.devices)} if self.devices else {}
         added = np.flatnonzero(~self.own_storeys) + 1
@@ -263,12 +267,12 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         return found | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of its table in notebooks: its first periods and its parameters."""
+        """Return the rows of the building's table in notebooks: first periods and parameters."""
         periods = self.modal()["period"].values[:3]
         return [("first periods", "", periods, "s"), *super().told()]
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return `storey`, `floor` if a recorder has it, and the kinds of storeys if there are added ones."""
+        """Return the coordinates `storey`, `floor` if a recorder needs it, and storey kinds if storeys were added."""
         of_kinds = {} if self.own_storeys.all() else {STOREY_KIND: ("storey", self.storey_kinds, KIND_ATTRIBUTES)}
         return numbered_storeys(self.storeys, recorders) | of_kinds
 
@@ -285,7 +289,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     @property
     def default_collapse_drift_ratio(self) -> float | None:
-        """The drift ratio of collapse of a building with a gravity load and without drift capacities."""
+        """0.5 for a building with a gravity load and without drift capacities; else None."""
         is_pulled = "gravity_load" in self.parameters and not capacities_of(self.parameters)
         return COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY if is_pulled else None
 
@@ -299,7 +303,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
 
 def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tuple]:
-    """Return `storey` and, if a recorded variable is along floors, `floor`, counted from the ground up."""
+    """Return the coordinate `storey` and, if a recorded variable has the dimension `floor`, the coordinate `floor`."""
     coordinates = {"storey": count_along("storey", storeys, "storey, from the ground up")}
     of_chains = known_recorders()["chain"]
     if any("floor" in variable.dims for name in recorders for variable in of_chains[name].values()):
@@ -308,5 +312,5 @@ def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tupl
 
 
 def _unequal(name: str, values: int, other: str, others: int) -> str:
-    """Return an error message on two parameters with values for different numbers of storeys."""
+    """Return an error message about two parameters with values for different numbers of storeys."""
     return f"{name} has {values} values and {other} has {others}: lists with one value per storey must be equally long"

@@ -1,4 +1,4 @@
-"""The interface of structures, which scenes, the integration and datasets use."""
+"""The base class of structures: the attributes and methods that scenes, integration and datasets use."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ MAXIMUM_STOREYS = 60  # of a ShearBuilding
 
 
 class Structure(ABC):
-    """A structure that a scene can have, checked when it is built.
+    """Base class of the structures of scenes; arguments are checked when an object is made.
 
     Attributes:
-        family: The kernels that integrate it: "chain" or "dense".
-        demand: The recorder whose error is controlled.
-        can_yield: Whether an earthquake may change its state permanently.
-        is_many: Whether it represents many structures of several kinds.
-        is_scaled: Whether its parameters are matrices, which scatter can only multiply.
-        law: Name of the storey laws and devices; "elastic" for a linear structure.
-        storey_laws: The law of each storey, or one law for all.
-        storey_law: The laws of all storeys, combined.
-        devices: Names of the devices parallel to the storeys' springs.
+        family: The kind of kernels that integrate the structure: "chain" or "dense".
+        demand: Name of the recorder whose error the step control limits.
+        can_yield: Whether an earthquake may cause residual drifts.
+        is_many: Whether the object is a portfolio of buildings of several kinds.
+        is_scaled: Whether parameters are matrices, which scatter can only multiply.
+        law: Names of storey laws and devices, joined; "elastic" for a linear structure.
+        storey_laws: Name of the law of each storey, or one name for all storeys.
+        storey_law: The laws of all storeys as one object.
+        devices: Names of the devices parallel to the storey springs.
         damping: Name of the kind of damping.
-        parameters: Values by name.
-        parameter_table: Units, bounds and defaults by name.
+        parameters: Parameter name -> values.
+        parameter_table: Parameter name -> units, bounds and default.
     """
 
     family: ClassVar[str]
@@ -49,12 +49,12 @@ class Structure(ABC):
     @property
     @abstractmethod
     def dofs(self) -> int:
-        """Degrees of freedom."""
+        """Number of degrees of freedom."""
 
     @property
     @abstractmethod
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """Values that scatter multiplies or replaces, each of shape [storey] or []."""
+        """Parameter values that scatter multiplies or replaces, each of shape [storey] or []."""
 
     @abstractmethod
     def is_by_storey(self, name: str) -> bool:
@@ -66,7 +66,7 @@ class Structure(ABC):
 
     @abstractmethod
     def chosen(self) -> dict[str, Any]:
-        """Return the choices other than parameters, such as the law, for its JSON."""
+        """Return the choices that are not parameters, such as the law, for the structure's JSON."""
 
     def description(self) -> dict[str, Any]:
         """Return the structure as a dictionary, for its JSON."""
@@ -76,7 +76,7 @@ class Structure(ABC):
         return html_table(repr(self), self.told(), ("", "name", "values, from the ground up", "units"))
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of its table in notebooks: its parameters."""
+        """Return the rows of the structure's table in notebooks, one per parameter."""
         known = self.parameter_table.items()
         return [(each.long_name, name, self.parameters[name], each.units) for name, each in known]
 
@@ -86,15 +86,15 @@ class Structure(ABC):
 
     @property
     def default_collapse_drift_ratio(self) -> float | None:
-        """The storey drift ratio of collapse if neither scene nor structure gives one; None: it does not collapse."""
+        """Storey drift ratio of collapse if neither scene nor structure gives a collapse limit; None: no collapse."""
         return None
 
     @property
     def forgets(self) -> bool:
-        """Whether its forces depend only on present displacements and velocities, not on their history."""
+        """Whether the structure's forces depend only on its present displacements and velocities."""
         return self.storey_law.has_only_linear_springs
 
 
 def count_along(dim: str, count: int, text: str) -> tuple:
-    """Return a coordinate that counts from 1 along a dimension."""
+    """Return a coordinate with the numbers 1 to `count` along dimension `dim`; `text` is its long name."""
     return dim, np.arange(1, count + 1, dtype=np.int32), {"long_name": text, "units": "1"}

@@ -1,4 +1,4 @@
-"""One warning of all implausible values of an input, and `meant_as_given`, which turns checks off."""
+"""One warning that lists all implausible values of an input, and `meant_as_given`, which turns checks off."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ _meant: ContextVar[frozenset[str]] = ContextVar("meant_as_given", default=frozen
 
 
 class meant_as_given:  # lower case, because it reads as a keyword: `with meant_as_given(...):`
-    """Do not warn of implausible values of these quantities, within a `with` block or a decorated function.
+    """Turn off warnings of implausible values of some quantities, in a `with` block or a decorated function.
 
     Args:
-        quantities: Names of the quantities, as the warning gives them.
+        quantities: Names of the quantities, as in the warning.
 
     Raises:
         ValueError: If no name is given, or a name is unknown.
@@ -55,7 +55,7 @@ class meant_as_given:  # lower case, because it reads as a keyword: `with meant_
         _meant.reset(self._before.pop())
 
     def __call__(self, function: F) -> F:
-        """Return the function within a block; each call enters a new block, so that threads do not share one."""
+        """Return the decorated function. Each call enters a new `with` block, so that threads do not share a block."""
         self._is_unused = False
         quantities = self._quantities
 
@@ -73,28 +73,31 @@ class meant_as_given:  # lower case, because it reads as a keyword: `with meant_
 
 
 def _times_outside(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Return how many times each value is beyond its nearer bound, at most 1 within the band; NaN for NaN."""
+    """Return value / `high` or `low` / value, the larger of both: above 1 outside of the bounds. NaN for NaN."""
     with np.errstate(divide="ignore", invalid="ignore"):
         outside = np.fmax(values / high, low / values if low > 0 else -np.inf)
     return np.where(values < low, np.fmax(outside, 2.0), outside)  # also for zero and negative values
 
 
 class PlausibilityFindings:
-    """Implausible values of one input, with one sentence per quantity."""
+    """Collects the implausible values of one input, with one sentence per quantity."""
 
     def __init__(self) -> None:
         self._found: dict[str, str] = {}
         self._others: dict[str, int] = {}
 
     def add(self, name: str, values: ArrayLike, where: str = "", *, along: str = "", high: float | None = None) -> bool:
-        """Add a sentence on the value that is furthest outside its band; return whether a value is outside.
+        """Add a sentence about the value that is farthest outside the usual values, if there is one.
 
         Args:
-            name: The quantity, a key of CHECKS.
-            values: Values; NaN: no value.
-            where: Owner of the values, such as " of motion 'A'".
-            along: Name of the last axis, such as "storey", if the sentence gives the place, counted from 1.
-            high: Largest usual value in place of the table's.
+            name: Name of the quantity, a key of CHECKS.
+            values: Values of the quantity; NaN values are not checked.
+            where: Words that follow the quantity in the sentence, such as " of motion 'A'".
+            along: Name of the last dimension, such as "storey", if the sentence gives its number (from 1); "": no.
+            high: Largest usual value; None: that of CHECKS.
+
+        Returns:
+            Whether a value is implausible.
         """
         if name in _meant.get():
             return False
@@ -112,13 +115,13 @@ class PlausibilityFindings:
         return True
 
     def add_each(self, name: str, values: Sequence[float], where: Callable[[int], str]) -> None:
-        """Add every value that is outside its band, with its owner `where(place)`."""
+        """Call `add` for every implausible value, with the words `where(index)`."""
         outside = _times_outside(np.asarray(values, dtype=np.float64), CHECKS[name].low, CHECKS[name].high)
         for place in np.flatnonzero(outside > OUTSIDE).tolist():
             self.add(name, values[place], where(place))
 
     def warn(self) -> None:
-        """Give one warning of all findings, at the line of the user that called warpdyn."""
+        """Give one warning of all implausible values, at the line of the user's code that called warpdyn."""
         if not self._found:
             return
         names = sorted(self._found, key=list(CHECKS).index)
@@ -136,9 +139,12 @@ class PlausibilityFindings:
 
 
 def warn_of_implausible_limits(limits: Mapping[str, float], of: str = "drift_limit") -> None:
-    """Give one warning of implausible limits, each by the words for its owner, such as " of 'slight'".
+    """Give one warning of implausible limits.
 
-    Infinite limits, which only a collapse exceeds, are not checked.
+    Args:
+        limits: Words that follow the quantity, such as " of 'slight'" -> limit. Infinite limits, which only a collapse
+            exceeds, are not checked.
+        of: Name of the quantity, a key of CHECKS.
     """
     findings = PlausibilityFindings()
     for where, limit in limits.items():

@@ -1,8 +1,9 @@
-"""The table of plausibility checks: usual values of quantities, and mistakes that lead to other values.
+"""The table of plausibility checks: usual values of quantities, and mistakes that lead to unusual values.
 
-A bound refuses impossible values; a plausibility check warns of values that are rarely intended, most of them in a
-wrong unit. Each band is wider than practice; a comment gives its source. A quantity of a building also has a function
-that reads it from a `BuildingView` (warpdyn/model/scene/building_plausibility.py).
+Impossible values are errors. A plausibility check warns of possible values that users rarely intend; most of them are
+in a wrong unit. The range of usual values is wider than in practice; comments give sources. For quantities of a
+building, the table also has a function that computes the quantity from a `BuildingView`
+(warpdyn/model/scene/building_plausibility.py).
 """
 
 from __future__ import annotations
@@ -45,14 +46,16 @@ class Check:
 
     Args:
         words: The quantity in words.
-        units: The unit in which warpdyn reads it.
-        low: Least usual value.
+        units: Unit of the quantity in warpdyn.
+        low: Smallest usual value.
         high: Largest usual value.
-        mistakes: Likely mistakes, each a clause, with the factor from the value to the intended one; None if no factor
-            corrects the mistake.
-        typical: Typical value, by which the likeliest mistakes are found; None: the middle of the band.
-        of_building: Function that reads the quantity from a `BuildingView`, shape [row]; None: the caller passes it.
-        of_storeys: The same for a quantity of each storey, shape [row, storey].
+        mistakes: Clause that describes a likely mistake -> factor from the given to the intended value; None if no
+            factor corrects the mistake.
+        typical: Typical value; the mistakes whose corrected values are nearest to it are named first. None: the
+            geometric mean of `low` and `high`.
+        of_building: Function that computes the quantity from a `BuildingView`, shape [row]; None: the value is passed
+            to the check.
+        of_storeys: As `of_building`, for a quantity of storeys, shape [row, storey].
     """
 
     words: str
@@ -65,7 +68,7 @@ class Check:
     of_storeys: Callable[[Any], np.ndarray] | None = None
 
     def finding(self, value: float, where: str, high: float) -> str:
-        """Return a sentence on a value outside the band: the value, the usual values and likely mistakes."""
+        """Return a sentence about an implausible value: the value, the usual values and likely mistakes."""
         unit = "" if self.units == "1" else f" {self.units}"
         usual = f"at most {high:.4g}" if self.low == 0 else f"{self.low:g} to {high:.4g}"
         meant = {clause: value * factor for clause, factor in self.mistakes.items() if factor is not None}
@@ -82,23 +85,28 @@ class Check:
 
 
 def given_in(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes of giving the quantity itself in another unit."""
+    """Return the mistakes "the quantity itself was given in another unit"."""
     return {f"if given in {unit}": size for unit, size in units.items()}
 
 
 def with_units(name: str, units: Mapping[str, float], power: float = 1.0) -> Mistakes:
-    """Return the mistakes of giving an argument in another unit, if the quantity is proportional to its power."""
+    """Return the mistakes "argument `name` was given in another unit", for a quantity in proportion to name^power."""
     return {f"with {name} given in {unit}": size**power for unit, size in units.items()}
 
 
 def _one_in(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes of giving one of several values in another unit, for the larger over the smaller value."""
+    """Return the mistakes "one of several values is in another unit", for the ratio of the larger to the smaller."""
     mistakes: Mistakes = {f"with one given in {unit}": 1 / size for unit, size in units.items() if size > 10}
     return mistakes | {"one of them may be in another unit than the others": None}
 
 
 def _over_highest(units: Mapping[str, float], power: float = 1.0) -> Check:
-    """Return the check of a hazard against the highest one, for a measure that scales with a power of acceleration."""
+    """Return the check of a hazard curve against the highest known hazard.
+
+    Args:
+        units: Units in which the intensities may have been given by mistake, with their sizes.
+        power: The intensity measure is in proportion to this power of the acceleration.
+    """
     mistakes = with_units("intensities", units, HIGHEST_HAZARD_SLOPE / power)
     mistakes |= {"with probabilities in 50 years given as annual rates (see HazardCurve.from_probabilities)": 1 / 50}
     return Check(

@@ -1,4 +1,4 @@
-"""Integrals of a ground motion from its first to its last value, exact for accelerations linear between values.
+"""Integrals of a ground motion over its duration; they are exact for accelerations that are linear between samples.
 
 Velocity and displacement start from zero without baseline correction.
 """

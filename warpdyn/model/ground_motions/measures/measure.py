@@ -1,4 +1,4 @@
-"""The class of all intensity measures: name, units, levels and OpenQuake's name and unit."""
+"""Base class of intensity measures: name, units, levels, and OpenQuake's name and unit."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ OPENQUAKE_UNITS = {
 
 
 class IntensityMeasure(ABC):
-    """One number that describes the strength of a ground motion.
+    """Base class of intensity measures: one number that describes the strength of a ground motion.
 
-    A subclass needs `units`, `name` and `value`; `measure_named` returns the measure of a name.
+    A subclass defines `units`, `name` and `value`. `measure_named` returns the measure with a given name.
 
     Attributes:
-        units: UDUNITS string of the values, SI.
-        power: If a motion is multiplied by c, the measure is multiplied by c to this power; 0 for a duration.
+        units: SI units of the values, a UDUNITS string.
+        power: If a motion is multiplied by c, the measure is multiplied by c^power; 0 for a duration.
     """
 
     units: ClassVar[str]
@@ -55,7 +55,7 @@ class IntensityMeasure(ABC):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and periods [s], which distinguish two measures of one kind; () for other measures."""
+        """Damping ratio [%] and periods [s], if the measure has them; otherwise ()."""
         return ()
 
     @abstractmethod
@@ -76,18 +76,18 @@ class IntensityMeasure(ABC):
         return self.values(motions) / self.unit_size(self.level_units)
 
     def scale_factors(self, levels: np.ndarray, intensities: np.ndarray) -> np.ndarray:
-        """Return the factors that scale motions of these intensities to levels in the same units."""
+        """Return the factors that scale motions with these intensities to the levels; both have the same units."""
         return (levels / intensities) ** (1 / self.power)
 
     def scaled_levels(self, factors: np.ndarray, intensities: np.ndarray) -> np.ndarray:
-        """Return the intensities of motions that are multiplied by factors."""
+        """Return the intensities after the motions are multiplied by the factors."""
         return factors**self.power * intensities
 
     def unit_size(self, units: object) -> float:
-        """Return the size in SI units of a unit that intensities may have, `units` or `level_units`.
+        """Return the factor from a unit of intensities, `units` or `level_units`, to SI units.
 
         Raises:
-            ValueError: If the measure is never in this unit.
+            ValueError: If the unit is neither `units` nor `level_units`.
         """
         if units == self.units:
             return 1.0
@@ -97,21 +97,21 @@ class IntensityMeasure(ABC):
         raise ValueError(f"{self.name} must be in {allowed}, got {units!r}")
 
     def from_openquake(self) -> tuple[str, float]:
-        """Return `level_units`, and the factor to it from OpenQuake's unit; the measure must have a `kind`."""
+        """Return `level_units` and the factor from OpenQuake's unit to it; the measure must have a `kind`."""
         return self.level_units, OPENQUAKE_UNITS[self.kind][1] / self.unit_size(self.level_units)
 
     def is_like(self, other: IntensityMeasure) -> bool:
-        """Return whether two measures are the same, whatever their combination of components.
+        """Return whether two measures are the same, except for the combination of components.
 
-        The combination is not compared, because names in hazard files do not contain it. Periods are compared as far
-        as both names contain them.
+        The combination is not compared, because names in hazard files do not contain it. Periods are compared only if
+        both names contain them.
         """
         pairs = zip(self.parameters, other.parameters, strict=False)
         is_of_one_kind = (self.kind or self.name) == (other.kind or other.name)
         return is_of_one_kind and all(abs(a - b) <= SAME * max(a, b) for a, b in pairs)
 
     def attributes(self) -> dict[str, object]:
-        """Return the attributes that name this measure in a dataset: its name, and period and damping if it has any."""
+        """Return the attributes that describe this measure in a dataset: name and, if it has them, period and damping."""
         known = {PERIOD: "period", PERIODS: "periods", DAMPING: "damping_ratio"}
         found = {key: getattr(self, name) for key, name in known.items() if hasattr(self, name)}
         return {MEASURE: self.name} | {key: np.asarray(value, dtype=float)[()] for key, value in found.items()}

@@ -1,4 +1,4 @@
-"""Names of intensity measures, as OpenQuake, the USGS and warpdyn write them."""
+"""Names of intensity measures in the notations of OpenQuake, the USGS and warpdyn."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ _USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
 
 
 class NamedMeasure(IntensityMeasure):
-    """A measure that is known by its name only, such as an average whose periods the name does not list.
+    """A measure that is known only by its name, such as an average over periods that the name does not contain.
 
     Args:
         name: The name.
-        units: UDUNITS string of its values, SI.
+        units: SI units of the values, a UDUNITS string.
         kind: OpenQuake's name of the measure.
-        components: Combination of two components; "" for a single one.
-        parameters: Damping ratio [%] and periods [s], as far as the name contains them.
+        components: Combination of two components; "" for a single component.
+        parameters: Damping ratio [%] and periods [s], if the name contains them.
     """
 
     name, kind, components, units = "", "", "", ""
@@ -74,10 +74,10 @@ class NamedMeasure(IntensityMeasure):
 
 
 def measure_named(name: str) -> IntensityMeasure | None:
-    """Return the intensity measure of a name, or None if the name is not understood.
+    """Return the intensity measure with this name, or None if warpdyn does not know the name.
 
     Args:
-        name: A name as OpenQuake, the USGS or warpdyn writes it, such as "PGA", "SA(0.3)", "SA0P3" or
+        name: A name in the notation of OpenQuake, the USGS or warpdyn, such as "PGA", "SA(0.3)", "SA0P3" or
             "Sa(0.3 s, 5 %)". The damping ratio is 5 % if the name does not contain it.
     """
     text = spectral_name(name.strip())
@@ -113,10 +113,10 @@ def spectral_name(name: str) -> str:
 
 
 def same_measure(one: str, other: str) -> bool | None:
-    """Return whether two names are of one intensity measure; None if they differ and one is not understood.
+    """Return whether two names are names of the same intensity measure; None if this is unknown.
 
     Args:
-        one: The first name; "" if a dataset names no measure.
+        one: The first name; "" if a dataset does not name its measure.
         other: The second name.
     """
     if one.strip() == other.strip():
@@ -126,11 +126,11 @@ def same_measure(one: str, other: str) -> bool | None:
 
 
 def warn_unless_compared(what: str, one: str, other: str) -> None:
-    """Warn if two names of measures cannot be compared, because one of them is not understood.
+    """Warn if two names of measures cannot be compared, because warpdyn does not know one of them.
 
     Args:
-        what: The two things that have these names, such as "annual_rates: the hazard and the curves".
-        one: The first name. There is no warning if one of the names is missing.
+        what: The objects with these names, such as "annual_rates: the hazard and the curves".
+        one: The first name; "": missing. If a name is missing, there is no warning.
         other: The second name.
     """
     if one in UNNAMED or other in UNNAMED or same_measure(one, other) is not None:

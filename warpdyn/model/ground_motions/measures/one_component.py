@@ -25,10 +25,10 @@ from warpdyn.model.ground_motions.response_spectra import checked_periods, spect
 def spectral_acceleration(
     motion: GroundMotion, period: float | np.ndarray, damping_ratio: float = 0.05
 ) -> float | np.ndarray:
-    """Return the pseudo-spectral acceleration: the peak displacement of an oscillator times its squared frequency.
+    """Return the pseudo-spectral acceleration: peak displacement of an oscillator times its squared circular frequency.
 
-    It is exact except for rounding, like `response_spectra`. It is always computed on the CPU, so that the scale
-    factors of stripes do not depend on the device of a run.
+    It is exact up to rounding, as in `response_spectra`. It is always computed on the CPU, so that the scale factors of
+    stripes do not depend on the device of a run.
 
     Args:
         motion: The ground motion.
@@ -54,7 +54,7 @@ def _accelerations(motions: Sequence[GroundMotion], periods: np.ndarray, damping
 
 
 class _WithoutPeriod(IntensityMeasure):
-    """A measure that needs no oscillator."""
+    """Base class of measures without a period."""
 
     compute: ClassVar[Any]  # a function of the motion
 
@@ -233,7 +233,7 @@ class SpectralAcceleration(IntensityMeasure):
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion [m/s2], shape [motion], by one launch of a kernel.
+        """Return the measure of each motion [m/s2], shape [motion]; one kernel computes all motions.
 
         Args:
             motions: The motions.
@@ -317,9 +317,10 @@ _TABLE = {
 
 
 def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dataset:
-    """Return the intensity measures that need no oscillator, exact for records that are linear between samples.
+    """Return the intensity measures without a period: peaks, integrals and durations of ground motions.
 
-    Velocities and displacements start from zero, have no baseline correction, and end with the record.
+    They are exact for accelerations that are linear between samples. Velocities and displacements start from zero and
+    are computed over the duration of the record, without baseline correction.
 
     Args:
         motions: One ground motion or several.

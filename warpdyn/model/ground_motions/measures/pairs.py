@@ -1,4 +1,4 @@
-"""Intensity measures of two horizontal components; both components of a pair get the value of the pair."""
+"""Intensity measures of pairs of horizontal components; both components have the value of the pair."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ ANGLES = np.arange(180)  # degrees; a turn by 180 degrees changes only the sign
 
 
 class PairMeasure(IntensityMeasure):
-    """A measure of pairs of motions; motions with the same `record` are a pair."""
+    """Base class of measures of pairs of motions; two motions with the same `record` are a pair."""
 
     def value(self, motion: GroundMotion) -> float:
         """Raise a ValueError, because the measure needs both components."""
         raise ValueError(f"{self.name} needs both components of motion {motion.name!r}: call values([first, second])")
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion's pair, shape [motion]."""
+        """Return for each motion the measure of its pair, shape [motion]."""
         both = pairs(motions)
         values = self.pair_values(both)
         of_instrument = {instrument_of(each): value for pair, value in zip(both, values, strict=True) for each in pair}
@@ -47,7 +47,7 @@ class PairMeasure(IntensityMeasure):
 @with_suggestions
 @dataclass(frozen=True)
 class GeometricMean(PairMeasure):
-    """The geometric mean of a measure of both horizontal components, as they were recorded.
+    """The geometric mean of a measure over both horizontal components in the recorded directions.
 
     Args:
         measure: The measure of one component.
@@ -110,8 +110,9 @@ class GeometricMean(PairMeasure):
 class RotatedSpectralAcceleration(PairMeasure):
     """A percentile, over all horizontal directions, of the pseudo-spectral acceleration (RotD50, RotD100) [m/s2].
 
-    The two components are rotated by 0, 1, ..., 179 degrees; a shorter component is continued with zeros. If their
-    azimuths are known and not 90 degrees apart, the component perpendicular to the first one is computed first.
+    The motion is computed in the directions 0, 1, ..., 179 degrees from the first component; zeros are added to the
+    shorter component. If the azimuths are known and not 90 degrees apart, the component perpendicular to the first one
+    is computed before.
 
     Source: Boore (2010), "Orientation-independent, nongeometric-mean measures of seismic intensity from two horizontal
     components of motion".
@@ -171,7 +172,7 @@ class RotatedSpectralAcceleration(PairMeasure):
 
 
 def _rotated(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
-    """Return the motion in each of the ANGLES."""
+    """Return the motions in the directions ANGLES."""
     if first.step != second.step:
         raise ValueError(
             f"record {first.record!r}: {first.name!r} has a step of {first.step:g} s and {second.name!r} one of "

@@ -1,1 +1,1 @@
-"""Shear chains from capacity curves: fitted or followed point by point, then distributed over the storeys."""
+"""Shear buildings from capacity curves: a bilinear fit or the curve's points, distributed over the storeys."""

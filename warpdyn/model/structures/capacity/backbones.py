@@ -1,6 +1,7 @@
-"""Parameters of laws for storey backbones of two to four corners, with falling branches.
+"""Parameters of laws that follow storey backbones with two to four corners.
 
-A backbone is given by the drifts [m] and forces [N] of its corners, shape [corner, storey], beginning at yield.
+A backbone is given by the drifts [m] and forces [N] of its corners, shape [corner, storey]; the first is the yield
+point.
 """
 
 from __future__ import annotations
@@ -29,15 +30,15 @@ Parameters = dict[str, np.ndarray]
 
 
 def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters of a law for a backbone, in addition to stiffness and yield force.
+    """Return the parameters with which a law follows a backbone, except stiffness and yield force.
 
     Args:
-        law: One of `CORNERS`.
+        law: Name of a law in `CORNERS`.
         drift: Drifts at two to four corners [m], shape [corner, storey].
-        force: Forces there [N], shape [corner, storey].
+        force: Forces at the corners [N], shape [corner, storey].
 
     Raises:
-        ValueError: If the law cannot follow such a backbone.
+        ValueError: If the law cannot follow the backbone.
     """
     if law in KINEMATIC:
         return _kinematic(law, drift, force)
@@ -52,17 +53,17 @@ def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters
 
 
 def _over_yield(drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return ductilities and force ratios of the corners after the first."""
+    """Return drifts and forces of the corners after the first, divided by drift and force at yield."""
     numbers = range(2, len(drift) + 1)
     ductility = {f"ductility_{i}": drift[i - 1] / drift[0] for i in numbers}
     return ductility | {f"force_ratio_{i}": force[i - 1] / force[0] for i in numbers}
 
 
 def _with_more_corners(drift: np.ndarray, force: np.ndarray, corners: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a backbone with missing corners on its last branch: one in the middle, or two at thirds.
+    """Return a backbone with up to two additional corners, which divide its last branch into equal segments.
 
-    This is the rule of GEM's Vulnerability Modellers ToolKit. If the last branch rises after a falling one, the falling
-    one is divided.
+    This is the rule of GEM's Vulnerability Modellers ToolKit. If the last branch rises after a falling branch, the
+    falling branch is divided instead.
     """
     missing = corners - len(drift)
     if missing <= 0:
@@ -77,22 +78,23 @@ def _with_more_corners(drift: np.ndarray, force: np.ndarray, corners: int) -> tu
 
 
 def _kinematic(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters of backbones that bend down at each corner and never fall.
+    """Return the parameters of a law whose backbone bends down at each corner and never falls.
 
-    With one point more than the law has corners, the last point gives the slope after the last corner; otherwise the
-    backbone is level there.
+    If the backbone has one point more than the law has corners, this point gives the slope after the last corner;
+    otherwise the backbone is level after its last corner.
     """
     corners = CORNERS[law]
     slope = np.diff(force, axis=0, prepend=0.0) / np.diff(drift, axis=0, prepend=0.0)
     for point in range(1, len(drift)):
         if np.any(slope[point] > slope[point - 1] * (1 + 1e-9)):
             raise ValueError(
-                f"the capacity curve bends up at its corner {point}: law {law!r} needs curves that bend down at each"
+                f"the capacity curve bends up at its corner {point}: law {law!r} needs a curve that bends down at each "
+                "corner. Use law='pinching4', or correct the curve"
             )
     if len(drift) > corners + 1:
         raise ValueError(
-            f"the capacity curve has {len(drift)} points; law {law!r} takes two to {corners + 1}: use "
-            "law='quadrilinear' or 'pinching4' for four points"
+            f"the capacity curve has {len(drift)} points, but law {law!r} needs two to {corners + 1}: for four points "
+            "use law='quadrilinear' or 'pinching4'"
         )
     hardening = np.zeros_like(force[0])
     if len(drift) == corners + 1:
@@ -105,17 +107,17 @@ def _capped(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
     """Return the parameters of IMK laws, whose third branch falls to a constant residual force."""
     if np.any(force[1] < force[0]):
         raise ValueError(
-            f"the capacity curve falls after its yield point, and law {law!r} needs a higher capping point: add one, "
-            "or use law='pinching4' or 'hysteretic'"
+            f"the capacity curve falls after its yield point, but law {law!r} needs a capping point that is not below "
+            "yield: add such a point, or use law='pinching4' or 'hysteretic'"
         )
     values = {"plastic_drift_to_capping": drift[1] - drift[0], "capping_force_ratio": force[1] / force[0]}
     if len(drift) == 2:
         return values
     if np.any(force[2] >= force[1]):
         raise ValueError(
-            f"the capacity curve does not fall after its second corner, the capping point of law {law!r}: use "
-            "law='pinching4', 'hysteretic', 'trilinear' or 'quadrilinear', or give only yield and capping point, and "
-            "post_capping_drift="
+            f"the capacity curve does not fall after its second corner, but law {law!r} needs a fall there (capping "
+            "point): use law='pinching4', 'hysteretic', 'trilinear' or 'quadrilinear', or give only yield and capping "
+            "point, and post_capping_drift="
         )
     residual = np.zeros_like(force[0])
     if len(drift) == 4:
@@ -123,19 +125,19 @@ def _capped(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
         residual = force[2] / force[0]
         if np.any(residual >= 1):
             raise ValueError(
-                f"the residual strength of the capacity curve, that of its last two points, is {residual[0]:g} of the "
-                f"yield strength; law {law!r} takes less than 1: use law='pinching4' or 'hysteretic'"
+                f"the residual strength of the capacity curve (its last two points) is {residual[0]:g} times the yield "
+                f"strength, but law {law!r} needs less than 1: use law='pinching4' or 'hysteretic'"
             )
     to_no_force = force[1] * (drift[2] - drift[1]) / (force[1] - force[2])
     return values | {"post_capping_drift": to_no_force, "residual_force_ratio": residual}
 
 
 def _without_level_end(law: str, drift: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a backbone without its last corner; the one before gets the mean force of both."""
+    """Return a backbone without its last corner; the last but one gets the mean force of the last two corners."""
     if np.any(np.abs(force[-1] - force[-2]) > (LARGEST_LAST_RISE - 1) * force[-2]):
         raise ValueError(
-            f"the capacity curve has {len(drift)} points; law {law!r} takes {len(drift) - 1}, and a last one of "
-            "constant strength, within 1 % of the one before: use law='pinching4', which takes any four points"
+            f"the capacity curve has {len(drift)} points, but law {law!r} needs {len(drift) - 1}, or a last point of "
+            "constant strength, within 1 % of the point before: use law='pinching4', whose four points are arbitrary"
         )
     force = force.copy()
     force[-2] = 0.5 * (force[-2] + force[-1])

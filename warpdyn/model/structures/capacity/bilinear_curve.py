@@ -1,4 +1,4 @@
-"""The bilinear curve that replaces a capacity curve up to its peak."""
+"""Bilinear idealisation of a capacity curve up to its peak."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ SECANT_SHARE = 0.6  # share of the yield strength at which the secant gives a cu
 
 
 def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float, float, float]:
-    """Return yield displacement, yield strength and hardening ratio of the bilinear curve that replaces a curve.
+    """Return yield displacement, yield strength and hardening ratio of the bilinear idealisation of a capacity curve.
 
-    It ends at the curve's peak, has the same area up to the peak, and its initial stiffness is the curve's secant at
-    0.6 of the yield strength (ASCE 41-17, section 7.4.3.2.4, up to the peak). A curve of a yield and an ultimate point
-    is returned unchanged. If there are several solutions, the lowest strength is taken; if there is no solution, an
-    elastic-perfectly-plastic curve with the strength of the peak, and a warning.
+    The bilinear curve ends at the peak of the capacity curve, has the same area up to the peak, and its initial
+    stiffness is the secant stiffness of the capacity curve at 0.6 times the yield strength (ASCE 41-17, section
+    7.4.3.2.4, up to the peak). A curve that consists of a yield and an ultimate point is returned unchanged. If several
+    bilinear curves fulfil these conditions, that with the lowest strength is returned. If none does, the result is an
+    elastic-perfectly-plastic curve with the strength of the peak, and a warning is given.
 
     Args:
         displacement: Displacements [m], increasing, with or without the origin, shape [point].
-        capacity: Forces [N] or accelerations [m/s2] there, shape [point].
+        capacity: Forces [N] or accelerations [m/s2] at these displacements, shape [point].
 
     Raises:
-        ValueError: If the curve starts below zero, folds back, has no rise or stiffens.
+        ValueError: If the curve starts below zero, has a displacement that does not increase, has no rise or stiffens.
     """
     x, y = checked_curve(displacement, capacity)
     peak = _peak(y)
     if peak < 2:
-        raise ValueError("the capacity curve needs a yield point and another one, higher or as high, after it")
+        raise ValueError("the capacity curve needs a yield point and, after it, another point that is not lower")
     given_peak = peak - (x.size - np.size(displacement))  # index in the caller's curve, which may lack the origin
     x, y = x[: peak + 1], y[: peak + 1]
     end, top = x[-1], y[-1]
@@ -45,15 +46,16 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
         return place / SECANT_SHARE
 
     def excess(strength: float) -> float:
-        """Return twice the difference of the two curves' areas, over the area of the rectangle around the curve."""
+        """Return (bilinear area - area of the capacity curve) * 2 / (displacement * strength of the peak)."""
         return strength / top - yield_displacement(strength) / end + 1 - 2 * area / (top * end)
 
     straight = 0.5 * top * end
     if area < straight * (1 + 1e-9):
         what = "is a straight line" if area > straight * (1 - 1e-9) else "stiffens"
         raise ValueError(
-            f"the capacity curve {what} up to its peak, point {given_peak}: no bilinear curve with a hardening ratio "
-            "below 1 has its area; it needs a yield point above the line from the origin to its peak"
+            f"the capacity curve {what} up to its peak, point {given_peak}, so that no bilinear curve with a hardening "
+            "ratio below 1 has the same area: give a curve with a yield point above the line from the origin to the "
+            "peak"
         )
     if x.size == 3:
         at, strength = x[1], y[1]
@@ -62,18 +64,18 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
     else:
         warn_caller(
             f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: an "
-            "elastic-perfectly-plastic curve with the strength of the peak is used, with "
-            f"{1 + excess(top) * 0.5 * top * end / area:.3g} of the area"
+            "elastic-perfectly-plastic curve with the strength of the peak is used, whose area is "
+            f"{1 + excess(top) * 0.5 * top * end / area:.3g} times that of the capacity curve"
         )
         return yield_displacement(top), float(top), 0.0
     return float(at), float(strength), float((top - strength) / (end - at) * at / strength)
 
 
 def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: float) -> float | None:
-    """Return the lowest strength at which the excess area is zero, or None.
+    """Return the lowest strength at which `excess` is zero, or None.
 
-    The excess rises and may fall again. It is linear between the strengths whose secant points are points of the curve;
-    if the curve falls before its peak, it jumps at such a strength.
+    `excess` may rise and fall again. As a function of the strength it is linear in segments, which end at 1 / 0.6 times
+    the capacities of the curve's points. If the curve falls before its peak, `excess` jumps at such an end.
     """
     from scipy.optimize import brentq  # its import takes a tenth of a second, and few scenes need it
 
@@ -88,7 +90,7 @@ def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: flo
 
 
 def _peak(capacity: np.ndarray) -> int:
-    """Return the last point of the largest capacity, the end of a plateau."""
+    """Return the index of the largest capacity; of several equal ones, the last."""
     return int(np.flatnonzero(capacity == capacity.max())[-1])
 
 
@@ -96,12 +98,13 @@ def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndar
     """Return the curve, with the origin as its first point.
 
     Raises:
-        ValueError: If the curve starts below zero, folds back, or has a negative capacity or zeros only.
+        ValueError: If the curve starts below zero, a displacement does not increase, or capacities are negative or all
+            zero.
     """
     x, y = finite_numbers("displacement", displacement), finite_numbers("capacity", capacity)
     if x.ndim != 1 or x.shape != y.shape or not x.size:
         raise ValueError(
-            f"displacement and capacity must be of one shape [point], got shapes {np.shape(x)} and {np.shape(y)}"
+            f"displacement and capacity must have the same shape [point], got shapes {np.shape(x)} and {np.shape(y)}"
         )
     if x[0] < 0 or y[0] < 0 or (x[0] == 0 and y[0] != 0) or (x[0] > 0 and y[0] == 0):
         raise ValueError(
@@ -111,12 +114,12 @@ def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndar
     for point in np.flatnonzero(np.diff(x) <= 0) + 1:
         raise ValueError(
             f"the capacity curve folds back at point {point}: its displacement {x[point]:g} is not above "
-            f"{x[point - 1]:g} before it"
+            f"{x[point - 1]:g} before it. Displacements must increase"
         )
     for point in np.flatnonzero(y < 0):
         raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0")
     if x[0] > 0:
         x, y = np.append(0.0, x), np.append(0.0, y)
     if y.max() == 0 or y.size < 3:
-        raise ValueError("the capacity curve needs a yield point and another one, higher or as high, after it")
+        raise ValueError("the capacity curve needs a yield point and, after it, another point that is not lower")
     return x, y

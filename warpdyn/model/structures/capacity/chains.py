@@ -1,4 +1,4 @@
-"""Chains of storeys from a capacity curve: each storey's share of the displacements and forces."""
+"""Shear buildings from a capacity curve: how displacements and forces are distributed over the storeys."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ LARGEST_EXCESS = 0.01  # of a bilinear curve above the given one beyond its peak
 
 @dataclass(frozen=True)
 class Pushed:
-    """A curve of base shear over roof displacement, and the storeys' shares.
+    """A pushover curve, and the distribution of shears and stiffnesses over the storeys.
 
     Args:
         displacement: Roof displacements [m], shape [point].
         base_shear: Base shears [N], shape [point].
-        shear: Storey shears over the base shear, shape [storey].
+        shear: Storey shears divided by the base shear [1], shape [storey].
         stiffness: Initial storey stiffness [N/m], shape [storey].
     """
 
@@ -54,10 +54,10 @@ def capacity_chain(
     softening: str,
     unloading_exponent: ArrayLike = 0.0,
 ) -> tuple[dict[str, np.ndarray | float], np.ndarray]:
-    """Return the parameters of `from_capacity`'s chain, and the storey drifts at the end of the curve [m, storey].
+    """Return the parameters for `from_capacity`, and the storey drifts at the end of the curve [m], shape [storey].
 
-    The parameters are `stiffness` [N/m, storey], `yield_force` [N, storey], and those of the law's backbone. The
-    arguments are those of `from_capacity`, with `mass` and `height` of shape [storey].
+    The parameters are `stiffness` [N/m] and `yield_force` [N] of shape [storey], and those of the law's backbone. For
+    the arguments see `from_capacity`; `mass` and `height` have shape [storey].
     """
     one_of("capacity curve", curve, CURVES)
     one_of("distribution over the storeys", distribution, DISTRIBUTIONS)
@@ -84,7 +84,7 @@ def capacity_chain(
 def _distributed(
     x: np.ndarray, y: np.ndarray, mass: np.ndarray, height: np.ndarray, curve: str, distribution: str
 ) -> Pushed:
-    """Return the pushover curve for a pushover curve or a spectrum, and the storeys' shares."""
+    """Return the pushover curve of a given pushover curve or spectrum, and its distribution over the storeys."""
     storeys = len(mass)
     uniform = modal_properties(mass, chain_stiffness_matrix(np.ones(storeys))).isel(mode=0)
     if distribution == "frame":
@@ -118,9 +118,10 @@ def _distributed(
 def _storey_drifts(pushed: Pushed, softening: str, unloading_exponent: ArrayLike) -> np.ndarray:
     """Return the storey drifts at the points of the curve [m], shape [point, storey].
 
-    Up to the peak all storeys move in proportion. Beyond the peak, each storey gets the drifts that it has if it
-    softens alone: the roof displacement minus the drifts of the others, which unload with their unloading stiffness.
-    The roof then follows the curve, whichever storey softens.
+    Up to the peak, storey drifts are in proportion to the roof displacement. Beyond the peak (with softening
+    "one_storey"), a storey's drifts are those that it has if it softens alone: the roof displacement minus the drifts
+    of the other storeys, which unload with their unloading stiffness. The roof then follows the curve, whichever storey
+    softens.
     """
     shear, u, v = pushed.shear, pushed.displacement, pushed.base_shear
     share = shear / pushed.stiffness * v[0] / u[0]
@@ -137,7 +138,7 @@ def _storey_drifts(pushed: Pushed, softening: str, unloading_exponent: ArrayLike
 
 
 def _peak(capacity: np.ndarray) -> int:
-    """Return the last point before the capacity falls, or the last point."""
+    """Return the index of the last point before the capacity falls, or of the last point."""
     falls = np.flatnonzero(np.diff(capacity) < 0)
     return int(falls[0]) if falls.size else len(capacity) - 1
 
@@ -145,7 +146,7 @@ def _peak(capacity: np.ndarray) -> int:
 def _refuse_falling_branch(
     displacement: ArrayLike, capacity: ArrayLike, bilinear: tuple[float, float, float], law: str
 ) -> None:
-    """Raise a ValueError if the given curve falls below the bilinear one (yield displacement, strength, hardening)."""
+    """Raise a ValueError if the curve falls below `bilinear` (yield displacement, yield strength, hardening ratio)."""
     x, y, (at, strength, ratio) = np.asarray(displacement, float), np.asarray(capacity, float), bilinear
     peak = int(np.flatnonzero(y == y.max())[-1])
     force = strength * (1 + ratio * (x / at - 1))
@@ -153,41 +154,42 @@ def _refuse_falling_branch(
         falling = ", ".join(repr(name) for name in CORNERS if name not in KINEMATIC)
         raise ValueError(
             f"the capacity curve falls after its peak, point {peak}, from {y[peak]:g} to {y[point]:g} at point "
-            f"{point}, where law {law!r} has {force[point]:g}: use a law that falls ({falling}) with a curve of two "
-            "to four points, or remove the points after the peak"
+            f"{point}, where law {law!r} has {force[point]:g}, because it cannot fall: use a law that falls "
+            f"({falling}) with a curve of two to four points, or remove the points after the peak"
         )
 
 
 def _checked_points(displacement: ArrayLike, capacity: ArrayLike, law: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curve's points without the origin, if they are corners of a backbone.
+    """Return the curve's points without the origin, as corners of a backbone.
 
     Raises:
-        ValueError: If there are not two to four points, a branch is stiffer than the first, or one rises after the
-            peak.
+        ValueError: If there are not two to four points, a branch is stiffer than the first branch, or a branch rises
+            after the peak.
     """
     x, y = (values[1:] for values in checked_curve(displacement, capacity))
     given = np.size(displacement) - len(x)  # 1 if the origin was given: messages count the caller's points
     if len(x) > MOST_POINTS:
         raise ValueError(
-            f"the capacity curve has {len(x)} points without the origin; law {law!r} takes two to {MOST_POINTS}, the "
-            "corners of its backbone: replace the curve by one with these corners"
+            f"the capacity curve has {len(x)} points without the origin, but law {law!r} needs two to {MOST_POINTS}, "
+            "the corners of its backbone: give only the points at which the curve bends"
         )
     rise, length = np.diff(y, prepend=0.0), np.diff(x, prepend=0.0)
     for point in np.flatnonzero(rise > y[0] / x[0] * length * (1 + 1e-9)):
         raise ValueError(
-            f"the capacity curve is stiffer before point {point + given} than at the origin: a backbone cannot stiffen"
+            f"the capacity curve is stiffer before point {point + given} than at the origin, but a backbone cannot "
+            "stiffen: remove the points before it or correct the curve"
         )
     peak = _peak(y)
     if law in KINEMATIC and peak < len(y) - 1:
         raise ValueError(
-            f"the capacity curve falls after point {peak + given}, and law {law!r} cannot fall: use law='pinching4', "
-            "'hysteretic' or an IMK law"
+            f"the capacity curve falls after point {peak + given}, but law {law!r} cannot fall: use law='pinching4', "
+            "'hysteretic' or 'ibarra_medina_krawinkler_...'"
         )
     for point in np.flatnonzero(rise[peak + 1 :] > 0) + peak + 1:
         if point < len(y) - 1 or y[point] > LARGEST_LAST_RISE * y[point - 1]:
             raise ValueError(
                 f"the capacity curve rises again at point {point + given}, from {y[point - 1]:g} to {y[point]:g}, "
-                f"after falling from point {peak + given}: only the last point may be higher than the one before, by "
+                f"after falling from point {peak + given}: only the last point may be higher than the point before, by "
                 "at most 1 %"
             )
     return x, y
