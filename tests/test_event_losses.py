@@ -82,7 +82,7 @@ def test_the_annual_loss_of_openquakes_ground_motion_fields(tmp_path):
 def test_what_is_not_of_all_draws_is_refused():
     costs = np.linspace(1e5, 3e6, CITY.buildings)
     of_motions = simulate(scene_of(BOTH, CITY), statistics=wd.DamageLoss(LIMITS, OF_CITY, costs, over="motion"))
-    with pytest.raises(ValueError, match="for MotionsAtSites give .*over='earthquake'"):
+    with pytest.raises(ValueError, match=r"for MotionsAtSites give .*over='earthquake'"):
         wd.event_losses(of_motions)
     asked = wd.DamageLoss(LIMITS, OF_CITY, costs, events=EVENTS, over="earthquake")
     counted = simulate(scene_of(BOTH, CITY), statistics=asked)

@@ -330,7 +330,7 @@ def test_logic_trees():
     for branches, weights, words in (
         ([low, high], [0.5, 0.4], "sum up to 1, got a sum of 0.9"),
         ([low, high], [1.0], "2 curves and 1 weights"),
-        ([low, wd.HazardCurve(*POINTS, units="m s-2")], [0.5, 0.5], "one measure and unit"),
+        ([low, wd.HazardCurve(*POINTS, units="m s-2")], [0.5, 0.5], "the same measure and unit"),
         ([], [], "at least one"),
     ):
         with pytest.raises(ValueError, match=words):

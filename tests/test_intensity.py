@@ -87,7 +87,7 @@ def test_stripes_are_scaled_to_their_level(measure, units):
 
 
 def test_levels_of_a_duration_are_refused():
-    with pytest.raises(ValueError, match=r"D5-95 is not proportional to the scale factor of a motion"):
+    with pytest.raises(ValueError, match=r"D5-95 does not grow with a motion's scale"):
         wd.Stripes(MOTIONS, [10.0, 20.0], wd.SignificantDuration())
 
 

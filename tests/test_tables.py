@@ -108,7 +108,7 @@ def test_what_is_no_table_is_refused(tmp_path):
         ),
         (curves, {"rows": "stripes"}, "did you mean 'stripe'"),
         (curves, {"rows": ()}, "must name dimensions"),
-        (curves, {"rows": ("stripe", "stripe")}, "each once"),
+        (curves, {"rows": ("stripe", "stripe")}, "different dimensions"),
         (
             curves[["exceedance_fraction"]],
             {"rows": "stripe"},

@@ -190,5 +190,5 @@ def test_too_few_motions():
 def test_an_intensity_that_does_not_grow_is_refused():
     given = scene(3)
     durations = wd.Scene(given.structure, wd.Cloud(given.excitation.motions, wd.SignificantDuration()), given.scatter)
-    with pytest.raises(ValueError, match="D5-95 is not proportional to the scale factor of a motion"):
+    with pytest.raises(ValueError, match="D5-95 does not grow with a motion's scale"):
         wd.fragility_to(durations, LIMITS, device="cpu")

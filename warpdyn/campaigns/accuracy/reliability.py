@@ -109,8 +109,9 @@ def reliability(
 def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
     """Return the flags of an event's samples; a sample is at most as reliable as the state from which it begins.
 
-    flags: Flags computed from the event alone, shape [sample].
-    earlier: Flags of the same samples in the previous event, shape [sample].
+    Args:
+        flags: Flags computed from the event alone, shape [sample].
+        earlier: Flags of the same samples in the previous event, shape [sample].
     """
     found = np.where((flags == NO) & (earlier == NOT_CHECKED), NOT_CHECKED, flags)
     return np.where((flags != NOT_CHECKED) & (earlier == YES), YES, found).astype(np.int8)

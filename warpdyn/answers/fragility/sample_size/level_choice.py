@@ -61,9 +61,9 @@ def levels_for(
         device: "cpu" or "cuda:0"; None for the first GPU, or the CPU without a GPU.
         threads: CPU threads; None for every core this process may use.
 
-    Levels of the design's intensity measure, increasing, shape [im_level], in the units of `Stripes`: g for an
-    acceleration, otherwise SI units.
-        otherwise SI units.
+    Returns:
+        Levels of the design's intensity measure, increasing, shape [im_level], in the units of `Stripes`: g for an
+        acceleration, otherwise SI units.
 
     Raises:
         ValueError: If no limit is exceeded by half of the pairs, or `count` is below 2, or as in `capacities`.
