@@ -145,9 +145,8 @@ def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
     if len(pairs) < structure.size:
         raise ValueError(
             f"fragility_from_capacities: {structure.size - len(pairs)} of {structure.size} pairs of structure and "
-            "motion are "
-            "repeated. xr.concat numbers the structures of several calls alike; use joined = wd.join([found, other]) "
-            "instead"
+            "motion are repeated. xr.concat numbers the structures of several calls alike; use joined = "
+            "wd.join([found, other]) instead"
         )
 
 

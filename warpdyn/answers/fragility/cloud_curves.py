@@ -124,8 +124,7 @@ def fragility_of_cloud(
     if checked.single is None:
         raise ValueError(
             f"fragility_of_cloud: the limits are limits of several demands ({', '.join(checked.demands)}), but a "
-            "regression "
-            "needs one demand: give limits of one demand, or use fragility() for a run on stripes"
+            "regression needs one demand: give limits of one demand, or use fragility() for a run on stripes"
         )
     intensity, values, collapsed, observed, failed = _checked_cloud(dataset, checked.single, intervals_over == OVER[0])
     limit = checked.values[0]
@@ -237,8 +236,8 @@ def _influences(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return each sample's contribution to ln(median) and ln(dispersion), and variances as if samples were independent.
 
-    Estimator "collapse" returns zeros: the interaction of record and structure then counts twice in the variance,
-    which makes the interval wider (conservative).
+    Estimator "collapse" returns zeros: the interaction of record and structure then counts twice in the variance, which
+    makes the interval wider (conservative).
     """
     states, samples = logarithms.shape[1], observed.record.size
     influences, independent = np.zeros((samples, 2, states)), np.full((2, states), np.nan)

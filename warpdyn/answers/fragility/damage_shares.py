@@ -321,8 +321,7 @@ def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) 
         if bad.size:
             raise ValueError(
                 f"sample {first + bad[0]} is 'ok', but its peak_storey_drift_ratio is NaN at every storey: its demands "
-                "were "
-                "removed or changed after the run; give the run as simulate() returned it"
+                "were removed or changed after the run; give the run as simulate() returned it"
             )
         states[part] = (worst[:, None] > table[archetype[part]]).sum(axis=1)
     states[status == COLLAPSED] = table.shape[1]

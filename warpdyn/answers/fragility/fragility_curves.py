@@ -199,8 +199,7 @@ def _warn(
         if beyond:
             found.append(
                 f"the limit {', '.join(beyond)} is above {counts.least_drift:.3g}, the smallest drift ratio at which a "
-                "sample "
-                "collapsed, so every collapse counts as exceeding it: choose a smaller limit or a larger "
+                "sample collapsed, so every collapse counts as exceeding it: choose a smaller limit or a larger "
                 "Scene(collapse_drift_ratio=...)"
             )
     if len(counts.valid) == 1:

@@ -151,10 +151,8 @@ def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, fai
     elif least < most or (counts is not None and most != sum(counts.values())):
         raise ValueError(
             f"{_FUNCTION}: {along}s have {least:,} to {most:,} samples; each building must have one sample in each "
-            f"{along}. "
-            "If several motions belong to one event, give DamageLoss(events=...); run the levels of stripes one by "
-            "one; "
-            f"for MotionsAtSites give DamageLoss(over={EARTHQUAKE!r})"
+            f"{along}. If several motions belong to one event, give DamageLoss(events=...); run the levels of stripes "
+            f"one by one; for MotionsAtSites give DamageLoss(over={EARTHQUAKE!r})"
         )
     many = failed > LARGEST_EXCLUDED_FRACTION * total
     if many.any():

@@ -41,12 +41,12 @@ def annual_losses(
 ) -> xr.Dataset:
     """Return the expected annual loss of a building, its loss exceedance curve and the losses of return periods.
 
-    The expected loss is the sum over the damage states of annual rate times mean loss ratio. The annual rate at which a
-    loss is exceeded is the sum over the damage states of annual rate times probability that the state's loss exceeds it
-    (beta distribution of the loss ratio; without a coefficient of variation the curve has steps). Occurrences are a
-    Poisson process, and the building is repaired after each. Intervals are those of `annual_rates`. As in
-    `vulnerability`, a heavier state is at most as likely as a lighter one at every intensity: if fitted curves cross,
-    the lower probability counts for both, and a warning names them.
+    The expected annual loss is a sum over the damage states: annual rate of being in the state times mean loss ratio.
+    The annual rate at which a loss is exceeded is a sum, too: annual rate of being in the state times the probability
+    that the loss in this state is larger (beta distribution of the loss ratio; without a coefficient of variation the
+    curve has steps). Occurrences are a Poisson process, and the building is repaired after each. Intervals are those of
+    `annual_rates`. As in `vulnerability`, a heavier state is at most as likely as a lighter one at every intensity: if
+    fitted curves cross, the lower probability counts for both, and a warning names them.
 
     Args:
         curves: Fragility curves, as in `annual_rates`.

@@ -116,9 +116,8 @@ def choose_method(
     if len(scene.excitation.event_names) > 1:
         raise ValueError(
             "the pilot of target_error can run only one event, but the scene has an EventSequence: call plan() for a "
-            "scene "
-            "of the first event, or use simulate(..., step=..., checked_share=...), which estimates the errors of all "
-            "events"
+            "scene of the first event, or use simulate(..., step=..., checked_share=...), which estimates the errors "
+            "of all events"
         )
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     forces, damping = dynamics_of(scene).forces, scene.structure.damping

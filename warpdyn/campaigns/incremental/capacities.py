@@ -158,8 +158,7 @@ def capacities(
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, so only collapse exceeds it, but the scene has no "
-            "collapse "
-            "criterion: give Scene(collapse_drift_ratio=...), or give the building a drift_capacity"
+            "collapse criterion: give Scene(collapse_drift_ratio=...), or give the building a drift_capacity"
         )
     first = FIRST_SHARE * float(np.median(design.intensities))
     if isinstance(highest, float) and highest == np.inf:
@@ -215,8 +214,7 @@ def _design_of(scene: Scene) -> Design:
     if design.measure.power == 0:
         raise ValueError(
             f"{design.measure.name} is not proportional to the scale factor of a motion: choose another intensity "
-            "measure, "
-            "such as SpectralAcceleration(period)"
+            "measure, such as SpectralAcceleration(period)"
         )
     bad = np.flatnonzero(~(design.intensities > 0))
     if bad.size:

@@ -263,8 +263,7 @@ class Search:
         """Return levels within each bracket, shape [any, pair, damage_state]; NaN if no level is needed.
 
         Two levels, one tolerance apart, are on both sides of the point at which a power law between the ends reaches
-        the
-        limit. If an end collapsed, or interpolation has not narrowed the bracket enough, levels divide the bracket
+        the limit. If an end collapsed, or interpolation has not narrowed the bracket enough, levels divide the bracket
         instead.
         """
         width = np.log1p(self.tolerance) * ROUNDING

@@ -61,8 +61,7 @@ def damage_map(
         if state is None and not (weight > 0).any():
             raise ValueError(
                 "plots.damage_map: no building has a replacement_cost above 0, by which loss ratios are weighted: add "
-                "the "
-                "column to the inventory, or draw a damage state: damage_map(results, state)"
+                "the column to the inventory, or draw a damage state: damage_map(results, state)"
             )
         raise ValueError("plots.damage_map: no building has a value, because all samples failed: select other rows")
     value, weight, longitude, latitude = (each[known] for each in (value, weight, longitude, latitude))

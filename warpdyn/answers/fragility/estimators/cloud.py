@@ -104,8 +104,7 @@ def fit_with_collapse(
 
     Returns:
         The fits, and the outcome of the fit of collapse (an index into FIT_MEANINGS): it is penalised if the
-        intensities of
-        collapsed samples do not overlap with those of the others.
+        intensities of collapsed samples do not overlap with those of the others.
     """
     regression = _regression(intensity[~collapsed], demand[~collapsed], np.zeros(int((~collapsed).sum()), dtype=bool))
     coefficients, deviation = regression.fit(weights[:, ~collapsed])

@@ -57,8 +57,7 @@ class Estimator:
         method: Value of the attribute `fragility_method`.
         shape: Shape of the curves.
         fit: Function of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with exceeding)
-            and
-            start (median and dispersion, or None). It returns medians, dispersions and outcomes (indices into
+            and start (median and dispersion, or None). It returns medians, dispersions and outcomes (indices into
             FIT_MEANINGS), each of shape [..., damage_state].
         influences: Function of levels, exceeding [record, group, im_level, ..., damage_state], trials
             [record, group, im_level], medians and dispersions. It returns the first-order contributions of cells to

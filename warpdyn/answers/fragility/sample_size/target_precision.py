@@ -104,8 +104,7 @@ def fragility_to(
     if given:
         raise ValueError(
             f"fragility_to() chooses the number of structures, but scatter[{given[0]!r}] lists the values of given "
-            "structures: "
-            "use capacities() and fragility_from_capacities(), or give a random factor"
+            "structures: use capacities() and fragility_from_capacities(), or give a random factor"
         )
     if isinstance(limits, Mapping) and any(isinstance(limit, Mapping) for limit in limits.values()):
         raise ValueError(

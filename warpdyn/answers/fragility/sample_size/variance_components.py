@@ -41,8 +41,7 @@ class Variances:
         """Return the number of structures per motion, and the damage states whose precision the records limit.
 
         Structures are not added if they would reduce the interval only little, even if a very large number would reach
-        the
-        precision.
+        the precision.
 
         Args:
             half_width: Half the required interval of ln(median).

@@ -82,8 +82,7 @@ def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree,
             )
             warn_caller(
                 f"{function}: for intensities below {begin:g} {curves.units} the fragility curve of {name!r} counts as "
-                "0, "
-                f"although its probability there is {np.interp(begin, levels, row):.3g}: {advice}"
+                f"0, although its probability there is {np.interp(begin, levels, row):.3g}: {advice}"
             )
         is_maximum = levels[-1] >= curves.limits.maximum  # constant above by definition
         if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole and not is_maximum:
