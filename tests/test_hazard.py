@@ -336,7 +336,7 @@ def test_logic_trees():
         with pytest.raises(ValueError, match=words):
             wd.HazardLogicTree(branches, weights)
     for one in (low, None):
-        with pytest.raises(TypeError, match=rf"a row of HazardCurves, such as \[curve\], got {type(one).__name__}"):
+        with pytest.raises(TypeError, match=rf"a list of HazardCurves, such as \[curve\], got {type(one).__name__}"):
             wd.HazardLogicTree(one, [1.0])
 
 

@@ -107,7 +107,7 @@ def test_what_is_no_table_is_refused(tmp_path):
             r"limit, stripe: choose those of the rows, such as rows='limit'",
         ),
         (curves, {"rows": "stripes"}, "did you mean 'stripe'"),
-        (curves, {"rows": ()}, "must name dimensions"),
+        (curves, {"rows": ()}, "must name one or more"),
         (curves, {"rows": ("stripe", "stripe")}, "different dimensions"),
         (
             curves[["exceedance_fraction"]],

@@ -40,10 +40,10 @@ def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -
 
 
 def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] | None:
-    """Return a part ("structure" or "excitation") of a run's scene; None unless its first 200 characters contain
-    `holds`.
+    """Return a part ("structure" or "excitation") of a run's scene; None unless it begins with `holds`.
 
-    Only this part of the JSON text is parsed, because another part may list a million buildings.
+    Begins means within the first 200 characters. Only this part of the JSON text is parsed, because another part may
+    list a million buildings.
     """
     text, key = str(dataset.attrs.get("scene", "")), f'"{name}":'
     begin = text.find(key) + len(key)

@@ -41,10 +41,9 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
 
 
 def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int:
-    """Run samples for which float32 is too inaccurate again in float64, and overwrite their outputs; return their
-    number.
+    """Run samples for which float32 is too inaccurate again in float64, and return their number.
 
-    A sample that fails in float64 counts as failed.
+    Their outputs are overwritten. A sample that fails in float64 counts as failed.
     """
     again = np.flatnonzero(beyond_float32(run, samples, outputs))
     if again.size:

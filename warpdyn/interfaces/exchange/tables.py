@@ -105,7 +105,7 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
     for dimension in chosen:
         one_of("dimension of rows", dimension, dimensions)
     if not chosen or len(set(chosen)) < len(chosen):
-        raise ValueError(f"{FUNCTION}: rows must name different dimensions, got {rows!r}")
+        raise ValueError(f"{FUNCTION}: rows must name one or more different dimensions, got {rows!r}")
     return chosen
 
 

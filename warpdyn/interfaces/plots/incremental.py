@@ -124,8 +124,7 @@ def ida_curves(
 
 
 def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "log", ax: Axes | None = None) -> Drawn:
-    """Draw the 16, 50 and 84 % fractiles of the capacities at each limit, and the IDA curves if the dataset contains
-    them.
+    """Draw the 16, 50 and 84 % fractiles of the capacities at each limit, and the IDA curves if they were kept.
 
     The fractiles are those of the intensity at a given demand (Vamvatsikos and Cornell 2002). Capacities above the
     highest level (infinite) are not drawn. A state that only collapse exceeds is drawn at the right end.

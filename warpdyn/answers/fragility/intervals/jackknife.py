@@ -23,7 +23,7 @@ from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_in
 from warpdyn.answers.fragility.stripe_counts import StripeCounts
 
 FARTHEST_DRAW = float(np.log(4.0))  # largest distance of a draw of a logarithm: 4 or 1/4 times the estimate
-FEWEST_KNOWN = 4.0  # degrees of freedom below which a warning is given: Student's t is then far wider than a normal
+FEWEST_KNOWN = 4.0  # degrees of freedom up to which Student's t is far wider than a normal distribution
 # A 95 % interval with 7 degrees of freedom is 1.2 times as wide as that of a normal distribution.
 ENOUGH_STRUCTURES = "8 groups: 8 structures by Monte Carlo, 32 of a Sobol sequence"
 SOURCES = ("record", "structure", "record and structure")  # of variance; the integration is another source
@@ -162,12 +162,14 @@ def without_each(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return an estimate without each record, and without each group of structures, shape [part, ...].
 
+    With a single record, the array without each record is empty.
+
     Args:
         counts: The counts.
         estimate: Function of exceeding samples, shape [part, place + 1, damage_state, im_level], and of counted
             samples, which broadcast with the former.
         shape: Shape of the estimate.
-        is_crossed: Whether groups of structures are left out. If not, or with a single record, their array is empty.
+        is_crossed: Whether groups of structures are left out. If not, their array is empty.
     """
 
     def without(exceeding: np.ndarray, valid: np.ndarray) -> np.ndarray:

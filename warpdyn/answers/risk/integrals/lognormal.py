@@ -73,8 +73,9 @@ class LognormalShape:
 
 
 def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-    """Return the annual rates at which capacities below, between and above the hazard points are exceeded, [..., point
-    + 1].
+    """Return the annual rates at which capacities below, between and above the hazard points are exceeded.
+
+    The rates [1/year] have the shape [..., point + 1].
     """
     return _rates_of_pieces(hazard, np.log(hazard.intensity), median, dispersion)
 
