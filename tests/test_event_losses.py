@@ -86,7 +86,7 @@ def test_what_is_not_of_all_draws_is_refused():
         wd.event_losses(of_motions)
     asked = wd.DamageLoss(LIMITS, OF_CITY, costs, events=EVENTS, over="earthquake")
     counted = simulate(scene_of(BOTH, CITY), statistics=asked)
-    with pytest.raises(ValueError, match="annual rate of each of the 2 events"):
+    with pytest.raises(ValueError, match="of at least 0 for each of the 2 events"):
         wd.event_losses(counted, event_rates=[0.01])
     alike = counted.assign_coords(earthquake=["north", "north"])
     with pytest.raises(ValueError, match="two earthquakes have one name: give event_rates in the order"):

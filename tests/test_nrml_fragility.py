@@ -287,7 +287,7 @@ REFUSED = {
     "states of one name": (
         make_curves(states=("slight", "slight", "bad")),
         {},
-        "two damage states have one name: slight, slight, bad",
+        "two damage states have the same name: slight, slight, bad",
     ),
 }
 
