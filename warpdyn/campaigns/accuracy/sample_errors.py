@@ -35,7 +35,9 @@ PEAKS = ("peak_storey_drift", "peak_displacement")
 def fill_sample_errors(
     run: Ensemble, outputs: Arrays, rows: Arrays, asked: float, reruns: tuple[Reruns, Reruns]
 ) -> tuple[int, int]:
-    """Write the estimated error and the flag `sensitive` of every sample; return the numbers of both.
+    """Write the estimated error and the flag `sensitive` of every sample.
+
+    Return the number of samples with an error above `asked`, and the number of sensitive samples.
 
     Args:
         run: The samples.

@@ -34,7 +34,7 @@ WITHIN = 0.999  # a storey counts as elastic up to this share of its yield drift
 def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
     """Return the index of the structure that runs under each motion, shape [structure, motion].
 
-    If each motion has its own structures, `structures` counts the structures of each motion.
+    If each motion has its own structures, `structures` contains indices among the structures of a motion.
     """
     own = design.structures_per_motion
     motions = np.arange(len(design.motions))

@@ -211,7 +211,7 @@ def _parameters(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> tu
 
 
 def _replicates(curves: xr.Dataset, states: int) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Return the draws of medians and dispersions, shape [replicate, damage_state]; None if there are none."""
+    """Return the draws of medians and dispersions, shape [replicate, damage_state]; None without draws."""
     if "replicate_median" not in curves or "replicate_dispersion" not in curves:
         return None, None
     median, dispersion = (
