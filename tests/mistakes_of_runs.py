@@ -126,7 +126,7 @@ RUNS = {
     "distributions of one run": (
         lambda: wd.plots.drift_distributions(demands()),
         TypeError,
-        "takes a run for each name of a design, such as {'existing': ...",
+        "needs a mapping from design names to a run each, such as {'existing': ...",
         "got Dataset",
     ),
     "distributions of a list": (

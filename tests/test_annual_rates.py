@@ -245,7 +245,7 @@ def test_capacities_that_failed_or_lie_below_all_levels():
     assert float(found["failed_share"][0]) == 0.25
     with pytest.raises(ValueError, match="'complete' has no known capacity under motion 0"):
         wd.rates_by_record(capacities([[np.nan, 0.4], [np.nan, 0.8]]), SLOPES)
-    with pytest.raises(ValueError, match="none can be below 0"):
+    with pytest.raises(ValueError, match="every capacity must be at least 0"):
         wd.rates_by_record(capacities([[-0.1, 0.4]]), SLOPES)
     # Below 0.04 g, where the hazard curve has no point: its slope there is 1.
     with pytest.warns(UserWarning, match=r"intensities below the first point of the hazard curve \(0.05 g\)"):
@@ -308,5 +308,5 @@ def test_one_state_or_none_may_be_selected():
 
 def test_bins_that_miss_the_rate_are_warned_of():
     # Of the slight state (median 0.2) next to nothing comes from above 2 g.
-    with pytest.warns(UserWarning, match=r"disaggregate: 100 % of 'slight'.* outside of the bins \(2 to 3 g\)"):
+    with pytest.warns(UserWarning, match=r"disaggregate: 100 % of 'slight'.* outside the bins \(2 to 3 g\)"):
         wd.disaggregate(curves(STATES), BENT, lowest=2.0)

@@ -304,9 +304,9 @@ def test_scenes_that_have_no_capacities():
         wd.capacities(BUILDING, LIMITS)
     with pytest.raises(TypeError, match="Cloud or of Stripes, got OneMotionPerStructure"):
         wd.capacities(scene(excitation=wd.OneMotionPerStructure(motions())), LIMITS)
-    with pytest.raises(ValueError, match="does not grow with a motion's scale"):
+    with pytest.raises(ValueError, match="is not proportional to the scale factor of a motion"):
         wd.capacities(scene(excitation=wd.Cloud(motions(), wd.SignificantDuration())), LIMITS)
-    with pytest.raises(ValueError, match="nothing collapses"):
+    with pytest.raises(ValueError, match="the scene has no collapse criterion"):
         wd.capacities(replace(scene(), collapse_drift_ratio=None), LIMITS, device="cpu")
 
 

@@ -199,8 +199,8 @@ def test_few_groups_of_structures_are_told_once():
         warnings.simplefilter("always")
         wd.fragility_from_capacities(dataset(capacity))
     (warning,) = caught
-    assert "the variance among structures is known from 3 groups only" in str(warning.message)
-    assert "take at least 8 groups" in str(warning.message)
+    assert "there are only 3 groups of structures" in str(warning.message)
+    assert "simulate at least 8 groups" in str(warning.message)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wd.fragility_from_capacities(dataset(made(16, 40)))

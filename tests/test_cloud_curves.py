@@ -132,10 +132,10 @@ BAD = {
     "no positive demand": ({"edp": [0.0, *EDP[1:]]}, {}, "peak_storey_drift_ratio of sample 0 is 0.0"),
     "no positive intensity": ({"im": [0.0, *IM[1:]]}, {}, "im_level of sample 0 is 0.0"),
     "all collapsed": ({"collapsed": [True] * 14}, {}, "0 of 14 samples did not collapse"),
-    "one intensity": ({"im": [0.3] * 14}, {}, "at 1 intensities"),
-    "failed": ({"collapsed": [2] * 2 + [0] * 12}, {}, "2 of 14 samples are kept out \\(2 diverged\\)"),
+    "one intensity": ({"im": [0.3] * 14}, {}, "at 1 different intensities"),
+    "failed": ({"collapsed": [2] * 2 + [0] * 12}, {}, "2 of 14 samples failed \\(2 diverged\\)"),
     "estimator": ({}, {"estimator": "tobit"}, "estimator of a cloud 'tobit'"),
-    "several demands": ({}, {"limits": {"slight": {"a": 1.0, "b": 2.0}}}, "limits are of several demands"),
+    "several demands": ({}, {"limits": {"slight": {"a": 1.0, "b": 2.0}}}, "the limits are limits of several demands"),
     "not recorded": ({}, {"demand": "peak_base_shear"}, "no 'peak_base_shear'"),
 }
 

@@ -38,7 +38,7 @@ def test_limits_clip_the_intensities_of_a_set():
 
 def test_two_states_of_one_name_are_refused():
     twice = curves(STATES).assign_coords(damage_state=["slight", "slight"])
-    with pytest.raises(ValueError, match="annual_rates: two damage states have one name: slight, slight"):
+    with pytest.raises(ValueError, match="annual_rates: two damage states have the same name: slight, slight"):
         wd.annual_rates(twice, HAZARD)
 
 

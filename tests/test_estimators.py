@@ -100,7 +100,7 @@ def test_ordinal_leaves_out_states_without_a_curve_and_joins_equal_ones():
     assert outcome[0] == STATUS["all_exceeding"]
     assert outcome[-1] == STATUS["no_exceedance"]
     assert np.isnan(median[[0, -1]]).all()
-    with pytest.raises(ValueError, match="not increase from state to state"):
+    with pytest.raises(ValueError, match="a heavier damage state must not have more"):
         ESTIMATORS["ordinal"].fit(ORDINAL_LEVELS, EXCEEDING[::-1], 40)
 
 

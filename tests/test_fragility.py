@@ -115,9 +115,7 @@ def test_collapse_counts_as_exceeding_even_without_a_demand():
         result = wd.fragility(collapsed, limits)
     (warning,) = caught  # one that lists them
     assert "'heavy' has no lognormal fit: not_increasing" in str(warning.message)
-    assert "the limit 0.02 of 'light', 5 of 'heavy' is above the least drift ratio at which samples collapsed" in str(
-        warning.message
-    )
+    assert "the limit 0.02 of 'light', 5 of 'heavy' is above" in str(warning.message)
     assert result["exceeding_samples"].sel(damage_state="heavy").values.tolist() == [7, 0, 0, 0, 0, 0]
     by_storey = result["storey_exceedance_fraction"].sel(damage_state="heavy", stripe=0.3)
     assert by_storey.values.tolist() == [7 / 300, 7 / 300]

@@ -328,15 +328,15 @@ def test_logic_trees():
     tree = wd.HazardLogicTree([low, high], [0.25, 0.75])
     assert tree.rate_of(0.2) == pytest.approx(0.25 * low.rate_of(0.2) + 0.75 * high.rate_of(0.2), rel=1e-14)
     for branches, weights, words in (
-        ([low, high], [0.5, 0.4], "sum to 1, got 0.9"),
+        ([low, high], [0.5, 0.4], "sum up to 1, got a sum of 0.9"),
         ([low, high], [1.0], "2 curves and 1 weights"),
-        ([low, wd.HazardCurve(*POINTS, units="m s-2")], [0.5, 0.5], "one measure and unit"),
+        ([low, wd.HazardCurve(*POINTS, units="m s-2")], [0.5, 0.5], "the same measure and unit"),
         ([], [], "at least one"),
     ):
         with pytest.raises(ValueError, match=words):
             wd.HazardLogicTree(branches, weights)
     for one in (low, None):
-        with pytest.raises(TypeError, match=rf"a row of HazardCurves, such as \[curve\], got {type(one).__name__}"):
+        with pytest.raises(TypeError, match=rf"a list of HazardCurves, such as \[curve\], got {type(one).__name__}"):
             wd.HazardLogicTree(one, [1.0])
 
 

@@ -105,11 +105,13 @@ def test_limits_that_few_pairs_pass_are_told():
     design = wd.Cloud(MOTIONS)
     capacity = np.exp(np.random.default_rng(1).normal(size=(400, 2)) * [0.2, 0.3] + [0.0, 1.0])
     capacity[:250, 1] = np.inf
-    with pytest.warns(UserWarning, match=r"half of the pairs do not pass the limit of damage state 'b'.* \[g\]"):
+    with pytest.warns(UserWarning, match=r"fewer than half of the pairs exceed the limit of damage state 'b'.* \[g\]"):
         centre, dispersion = _moments(capacity, ["a", "b"], design)
     assert centre == pytest.approx([0.0], abs=0.05)  # 400 draws: 0.2 / sqrt(400), with room
     assert dispersion == pytest.approx([0.2], rel=0.15)
-    with pytest.raises(ValueError, match="half of the pairs pass no limit, of 'a', 'b'"):
+    with pytest.raises(
+        ValueError, match="fewer than half of the pairs of structure and motion exceed a limit of 'a', 'b'"
+    ):
         _moments(np.full((9, 2), np.inf), ["a", "b"], design)
 
 

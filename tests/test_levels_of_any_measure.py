@@ -171,7 +171,7 @@ def test_files_have_the_unit_of_their_reader(measured, tmp_path):
 def test_a_target_precision_is_reached_in_metres_per_second():
     scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.1))}
     given = wd.Scene(OSCILLATOR, wd.Stripes(MOTIONS, [0.5], wd.PeakGroundVelocity()), scatter)
-    with pytest.warns(UserWarning, match="8 records bound the precision"):
+    with pytest.warns(UserWarning, match="the precision is limited by the 8 records"):
         curves = wd.fragility_to(given, LIMITS, precision=0.2, device="cpu")
     assert curves["fragility_median"].attrs["units"] == "m s-1"
     # The scatter of the stiffness moves each capacity, and the median of all by less than its interval.

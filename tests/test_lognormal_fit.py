@@ -203,7 +203,7 @@ def test_estimator_recovers_bias_and_standard_error():
         ([0.5, 1.0], [-1, 1], 2, "0 <= exceeding <= total"),
         ([0.5, 1.0], [np.nan, 1], 2, "finite"),
         ([0.5, 1.0], [0, 1, 1], 2, "must end in the 2 levels"),
-        ([0.5, 1.0], [0, 1], [2, 2, 2], "do not match in shape"),
+        ([0.5, 1.0], [0, 1], [2, 2, 2], "must have shapes that broadcast"),
     ],
 )
 def test_fit_refuses(levels, exceeding, total, message):

@@ -40,7 +40,7 @@ def test_states_named_by_numbers_and_limits_that_are_no_numbers(name):
 @pytest.mark.parametrize("name", ["capacities", "levels_for"])
 def test_limits_of_two_demands_in_a_search(name):
     limits = {"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}
-    with pytest.raises(ValueError, match=r"'slight' is .*capacities\(\) and levels_for\(\) take limits of one demand"):
+    with pytest.raises(ValueError, match=r"'slight' is .*capacities\(\) and levels_for\(\) need limits of one demand"):
         CALLS[name](limits)
 
 

@@ -272,7 +272,7 @@ REFUSED = {
     "limits of a discrete function": (
         make_stripes(RISING),
         {"format": "discrete", "maximum_intensity": 2.0},
-        "no minimum_intensity= and maximum_intensity=",
+        "remove minimum_intensity= and maximum_intensity=",
     ),
     "no damage within": (make_stripes(RISING), {"format": "discrete", "no_damage_limit": 0.3}, "below the first"),
     "an unknown measure": (make_curves(), {"measure": "SA0.3"}, r"no intensity measure 'SA0\.3'.*'SA\(0\.3\)'"),
@@ -287,7 +287,7 @@ REFUSED = {
     "states of one name": (
         make_curves(states=("slight", "slight", "bad")),
         {},
-        "two damage states have one name: slight, slight, bad",
+        "two damage states have the same name: slight, slight, bad",
     ),
 }
 
@@ -347,11 +347,11 @@ def test_files_of_something_else_are_refused(tmp_path, text):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('ls="moderate"', 'ls="extensive"', "limitStates are slight, moderate"),
+        ('ls="moderate"', 'ls="extensive"', "limitStates, in the same order: slight, moderate"),
         ('id="A"', "", "no attribute 'id'"),
         ('minIML="', 'min="', "no attribute 'minIML'"),
         ('mean="', 'mean="x', "must contain numbers"),
-        ('mean="', 'mean="-', "finite, above 0"),
+        ('mean="', 'mean="-', "finite and above 0"),
         ("continuous", "Gaussian", "unknown format"),
     ],
 )

@@ -129,7 +129,7 @@ def test_simulate_takes_what_the_plan_chooses(true_peaks, monkeypatch):
         wd.plan("scene")
     motion = wd.GroundMotion([0.0, 1.0, 0.0], 0.02)
     city = wd.Portfolio({"house": wd.Archetype(wd.ShearBuilding(1.0, 100.0, 3.0), 2)})
-    with pytest.raises(ValueError, match="takes a scene of one structure, got a Portfolio"):
+    with pytest.raises(ValueError, match="needs a scene of one structure, got a Portfolio"):
         wd.plan(wd.Scene(city, wd.OneMotionPerStructure([motion])))
 
 

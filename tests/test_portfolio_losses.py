@@ -74,7 +74,7 @@ def test_rates_with_labels_go_by_these():
     turned = xr.DataArray(rates[::-1], dims="motion", coords={"motion": labels[::-1]})
     xr.testing.assert_equal(wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=turned), expected)
     others = turned.assign_coords(motion=labels + 1)
-    with pytest.raises(ValueError, match="event_rates are of the motions"):
+    with pytest.raises(ValueError, match="event_rates have the motions"):
         wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=others)
 
 
@@ -101,7 +101,7 @@ REFUSED = {
         "of archetype 'heavy'",
     ),
     "few rates": ({"event_rates": [0.1, 0.2]}, "each of the 4 events"),
-    "a negative rate": ({"event_rates": [0.1, -0.2, 0.1, 0.1]}, "at least 0, got"),
+    "a negative rate": ({"event_rates": [0.1, -0.2, 0.1, 0.1]}, "of at least 0 for each of the"),
 }
 
 

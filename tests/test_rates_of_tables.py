@@ -22,7 +22,7 @@ def test_a_table_over_a_power_law_has_a_closed_form():
     jump = 0.3 * 1e-3 / a**2 + 0.7 * line
     late = 1e-3 * (1 / b - 1 / c) / (c - b)
     given = [[0.0, 1.0, 1.0], [0.3, 1.0, 1.0], [0.0, 0.0, 1.0]]
-    with pytest.warns(UserWarning, match="'state 1' begins at 0.2 g"):
+    with pytest.warns(UserWarning, match="below 0.2 g the fragility curve of 'state 1' counts as 0"):
         found = wd.annual_rates(table([a, b, c], given), hazard)
     parts = wd.disaggregate(table([a, b, c], given), hazard, bins=7)
     np.testing.assert_allclose(found["annual_rate"], [line, jump, late], rtol=1e-12)  # of rounding in 20 panels
@@ -55,7 +55,7 @@ def test_a_table_from_0_counts_from_the_first_point_of_the_hazard(first, is_told
     given = table([0.0, b], [[0.0, 1.0]])
     losses = xr.Dataset({"mean_loss_ratio": ("intensity", [0.0, 1.0])}, {"intensity": ("intensity", [0.0, b])})
     calls = {
-        "begins at 0.2 g with a probability of 0.2": lambda: wd.annual_rates(given, hazard)["annual_rate"],
+        "counts as 0, although its probability there is 0.2": lambda: wd.annual_rates(given, hazard)["annual_rate"],
         "begins at 0.2 g with a loss ratio of 0.2": lambda: wd.expected_annual_loss(losses, hazard)[
             "expected_annual_loss"
         ],
@@ -80,7 +80,7 @@ def test_tables_that_are_cut_off_or_broken():
     ):
         with pytest.raises(ValueError, match=words):
             wd.annual_rates(table(levels, probable), BENT)
-    with pytest.raises(ValueError, match="the shape 'weibull'; known are 'lognormal', 'loglogistic'"):
+    with pytest.raises(ValueError, match="unknown shape 'weibull' of the curves; allowed: 'lognormal', 'loglogistic'"):
         wd.annual_rates(curves(STATES).assign_attrs(fragility_shape="weibull"), BENT)
     in_si = table([0.1, 0.3], [[0.0, 1.0]])
     in_si["intensity"].attrs["units"] = "m s-2"

@@ -128,7 +128,7 @@ UNITS = {"PFA": "mps2", "PID": "rad", "RID": "rad", "SA": "g"}
 
 def test_responses_without_a_row_of_units_take_units(tmp_path):
     path = file(tmp_path, RESPONSE)
-    with pytest.raises(ValueError, match=r"has 0 rows of units; .*units=\{'PFA': 'mps2'"):
+    with pytest.raises(ValueError, match=r"has 0 rows of units, .*units=\{'PFA': 'mps2'"):
         wd.read_pelicun_demands(path)
     found = wd.read_pelicun_demands(path, units=UNITS)
     assert found["peak_ground_acceleration"].values.tolist() == [3.0, 2.0]

@@ -160,5 +160,5 @@ def test_counts_over_something_else_are_refused_by_the_functions_that_take_them(
         wd.fragility(counts)
     with pytest.raises(ValueError, match=r"no damage counts over .'archetype', 'event'. or .'archetype', 'motion'."):
         wd.damage_shares(counts)
-    with pytest.raises(TypeError, match="only counts have limits already"):
+    with pytest.raises(TypeError, match="only runs with DamageCounts need none"):
         wd.damage_shares(xr.Dataset({"status": ("sample", [0])}))

@@ -190,11 +190,13 @@ def test_impossible_margins_are_refused():
         ({"design_category": "D"}, "design category 'D'.*'Dmin', 'Dmax'"),
         ({"record_set": "far field"}, "record set"),
         ({"period": [1.0, 2.0], "ductility": [3.0, 3.0, 3.0]}, "one per archetype"),
-        ({"names": ["a", "b"]}, "2 names for 1 archetypes"),
+        ({"names": ["a", "b"]}, "2 names for 1 archetypes: give one"),
     ):
         with pytest.raises(ValueError, match=words):
             wd.collapse_margin(2.0, 1.0, **given | wrong)
-    with pytest.warns(UserWarning, match=r"shortest period is 0.\d+ s; FEMA P-695 takes periods of at least 0.25 s"):
+    with pytest.warns(
+        UserWarning, match=r"shortest period is 0.\d+ s, but FEMA P-695 takes periods of at least 0.25 s"
+    ):
         wd.collapse_margin(2.0, 1.0, period=0.1, ductility=3.0)
 
 

@@ -106,7 +106,7 @@ def test_impossible_functions_are_refused(arguments, words):
 
 def test_runs_of_several_events_or_no_samples_are_refused():
     run = striped_run()
-    with pytest.raises(ValueError, match="storey_losses: the run has several events; take one by select_event"):
+    with pytest.raises(ValueError, match="storey_losses: the run has several events: select one, select_event"):
         wd.storey_losses(run.expand_dims(event=["mainshock", "aftershock"], axis=-1), DRIFT)
     with pytest.raises(ValueError, match="the run has no samples"):
         wd.storey_losses(run.isel(sample=[]), DRIFT)
@@ -152,6 +152,6 @@ def test_a_portfolio_is_refused_by_all_that_take_one_archetype():
         "fragility": lambda: wd.fragility(several, limits),
     }.items():
         with pytest.raises(
-            ValueError, match=rf"several archetypes: {name}\(\) takes one .*select_archetype\(run, name\)"
+            ValueError, match=rf"several archetypes, but {name}\(\) needs .*select_archetype\(run, name\)"
         ):
             call()

@@ -107,8 +107,8 @@ def test_what_is_no_table_is_refused(tmp_path):
             r"limit, stripe: choose those of the rows, such as rows='limit'",
         ),
         (curves, {"rows": "stripes"}, "did you mean 'stripe'"),
-        (curves, {"rows": ()}, "must name dimensions"),
-        (curves, {"rows": ("stripe", "stripe")}, "each once"),
+        (curves, {"rows": ()}, "must name one or more"),
+        (curves, {"rows": ("stripe", "stripe")}, "different dimensions"),
         (
             curves[["exceedance_fraction"]],
             {"rows": "stripe"},

@@ -121,7 +121,9 @@ def test_structures_are_added_until_the_precision_is_reached():
     assert (curves["half_width"] <= asked).all()
     assert curves.attrs["structures_per_motion"] > 1
     assert curves.attrs["pilot_histories"] == 0, "every history is part of the answer"
-    with pytest.warns(UserWarning, match=r"24 records bound the precision.*'slight' .* % \([0-9,]+ records would do\)"):
+    with pytest.warns(
+        UserWarning, match=r"limited by the 24 records.*'slight' .* % \([0-9,]+ records would be enough\)"
+    ):
         bound = wd.fragility_to(given, LIMITS, 0.05, method="rk4", device="cpu", seed=3)
     assert bound.attrs["bounded_by"] == "records"
     assert (bound["records_needed"] > 24).all()
@@ -174,7 +176,7 @@ def test_bad_arguments(change, error, message):
 @pytest.mark.fast
 def test_given_structures():
     given = replace(scene(3), scatter={"stiffness": wd.GivenValues([STIFFNESS, STIFFNESS])})
-    with pytest.raises(ValueError, match=r"scatter\['stiffness'\] lists given ones"):
+    with pytest.raises(ValueError, match=r"scatter\['stiffness'\] lists the values of given structures"):
         wd.fragility_to(given, LIMITS, device="cpu")
 
 

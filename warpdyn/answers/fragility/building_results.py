@@ -27,40 +27,42 @@ def building_results(
 ) -> pd.DataFrame:
     """Return a table with the probabilities of damage and the losses of each building.
 
-    A building's samples are its histories under the motions of the run (the worst of each event, if `DamageCounts` has
-    events). All are of the one structure that was drawn for it, so the standard errors are those of the motions alone,
-    which count as independent: name the events if two motions are components of one record. For `MotionsAtSites` at
-    most as many samples count as independent as there are different earthquakes among the draws, because a repeated
-    earthquake gives no new motions at a site; a warning states if the counts have no earthquakes in their attributes.
+    A building's samples are its histories under the motions of the run (with the `events` of `DamageCounts`: the worst
+    motion of each event). All samples of a building have the same random structure, so standard errors contain only the
+    variability among motions, which count as independent. If two motions are components of one record, give
+    `DamageCounts(events=...)`. For `MotionsAtSites`, the number of independent samples is at most the number of
+    different earthquakes among the draws, because a repeated earthquake gives no new motions at a site; a warning
+    reports if the counts have no earthquakes in their attributes.
 
-    A row that represents several buildings (`number`) was simulated once: the probability is that of each of them, and
-    the loss, like the replacement cost, is of all of them, in one damage state.
+    A row of the inventory that represents several buildings (`number`) is simulated once. Its probabilities are those
+    of each of these buildings; its loss, like its replacement cost, is that of all of them, in the same damage state.
 
     Args:
-        counted: The result of `simulate` with `statistics=[DamageCounts(stock.limits, over="building")]`; of counts
-            over ("building", "stripe") or ("building", "event") one level or event, such as `counted.sel(stripe=0.5)`.
+        counted: The result of `simulate` with `statistics=[DamageCounts(stock.limits, over="building")]`. From counts
+            over ("building", "stripe") or ("building", "event"), select one level or event: `counted.sel(stripe=0.5)`.
         stock: The stock whose portfolio was run.
         inventory: The inventory from which the stock was made, with the user's own columns.
         loss_ratios: Mean loss ratio of each damage state [1], or mean and coefficient of variation, the same for all
-            archetypes; or such a mapping for each archetype. None for probabilities alone. `DamageLoss` over buildings
-            is not needed.
+            archetypes; or such a mapping for each archetype. None: no losses are computed. The run needs no
+            `DamageLoss`.
 
     Returns:
         One row per building that has an archetype, in the order of the inventory, with its columns and:
 
-        - `building`, its number in the portfolio, and `archetype`;
-        - `sample_count`, and `failed_count` of samples that are in no probability;
-        - ``probability_<state>`` of being in each damage state, also "none", and ``standard_error_<state>``, which is
-          sqrt(p (1 - p) / (n - 1)) for n independent samples; NaN if n is 0 or 1. It is 0 if p is 0 or 1: then all
-          samples are alike, but the probability is not exact;
-        - with `loss_ratios` the `expected_loss_ratio` [1] and `loss_ratio_standard_deviation` [1] of a sample,
-          including the scatter of the ratios, and `expected_loss` and `loss_standard_deviation`, which are these times
-          `replacement_cost`, in its currency.
+        - `building`, the index of the building in the portfolio, and `archetype`;
+        - `sample_count`, the number of samples, and `failed_count`, the number of failed samples, which are not
+          counted;
+        - ``probability_<state>``, the probability of being in each damage state (also "none"), and its
+          ``standard_error_<state>``, sqrt(p (1 - p) / (n - 1)) for n independent samples: NaN if n is 0 or 1, and 0 if
+          p is 0 or 1, although such a probability is not exact either;
+        - with `loss_ratios` the `expected_loss_ratio` [1] of a sample and its `loss_ratio_standard_deviation` [1],
+          which includes the scatter of the ratios, and both times `replacement_cost`: `expected_loss` and
+          `loss_standard_deviation`, in the currency of the costs.
 
     Raises:
-        ValueError: If there are no counts by building, they mix the levels of stripes, the stock or the inventory does
-            not match, a column of the inventory has one of these names, ratios do not fit the damage states, or
-            buildings have no replacement cost for losses.
+        ValueError: If the dataset has no counts by building, if the counts mix levels of stripes, if the stock or the
+            inventory is that of another run, if a column of the inventory has the name of a result, if loss ratios are
+            missing for a damage state, or if losses are asked for and buildings have no replacement cost.
         TypeError: If an argument has the wrong type.
 
     Example:
@@ -95,7 +97,7 @@ def building_results(
         cost = stock.replacement_costs(inventory)
 
     def columns_of(numbers: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the results of some buildings of the portfolio."""
+        """Return the results of the buildings with these indices in the portfolio."""
         of_each = counts[numbers]
         samples = of_each.sum(axis=1)
         independent = samples if earthquakes is None else np.minimum(samples, earthquakes)
@@ -113,7 +115,7 @@ def building_results(
             found |= {"expected_loss": ratio * cost[numbers], "loss_standard_deviation": deviation * cost[numbers]}
         return found
 
-    # Number in the portfolio of each row of the inventory; -1 without an archetype.
+    # Index in the portfolio of each row of the inventory; -1 without an archetype.
     number = np.full(len(inventory), -1, np.int32)
     number[stock.rows] = np.arange(stock.rows.size, dtype=np.int32)
     has_one = number >= 0
@@ -122,7 +124,7 @@ def building_results(
     taken = [each for each in columns if each in inventory.columns]
     if taken:
         raise ValueError(
-            f"{_FUNCTION}: the inventory has a column {taken[0]!r}, which is one of the results: rename it"
+            f"{_FUNCTION}: the inventory has a column {taken[0]!r}, but a result has the same name: rename the column"
         )
 
     def fill(part: slice) -> None:
@@ -144,14 +146,7 @@ def building_results(
 def _loss_ratios(
     share: np.ndarray, independent: np.ndarray, mean: np.ndarray, deviation: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mean and the standard deviation of the loss ratio of each building's samples.
-
-    Args:
-        share: Share of the samples in each damage state, shape [building, damage_state].
-        independent: Number of independent samples, shape [building].
-        mean: Mean loss ratio of each damage state, of this shape or one row for all buildings.
-        deviation: Its standard deviation, of the same shape.
-    """
+    """Return mean and standard deviation of the loss ratio of each building's samples, from shares in states."""
     expected = (share * mean).sum(axis=1)
     between = (share * (mean - expected[:, None]) ** 2).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -160,14 +155,7 @@ def _loss_ratios(
 
 
 def _earthquakes(counted: xr.Dataset, name: str) -> int | None:
-    """Return the number of different earthquakes among the draws of MotionsAtSites; None for other designs.
-
-    A warning states if it is unknown.
-
-    Args:
-        counted: The counts.
-        name: Name of the counts by building.
-    """
+    """Return the number of different earthquakes among the draws of MotionsAtSites; None for other designs."""
     text, design = str(counted.attrs.get("scene", "")), '{"type":"MotionsAtSites"'
     if "earthquake" in counted[name].coords:  # counts of one earthquake
         return 1
@@ -190,7 +178,7 @@ def _earthquakes(counted: xr.Dataset, name: str) -> int | None:
 def damage_states(results: pd.DataFrame) -> list[str]:
     """Return the damage states of the probabilities in a table of results, no damage first.
 
-    A user's column may begin with "probability_" too, but has no standard error.
+    A user's column may also begin with "probability_", but has no column "standard_error_...".
     """
     states = [str(name).removeprefix(PROBABILITY) for name in results if str(name).startswith(PROBABILITY)]
     return [state for state in states if STANDARD_ERROR + state in results]

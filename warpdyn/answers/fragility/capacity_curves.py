@@ -1,4 +1,4 @@
-"""Fragility curves from capacities, i.e. intensities at which structures first pass limits under motions."""
+"""Fragility curves from capacities, i.e. the intensities at which structures first exceed limits under motions."""
 
 from __future__ import annotations
 
@@ -41,29 +41,30 @@ def fragility_from_capacities(
 ) -> xr.Dataset:
     """Fit a lognormal fragility curve to the capacities of every damage state, with intervals.
 
-    Curves maximise the likelihood of the known bounds of each capacity: it lies within its bracket, or above the
-    highest level that was run (right-censored), or below the lowest. If every capacity is known exactly, this is the
-    method of moments: mean and standard deviation of ln capacity, with divisor n as in NumPy's `std` and scipy.stats'
-    `lognorm.fit`; Baker (2015, Earthquake Spectra 31(1)) has n - 1. Intervals are those of `fragility`: a jackknife
-    over records and structures with Student's t.
+    Only bounds of each capacity are known: it lies within its bracket, above the highest level that was run
+    (right-censored), or below the lowest level. The curves maximise the likelihood of these bounds. If every capacity
+    is known exactly, this is the method of moments: mean and standard deviation of ln(capacity), with divisor n as in
+    NumPy's `std` and scipy.stats' `lognorm.fit` (Baker 2015, Earthquake Spectra 31(1), divides by n - 1). Intervals are
+    those of `fragility`: a jackknife over records and structures with Student's t.
 
     Args:
         capacities: `capacity(structure, motion, damage_state)` [g, or the unit of the intensity measure], and its
-            bracket `capacity_lower` and `capacity_upper`: infinite above a capacity that was not reached, 0 below one
-            that the lowest level passed, NaN if the search failed. Without a bracket capacities are exact.
+            bracket `capacity_lower` and `capacity_upper`: the upper bound is infinite if no level exceeds the limit,
+            the lower bound is 0 if the lowest level exceeds it, and both are NaN if the search failed. Without a
+            bracket, capacities are exact.
         intervals_over: "records and structures", or "records" for intervals of the given structures.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:
-        Medians, dispersions [1] and curves, each with its interval, as `fragility` returns them; `fit_status`,
-        `censored_capacities` (the number of those that were not reached), `median_variance` by source, and
-        `median_variance_by_sandwich`, cluster-robust with records as clusters.
+        Medians, dispersions [1] and curves, each with its interval, as `fragility` returns them; `fit_status`;
+        `censored_capacities`, the number of capacities above the highest level; `median_variance` by source; and
+        `median_variance_by_sandwich`, the cluster-robust variance with records as clusters.
 
     Raises:
-        ValueError: If a variable or dimension is missing, a capacity is not positive, a bracket does not contain
-            its capacity, or more than 1 % of the searches failed; if another argument is out of its range.
+        ValueError: If a variable or dimension is missing, a capacity is not positive, a bracket does not contain its
+            capacity, more than 1 % of the searches failed, or another argument is out of its range.
         TypeError: If `capacities` is not a Dataset.
 
     Example:
@@ -100,7 +101,7 @@ def fragility_from_capacities(
             outcome[state] = NO_FINITE_MEDIAN
             continue
         each, alone = fitted.influences(centre[0], float(deviation[0]))
-        scale = np.array([1.0, deviation[0]])  # derivative of the dispersion by its logarithm
+        scale = np.array([1.0, deviation[0]])  # derivative of the dispersion with respect to its logarithm
         influences[:, :, state], independent[:, state] = each / scale, np.diag(alone) / scale**2
         logarithms[:, 0, state], logarithms[:, 1, state] = centre[:, 0], np.log(deviation)
     names = tuple(str(name) for name in capacities["damage_state"].values)
@@ -143,9 +144,9 @@ def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
     pairs = np.unique(np.column_stack([structure, motion]), axis=0)
     if len(pairs) < structure.size:
         raise ValueError(
-            f"fragility_from_capacities: {structure.size - len(pairs)} of {structure.size} pairs of a drawn structure "
-            "and a motion occur twice. xr.concat mixes up the structures of several calls: join them by "
-            "wd.join([found, other])"
+            f"fragility_from_capacities: {structure.size - len(pairs)} of {structure.size} pairs of structure and "
+            "motion are repeated. xr.concat numbers the structures of several calls alike; use joined = "
+            "wd.join([found, other]) instead"
         )
 
 
@@ -160,7 +161,9 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     if "damage_state" not in capacities.coords:
         raise ValueError(f"{name}: damage_state has no names; {_ADVICE}")
     if 0 in given.shape:
-        raise ValueError(f"{name}: there are no capacities, of shape {dict(given.sizes)}")
+        raise ValueError(
+            f"{name}: the dataset of capacities is empty: its dimensions are {dict(given.sizes)}; {_ADVICE}"
+        )
     parts: list[np.ndarray] = []
     for part in ("capacity", "capacity_lower", "capacity_upper"):
         if part not in capacities:
@@ -195,7 +198,7 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return the logarithms of the least and the largest bound of the capacities, shape [2, damage_state]."""
+    """Return ln of the smallest and of the largest bound of the capacities, shape [2, damage_state]."""
     from_below = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high, np.inf))
     from_above = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, -np.inf))
     return np.stack([from_below.min(axis=0), from_above.max(axis=0)])

@@ -50,8 +50,8 @@ METHODS = {
     "collapse": "regression of ln demand on ln intensity of samples without collapse, and probit of collapse "
     "(Jalayer et al. 2017)",
 }
-LEAST_STANDING = 4  # samples without collapse, for a line and a deviation
-_SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # one deviation below and above the median
+LEAST_STANDING = 4  # fewest samples without collapse that determine a line and a standard deviation
+_SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # normal probability of -1 and +1 deviation
 
 
 @suggests_names
@@ -67,28 +67,27 @@ def fragility_of_cloud(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Fit fragility curves by cloud analysis: ln demand is a line in ln intensity, with a constant deviation.
+    """Fit fragility curves by cloud analysis: ln(demand) is linear in ln(intensity), with constant standard deviation.
 
-    The deviation is that of maximum likelihood: the sum of squared residuals over n samples, as in pyFragility and
-    statsmodels' likelihood. Programs that divide by n - 1 or n - 2 give dispersions sqrt(n / (n - 1)) or
-    sqrt(n / (n - 2)) times as large.
+    The standard deviation has divisor n (maximum likelihood), as in pyFragility and in the likelihood of statsmodels.
+    Programs that divide by n - 1 or n - 2 return dispersions larger by sqrt(n / (n - 1)) or sqrt(n / (n - 2)).
 
-    The demand of a collapsed sample is at least its value up to the collapse. Estimator "censored" uses this lower
-    bound (right-censored): the curve of a limit c is lognormal, with the median exp((ln c - intercept) / slope) and the
-    dispersion deviation / slope. Estimator "collapse" fits the line to samples without collapse, and the probability of
-    collapse separately; a sample exceeds a limit if it collapses or has a larger demand. These curves are not
-    lognormal: their dispersion is half of ln of the ratio of the intensities exceeded by 84 and 16 %. If samples
-    collapse because their demand is large, the others have smaller demands, which biases their line; "censored" has no
-    such bias. Both use the demand of the worst storey or floor. Intervals are those of `fragility`: a jackknife over
-    records and structures.
+    The demand of a collapsed sample is only known to be larger than its value before the collapse. Estimator "censored"
+    uses this value as a lower bound (right-censored). The curve of a limit c is lognormal, with median exp((ln c -
+    intercept) / slope) and dispersion deviation / slope. Estimator "collapse" fits the line to samples without
+    collapse, and the probability of collapse separately; a sample exceeds a limit if it collapses or its demand is
+    larger. These curves are not lognormal: their dispersion is half of ln(x84 / x16), where x84 and x16 are the
+    intensities at which 84 % and 16 % exceed the limit. Samples that did not collapse have smaller demands than all
+    samples would have, which biases their line; "censored" has no such bias. Both estimators use the demand of the
+    worst storey or floor. Intervals are those of `fragility`: a jackknife over records and structures.
 
     Args:
-        dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it, or a run on stripes: a demand,
-            the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
+        dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it, or a run on stripes. It contains
+            a demand, the flag variable `status(sample)`, and the coordinates `motion_index` and `im_level`.
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand. Only collapse
-            passes `math.inf`; its curve is the probit of collapse, with either estimator.
+            exceeds `math.inf`; its curve is the probit of collapse, with either estimator.
         estimator: "censored" or "collapse".
-        demand: Variable of the run that limits are of; of a signed variable the absolute value.
+        demand: Variable of the run to compare with the limits; a signed variable is compared by its absolute value.
         intervals_over: "records and structures", or "records" for intervals of the given structures.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count, as in `fragility`.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
@@ -97,14 +96,14 @@ def fragility_of_cloud(
 
     Returns:
         Medians [g, or the unit of the intensity], dispersions [1] and curves, each with its interval, as `fragility`
-        returns them; `regression_intercept` (of ln demand at an intensity of 1), `regression_slope` and
-        `regression_deviation`; with estimator "collapse" `collapse_median` and `collapse_dispersion`; with estimator
-        "censored" `median_variance_by_sandwich`, cluster-robust with records as clusters.
+        returns them; `regression_intercept` (ln(demand) at an intensity of 1), `regression_slope` and
+        `regression_deviation`. Estimator "collapse" adds `collapse_median` and `collapse_dispersion`; estimator
+        "censored" adds `median_variance_by_sandwich`, the cluster-robust variance with records as clusters.
 
     Raises:
         ValueError: If the dataset lacks a variable or coordinate, a demand or an intensity is not positive, fewer than
-            4 samples are without collapse or all have one intensity, more than 1 % failed, or an argument is out of its
-            range.
+            4 samples did not collapse, all intensities are equal, more than 1 % of the samples failed, or an argument
+            is out of its range.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -124,8 +123,8 @@ def fragility_of_cloud(
     checked = DamageLimits.of(limits, demand)
     if checked.single is None:
         raise ValueError(
-            f"fragility_of_cloud: limits are of several demands ({', '.join(checked.demands)}), but a regression is of "
-            "one: give limits of one demand, or use fragility() on stripes"
+            f"fragility_of_cloud: the limits are limits of several demands ({', '.join(checked.demands)}), but a "
+            "regression needs one demand: give limits of one demand, or use fragility() for a run on stripes"
         )
     intensity, values, collapsed, observed, failed = _checked_cloud(dataset, checked.single, intervals_over == OVER[0])
     limit = checked.values[0]
@@ -205,8 +204,8 @@ def _checked_cloud(
         codes, counts = np.unique(status[~kept], return_counts=True)
         which = ", ".join(f"{count} {STATUS_MEANINGS[code]}" for code, count in zip(codes, counts, strict=True))
         raise ValueError(
-            f"{name}: {failed} of {status.size} samples are kept out ({which}); at most "
-            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may be. Simulate with a smaller step= or another method="
+            f"{name}: {failed} of {status.size} samples failed ({which}); at most "
+            f"{100 * LARGEST_EXCLUDED_FRACTION:g} % may fail. Simulate with a smaller step= or another method="
         )
     for what, values in (("im_level", intensity), (demand, worst)):
         bad = np.flatnonzero(kept & ~((values > 0) & np.isfinite(values)))
@@ -221,8 +220,9 @@ def _checked_cloud(
     if standing.sum() < LEAST_STANDING or np.unique(intensity[standing]).size < 2:
         raise ValueError(
             f"{name}: {standing.sum()} of {kept.sum()} samples did not collapse, at "
-            f"{np.unique(intensity[standing]).size} intensities; the regression needs at least {LEAST_STANDING} of "
-            "them, at 2 intensities: add motions of lower intensity"
+            f"{np.unique(intensity[standing]).size} different intensities; the regression needs at least "
+            f"{LEAST_STANDING} such "
+            "samples and 2 intensities: add motions of lower intensity"
         )
     own = structure_label(dataset)
     structure = np.arange(status.size) if own is None else own.values
@@ -234,10 +234,10 @@ def _checked_cloud(
 def _influences(
     observed: Observations, regression: CensoredRegression | None, fits: CloudFits, logarithms: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return contributions of samples to ln median and ln dispersion, and the variances of independent samples.
+    """Return each sample's contribution to ln(median) and ln(dispersion), and variances as if samples were independent.
 
-    Estimator "collapse" has zeros instead: the interaction of record and structure then counts twice in the variance,
-    which is conservative.
+    Estimator "collapse" returns zeros: the interaction of record and structure then counts twice in the variance, which
+    makes the interval wider (conservative).
     """
     states, samples = logarithms.shape[1], observed.record.size
     influences, independent = np.zeros((samples, 2, states)), np.full((2, states), np.nan)
@@ -246,7 +246,7 @@ def _influences(
     slope, deviation = float(fits.slope[0]), float(fits.deviation[0])
     each, alone = regression.influences(np.array([fits.intercept[0], slope]), deviation)
     for state in np.flatnonzero(np.isfinite(logarithms).all(axis=0)):
-        # Derivatives of ln median = (ln limit - intercept) / slope and dispersion = deviation / slope.
+        # Derivatives of ln(median) = (ln(limit) - intercept) / slope and of dispersion = deviation / slope.
         change = np.array([[-1.0, -logarithms[0, state], 0.0], [0.0, -deviation / slope, 1.0]]) / slope
         scale = np.array([1.0, deviation / slope])
         influences[:, :, state] = each @ change.T / scale
@@ -264,12 +264,12 @@ def _warn(
     estimator: str,
     remarks: list[str],
 ) -> None:
-    """Warn of curves without a fit, without an interval or without data, and of further remarks."""
+    """Warn of curves without a fit, an interval or data, and add further remarks."""
     found = [*remarks]
     is_finite = np.isfinite(limits.values[0])
     for number in np.flatnonzero(~is_finite & ~np.isin(outcome, (FITTED, PENALISED))):
         found.append(
-            f"damage state {limits.states[number]!r} has no curve: only collapse passes its infinite limit, and the "
+            f"damage state {limits.states[number]!r} has no curve: only collapse exceeds its infinite limit, and the "
             f"probability of collapse has no fit ({FIT_MEANINGS[of_collapse]}; {collapsed.sum()} of {collapsed.size} "
             "samples collapsed): add motions of intensities at which some samples collapse and some do not"
         )

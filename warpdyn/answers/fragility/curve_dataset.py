@@ -1,4 +1,4 @@
-"""The dataset of fragility curves from capacities and from clouds."""
+"""The dataset of fragility curves that are fitted to capacities or to clouds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from warpdyn.answers.fragility.intervals.observations import Observations
 from warpdyn.foundations.core.output_variables import MEDIAN_STATUS
 from warpdyn.foundations.core.units import unit_attributes
 
-_LEAST_PROBABILITY = 1e-12  # bounds are the curve itself at probabilities closer to 0 or 1
+_LEAST_PROBABILITY = 1e-12  # closer to 0 or 1, the bounds are set to the curve itself
 
 
 def dataset_of_curves(
@@ -43,24 +43,25 @@ def dataset_of_curves(
     replicates: int,
     seed: int,
 ) -> tuple[xr.Dataset, np.ndarray, list[str]]:
-    """Return curves with their intervals, the variance by its source, and draws from their sampling distribution.
+    """Return the dataset of curves, intervals, variances by source, and draws from their sampling distribution.
 
     Args:
-        observed: The observations.
+        observed: The record and structure of each observation.
         states: Names of the damage states.
-        left: Logarithms of median and dispersion, whole and with parts left out.
+        left: ln(median) and ln(dispersion) of the full fit, and of the fits without each record and without each group
+            of structures.
         outcome: Outcome of each fit, an index into FIT_MEANINGS.
-        ends: Lowest and highest intensity that were run, for all or shape [damage_state].
-        curves: Function of intensities; it returns the probability of exceedance for each row of weights, shape
-            [row, damage_state, intensity].
+        ends: Lowest and highest intensity that were run: two numbers, or two rows of shape [damage_state].
+        curves: Function of intensities that returns the probability of exceedance for each row of weights, shape [row,
+            damage_state, intensity].
         highest: Highest intensity of the curves.
         units: Units of the intensity.
         confidence: Probability that the intervals cover [1].
         replicates: Number of draws.
-        seed: Their seed.
+        seed: Seed of the draws.
 
     Returns:
-        The dataset, the outcomes (also of medians that the data do not determine), and sentences for a warning.
+        The dataset; the outcomes, which also mark medians that the data do not determine; and sentences for a warning.
     """
     marked = mark(left, outcome, *ends)
     left, outcome, status = marked.left, marked.outcome, marked.status
@@ -118,7 +119,7 @@ def _curves(
     score = ndtri(np.clip(probability, _LEAST_PROBABILITY, 1.0 - _LEAST_PROBABILITY))
     whole, records, groups = observed.split(score)
     with np.errstate(invalid="ignore", divide="ignore"):
-        # Derivatives of the score (ln intensity - ln median) / dispersion of a lognormal curve.
+        # Derivatives of the score (ln(intensity) - ln(median)) / dispersion of a lognormal curve.
         slopes = np.stack([np.exp(-left.whole[1])[:, None] + 0.0 * whole, whole])
         interaction = (slopes**2 * left.interaction[:, :, None]).sum(axis=0)
         bounds = ndtr(spread_of(whole, records, groups, interaction).interval(confidence))

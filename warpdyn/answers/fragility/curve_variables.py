@@ -38,7 +38,7 @@ def estimates(
     confidence: float,
     over_structures: bool,
 ) -> dict[str, tuple]:
-    """Return fractions, medians and dispersions with their bounds, of the worst place and of each."""
+    """Return fractions, medians and dispersions with their bounds, at the worst place and at each place."""
     with np.errstate(invalid="ignore"):
         fraction = counts.total / counts.trials
     bounds = np.where(has_interval, np.exp(left.spread.interval(confidence)), np.nan)
@@ -67,10 +67,10 @@ def estimates(
 
 
 def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.ndarray:
-    """Return the levels between which the median is for a curve of any shape, shape [2, row ...].
+    """Return the two levels between which the median lies for any increasing curve, shape [2, row ...].
 
-    The lower one is the highest level at which the interval of the fraction of exceeding samples is below one half, the
-    upper one the lowest level at which it is above; NaN without such a level.
+    The lower one is the highest level at which the interval of the fraction of exceeding samples is below 0.5; the
+    upper one is the lowest level at which the interval is above 0.5. NaN if there is no such level.
 
     Args:
         levels: Intensity of each stripe, shape [im_level], increasing.
@@ -86,7 +86,7 @@ def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.n
 def with_bounds(
     values: np.ndarray, bounds: np.ndarray | None, meaning: str, confidence: float
 ) -> list[tuple[str, np.ndarray, str]]:
-    """Return name suffix, values and long name of an estimate and of its bounds, if it has any."""
+    """Return the name suffix, the values and the long name of an estimate and of its bounds (if it has bounds)."""
     parts = [("", values, meaning)]
     for side, bound in zip(("lower", "upper"), () if bounds is None else bounds, strict=bounds is not None):
         parts.append((f"_{side}", bound, f"{meaning}, {side} bound of the {100 * confidence:g} % interval"))
@@ -96,7 +96,7 @@ def with_bounds(
 def curves(
     counts: StripeCounts, left: LeftOut, has_interval: np.ndarray, confidence: float, shape: CurveShape
 ) -> tuple[dict[str, tuple], np.ndarray]:
-    """Return the curves of the worst place with their bounds, and their intensities."""
+    """Return the curves at the worst place with their bounds, and the intensities of their points."""
     intensity, worst, has_interval = intensities_along(counts.levels.max()), left.worst, has_interval[-1]
     median, dispersion = np.exp(worst.whole)
     curve = shape.probability(intensity, median[:, None], dispersion[:, None])
@@ -123,10 +123,10 @@ def curves(
 
 
 def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int) -> np.ndarray:
-    """Return the variance of the logarithms of median and dispersion from the step, shape [2, damage_state].
+    """Return the variance of ln(median) and ln(dispersion) caused by the step, shape [2, damage_state].
 
-    For the median it is the square of the demand's median relative error, by `checked_share` of the run; NaN without
-    it, and for the dispersion.
+    For the median it is the square of the median relative error of the demand, which the run measures with
+    `checked_share`. It is NaN without `checked_share`, and for the dispersion.
     """
     variance = np.full((2, states), np.nan)
     if "estimated_relative_error" in dataset and demand in dataset["estimated_relative_error"]["demand"].values:
@@ -135,12 +135,12 @@ def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int
 
 
 def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.ndarray | None = None) -> dict[str, tuple]:
-    """Return the variances of the logarithms of median and dispersion, by source and if samples were independent.
+    """Return the variances of ln(median) and ln(dispersion), by source and as if samples were independent.
 
     Args:
-        left: The fits at one place, the worst.
+        left: The fits at the worst place.
         has_interval: Whether a damage state has an interval, shape [damage_state].
-        of_discretisation: The variance from the step, shape [2, damage_state]; None if unknown.
+        of_discretisation: Variance caused by the step, shape [2, damage_state]; None if unknown.
     """
     by_source, comment = np.where(has_interval, left.spread.by_source, np.nan), "of its logarithm; "
     if of_discretisation is not None:
@@ -162,9 +162,9 @@ def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.nda
 
 
 def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
-    """Return the cluster-robust variances of the logarithms of median and dispersion at one place, the worst.
+    """Return the cluster-robust variances of ln(median) and ln(dispersion) at the worst place.
 
-    A penalised fit has none, because separated stripes have no scatter.
+    Penalised fits have no such variance, because separated stripes have no scatter.
     """
     found = np.where(outcome == FITTED, left.sandwich, np.nan)
     return {
@@ -181,7 +181,7 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
 def draws(
     left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str, confidence: float
 ) -> dict[str, tuple]:
-    """Return draws from the joint sampling distribution of the medians and dispersions at one place, the worst."""
+    """Return draws from the joint sampling distribution of the medians and dispersions at the worst place."""
     drawn = np.exp(np.where(has_interval, left.spread.draw(count, seed, confidence), np.nan))
     said = "draw from the sampling distribution of the"
     of_replicates = ("replicate", "damage_state")
@@ -192,17 +192,17 @@ def draws(
 
 
 def fit_flags() -> dict[str, Any]:
-    """Return the attributes of a flag variable of FIT_MEANINGS."""
+    """Return the attributes of a flag variable whose flags are FIT_MEANINGS."""
     return {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
 
 
 def intensities_along(highest: float) -> np.ndarray:
-    """Return the intensities of curves, from 0 to the highest, closer together at low levels."""
+    """Return intensities from 0 to the highest at which curves are given, with smaller intervals at low intensities."""
     return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
 
 
 def interval_method(records: int, groups: int, parts: int | None = None, strata: int = 1) -> str:
-    """Return the method of intervals in words: records, in parts and within strata, and structures."""
+    """Return a description of the jackknife: numbers of records, of parts, of strata, and of groups of structures."""
     nested = f" in {strata} sets, each at its own levels," if strata > 1 else ""
     in_parts = "" if parts in (None, records) else f" in {parts} parts"
     and_groups = f" and {groups} groups of structures" if groups else ""

@@ -33,7 +33,7 @@ from warpdyn.foundations.core.units import unit_attributes
 from warpdyn.model.ground_motions.motions import motion_numbers
 from warpdyn.model.inventories.table import is_in_inventory_order, warn_of_inventory_order
 
-SAMPLES_AT_A_TIME = 2**18  # read from a file
+SAMPLES_AT_A_TIME = 2**18  # number of samples read from a file at a time
 FAILED = -1
 Limits = Mapping[str, Mapping[str, float]]
 Events = Sequence[str] | Sequence[int] | xr.DataArray | None
@@ -48,39 +48,38 @@ def damage_shares(
     number: ArrayLike | None = None,
     added_storeys: bool = False,
 ) -> xr.Dataset:
-    """Count the buildings of a portfolio in each damage state by record (and by stripe, if the run has stripes).
+    """Return the share of a portfolio's buildings in each damage state, per motion (and per stripe).
 
-    A building is in the heaviest damage state whose limit is below its largest storey drift ratio (strictly), in "none"
-    if it is above no limit, and in the heaviest state of all if it collapsed. Storeys of isolators or of a tuned mass
-    damper do not count, unless `added_storeys` is set.
+    A building is in the heaviest damage state whose limit its largest storey drift ratio exceeds, in "none" if it
+    exceeds no limit, and in the heaviest of all states if it collapsed. Storeys of isolators or of a tuned mass damper
+    do not count, unless `added_storeys` is set.
 
     Args:
-        run: The result of `simulate` for a portfolio, with the recorder "drift"; or its statistics, DamageCounts over
-            ("archetype", "motion") or ("archetype", "event"), with "stripe" if the run has stripes.
+        run: The result of `simulate` for a portfolio, with the recorder "drift"; or with the statistics DamageCounts
+            over ("archetype", "motion") or ("archetype", "event"), with "stripe" added if the run has stripes.
         limits: Storey drift ratio limit [1] of each damage state, from the lightest to the heaviest, for each
-            archetype; the states' names are the same for all. None for the limits of counts.
-        events: The event of each motion, shape [motion], as names or whole numbers, if several motions belong to one
-            event, such as both components of a record: the worst of them counts. Or the event of each sample, as a
-            coordinate of the run: `events=run["draw_index"]` of `wd.sites.label_samples`. None: every motion counts
-            separately; for counts, as they were made.
-        number: Number of buildings that each building of the portfolio represents [1], shape [building]: an
-            inventory's column `number`, in the order of the portfolio (`stock.buildings(inventory)["number"]`). Shares,
-            and counted and failed buildings, are then of these numbers. Counts have it from `DamageCounts(number=...)`.
-            None: each building is one.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building. Counts
-            have it from `DamageCounts(added_storeys=...)`.
+            archetype; all archetypes have the same damage states. None if the run has DamageCounts, which have limits.
+        events: Event of each motion, shape [motion], as names or whole numbers, if several motions belong to one event,
+            such as both components of a record: the worst of them counts. Or a coordinate of the run with the event of
+            each sample, such as `events=run["draw_index"]` after `wd.sites.label_samples`. None: every motion is one
+            event. Do not give it for DamageCounts, which have their own `events`.
+        number: Number of buildings that each building of the portfolio represents [1], shape [building], such as
+            `stock.buildings(inventory)["number"]`. Shares, counted and failed buildings are weighted by it. For
+            DamageCounts, give `DamageCounts(number=...)` instead. None: 1.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building. For
+            DamageCounts, give `DamageCounts(added_storeys=...)` instead.
 
     Returns:
         `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
-        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`. Failed buildings are not
-        counted: one of their motions failed, and no other motion left them in the heaviest state. Without `events` the
-        dimension is `motion` instead of `event`; for stripes the dimension `stripe` follows it. Shares of no buildings
-        are NaN. The attributes are those of the run.
+        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`. A building failed if one of its
+        motions failed and no other motion of the event left it in the heaviest state; failed buildings are not counted.
+        Without `events`, the dimension is `motion` instead of `event`; a run on stripes adds the dimension `stripe`.
+        The share is NaN if no building is counted. The attributes are those of the run.
 
     Raises:
-        ValueError, TypeError: If the run is not of a portfolio or has no drifts, limits are missing, not positive or do
-            not increase, events are not one for each motion, or more than 1 % of the buildings, counted in every event,
-            failed; if more than 1 % of an archetype failed in an event, a warning names both.
+        ValueError, TypeError: If the run has no portfolio or no drifts; if limits are missing, not positive or do not
+            increase; if the number of events differs from that of the motions; or if more than 1 % of all buildings
+            (summed over the events) failed. If more than 1 % of an archetype failed in one event, a warning names both.
 
     Example:
         >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
@@ -89,7 +88,9 @@ def damage_shares(
     """
     check_dataset("damage_shares", run, advice="give the result of simulate() for a portfolio", argument="run")
     if limits is None and not is_reduced(run):
-        raise TypeError("give limits=, which maps each archetype to its limits; only counts have limits already")
+        raise TypeError(
+            "give limits=, a mapping from each archetype to its limits; only runs with DamageCounts need none"
+        )
     if is_reduced(run):
         if number is not None:
             raise ValueError(
@@ -104,7 +105,7 @@ def damage_shares(
         found = _read(run, limits, events)
     else:
         if not true_or_false("added_storeys", added_storeys):
-            run = without_added_storeys(run)  # for a single archetype
+            run = without_added_storeys(run)  # the run of a single archetype
         found = _count(run, {} if limits is None else limits, events, number, added_storeys)
     names, states, counts, failures = found.names, found.states, found.counts, found.failures
     event_names, levels = found.event_names, found.levels
@@ -155,7 +156,7 @@ class _Counted:
         limits: Limits, shape [archetype, damage_state - 1].
         counts: Buildings (of `number`, if given), shape [archetype, event, stripe, damage_state].
         failures: Buildings that failed, shape [archetype, event, stripe].
-        failed_samples: Samples that failed.
+        failed_samples: Number of failed samples.
         along: "event", or "motion" if motions count separately.
         event_names: Names of the events.
         levels: Levels of the stripes [g]; None without stripes.
@@ -175,7 +176,7 @@ class _Counted:
 def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None, added_storeys: bool) -> _Counted:
     """Count the samples of a run; arguments as in `damage_shares`."""
     if not run.sizes.get("sample", 0):
-        raise ValueError("damage_shares: the run has no samples: select at least one")
+        raise ValueError("damage_shares: the run has no samples: give a run with at least one sample")
     names = archetypes_of(run)
     check_samples("damage_shares", run)
     states, table = limits_by_archetype(names.tolist(), limits)
@@ -195,7 +196,7 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
         _, first, unit = np.unique(key, return_index=True, return_inverse=True)
         worst = np.zeros(first.size, dtype=np.int64)
         np.maximum.at(worst, unit, state)
-        # If a motion failed, the worst state is known only if another motion left the building in the heaviest state.
+        # If a motion failed, the damage state is known only if another motion left the building in the heaviest state.
         failed = unit[state == FAILED]
         worst[failed[worst[failed] < len(states) - 1]] = FAILED
         state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
@@ -232,7 +233,8 @@ def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
         asked = limits_by_archetype(names.tolist(), limits)
         if asked[0] != states or not np.array_equal(asked[1], values):
             raise ValueError(
-                "the buildings were counted by other limits (see damage_limit), and cannot be counted again: remove "
+                "the run has counts for other limits (see its damage_limit), and single samples are not available: "
+                "remove "
                 "limits="
             )
     numbers = name.replace(DAMAGE_COUNT, BUILDING_NUMBER)  # absent if each building is one
@@ -247,37 +249,25 @@ def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
 
 
 def _checked_number(number: ArrayLike, building: np.ndarray) -> np.ndarray:
-    """Return the number of buildings that each sample represents.
-
-    Args:
-        number: Number of each building of the portfolio.
-        building: Building of each sample.
-    """
+    """Return the number of buildings that each sample represents, from the number of each building of the portfolio."""
     values = finite_numbers("damage_shares: number", number)
     if values.ndim != 1 or values.size <= building.max() or np.any(values <= 0):
         raise ValueError(
-            f"damage_shares: number must be above 0 for each building of the portfolio, at least "
-            f"{building.max() + 1:,} of them; got shape {values.shape}"
+            f"damage_shares: number must be above 0 and have one value for each building of the portfolio, at least "
+            f"{building.max() + 1:,} values; got shape {values.shape}"
             + (f" and a least value of {values.min():g}" if values.size else "")
         )
     return values[building]
 
 
 def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:
-    """Raise an error if too many buildings failed; warn if many of an archetype failed in an event.
-
-    Args:
-        failures: Buildings that failed, shape [archetype, event, stripe]; they may be sums of `number`.
-        counted: Buildings that did not fail.
-        names: Names of the archetypes.
-        events: Names of the events; None if motions count separately.
-    """
+    """Raise an error if too many buildings failed; warn if many buildings of an archetype failed in an event."""
     allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
     if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
         once = "" if events is None else ", each counted once per event,"
         unit = "samples" if events is None and failures.dtype.kind in "iu" else f"buildings{once}"
         raise ValueError(
-            f"{failures.sum():,.12g} of {total.sum():,.12g} {unit} failed; at most {allowed} may: simulate with a "
+            f"{failures.sum():,.12g} of {total.sum():,.12g} {unit} failed; at most {allowed} may fail: simulate with a "
             "smaller step= or another method="
         )
     failures, total = failures.sum(axis=2), total.sum(axis=2)
@@ -297,7 +287,7 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
 
 
 def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]:
-    """Return the event of each sample as an index, and the names of the events in the order of their first use."""
+    """Return the index of the event of each sample, and the names of the events in the order of their first use."""
     if "motion_index" not in run.variables:
         raise ValueError("the dataset has no 'motion_index': give the result of simulate() for a portfolio")
     record, motions = run["motion_index"].values, run.sizes["motion"]
@@ -326,10 +316,13 @@ def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) 
         drift = run["peak_storey_drift_ratio"][part].values
         if is_added is not None:
             drift = np.where(is_added[archetype[part]], np.nan, drift)
-        worst = np.fmax.reduce(drift.astype(np.float64), axis=1)  # NaN: the building has fewer storeys
+        worst = np.fmax.reduce(drift.astype(np.float64), axis=1)  # NaN: a storey that the building does not have
         bad = np.flatnonzero(np.isnan(worst) & (status[part] == OK))
         if bad.size:
-            raise ValueError(f"sample {first + bad[0]} is 'ok', but its peak_storey_drift_ratio is NaN at every storey")
+            raise ValueError(
+                f"sample {first + bad[0]} is 'ok', but its peak_storey_drift_ratio is NaN at every storey: its demands "
+                "were removed or changed after the run; give the run as simulate() returned it"
+            )
         states[part] = (worst[:, None] > table[archetype[part]]).sum(axis=1)
     states[status == COLLAPSED] = table.shape[1]
     states[status >= DIVERGED] = FAILED

@@ -1,4 +1,4 @@
-"""Damage states that the samples of a run have reached."""
+"""Damage states reached by the samples of a run."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ class Damage:
     """The damage states of samples.
 
     Args:
-        passed: Number of damage states that each sample has reached, shape [column, sample]; a state is reached if one
-            of its limits, or of a heavier state's, is exceeded. The last column is the worst of all places.
+        passed: Number of damage states that each sample has reached, shape [column, sample]. A sample has reached a
+            state if its demand exceeds a limit of this state or of a heavier state. The last column is the worst of all
+            places.
         dim: Dimension of the places, such as "storey"; "" if only the worst is known.
         places: Their labels, shape [column - 1].
     """
@@ -29,10 +30,11 @@ class Damage:
 
 
 def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> None:
-    """Raise a ValueError for a run of several archetypes; `others` names functions that take all archetypes."""
+    """Raise a ValueError for a run of several archetypes; `others` describes functions that accept such a run."""
     if "archetype_index" in dataset and "archetype" in dataset:
         raise ValueError(
-            f"this is a run of a portfolio of several archetypes: {function}() takes one archetype, "
+            f"this is a run of a portfolio with several archetypes, but {function}() needs a run of one archetype: "
+            "give "
             f"select_archetype(run, name){others}. The names are "
             f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
         )
@@ -41,16 +43,11 @@ def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> No
 def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
     """Return the damage states that the samples of a run have reached; collapsed samples have reached all.
 
-    Args:
-        dataset: The run.
-        limits: The limits.
-        status: Outcome of each sample, as an index into `STATUS_MEANINGS`.
-
     Raises:
-        ValueError: If a demand is not in the run, has more than one dimension besides the samples, or is not finite, or
-            negative, in a sample that is ok.
+        ValueError: If a demand is not in the run or has several dimensions besides `sample`, or if it is negative or
+            not finite in a sample that is ok.
     """
-    refuse_portfolio("fragility", dataset, " (damage_shares(run, limits) counts all, with limits of each archetype)")
+    refuse_portfolio("fragility", dataset, ", or use damage_shares(run, limits), with limits of each archetype")
     single, dim, places = limits.single, "", np.arange(0)
     worst = np.zeros(status.size, dtype=np.uint8)
     columns: list[np.ndarray] = []
@@ -73,7 +70,7 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
     reached = np.zeros(demand.shape, dtype=np.uint8)
     for number, limit in enumerate(limits, start=1):
         if np.isfinite(limit):
-            # float32 values exceed a limit if they exceed the largest float32 number that is not above it.
+            # A float32 value exceeds the limit if it exceeds the largest float32 number that is not above the limit.
             bound = demand.dtype.type(limit)
             if bound > limit:
                 bound = np.nextafter(bound, demand.dtype.type(0))
@@ -82,11 +79,11 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return a demand by place without its sign, shape [place, sample]."""
+    """Return the absolute values of a demand, shape [place, sample]."""
     if name not in dataset:
         known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
         advice = "add its recorder to Scene(recorders=...)" + (f"; the run has {', '.join(known)}" if known else "")
-        # The name of a recorder, such as "drift", is a word of its variable's name.
+        # The name of a recorder, such as "drift", is part of the name of its variable.
         named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
         hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
         raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")

@@ -58,51 +58,53 @@ def fragility(
 ) -> xr.Dataset:
     """Fit a lognormal fragility curve to every damage state by multiple stripe analysis, with intervals.
 
-    A sample exceeds a damage state if its demand is above the state's limit (strictly) at the worst place: the storey
-    or floor where it is largest. Storeys of isolators or of a tuned mass damper, and the floors above them, do not
-    count unless `added_storeys` is set. A collapsed sample exceeds every state, also if the isolators failed. Curves
+    A sample exceeds a damage state if its demand exceeds the state's limit at the worst place, i.e. the storey or floor
+    with the largest demand. Storeys of isolators or of a tuned mass damper, and the floors above them, do not count
+    unless `added_storeys` is set. A collapsed sample exceeds every state, even if only the isolators failed. The curves
     maximise the binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
 
-    Intervals are over the sampled records and structures, by a jackknife over both with Student's t; if each structure
-    runs under only one record, over records alone. `median_variance` and `dispersion_variance` give the variance by its
-    source.
+    Intervals include the variability among records and among structures, by a jackknife over both with Student's t; if
+    each structure runs under only one record, by a jackknife over records. `median_variance` and `dispersion_variance`
+    contain the variance from each source.
 
-    The result has the dimension `stripe`, because `im_level` has the dimension `sample` in the run:
-    `run.merge(result, combine_attrs="no_conflicts")` combines both, with the attributes of both, in one dataset.
+    The result has the dimension `stripe` instead of `im_level`, because `im_level` is a coordinate of the samples of
+    the run. `run.merge(result, combine_attrs="no_conflicts")` combines run and result in one dataset.
 
     Args:
-        dataset: A run on stripes, as `simulate` returned it: a demand over (sample) or (sample, storey) or the like,
-            the flag variable `status(sample)`, and the coordinates `motion_index`, `im_level` and `structure` (or
-            `building`) of each sample; or the statistics of a run, DamageCounts over ("motion", "stripe",
-            "structure_group"), which give the same curves.
-        limits: Limit of the demand of each damage state, from the lightest to the heaviest, in the units of its
-            variable, such as `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, and the worst
-            decides: `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that has
-            reached a state has reached all lighter ones; only collapse passes `math.inf`. A warning names drift limits
-            that seem to be in percent or mm. None for the limits of counts.
-        demand: Variable of the run that plain limits are of; of a signed variable, such as the residual drift ratio,
-            the absolute value is compared.
-        estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves of one dispersion, which
-            cannot cross). If stripes are separated, the first two penalise the likelihood (Firth 1993), with a warning:
-            the interval of the median is then that of the levels at which the fractions are surely below and above one
-            half, and the dispersion, which such stripes do not determine, has no interval.
+        dataset: A run on stripes, as `simulate` returned it. It contains a demand with the dimension (sample), or
+            (sample, storey) or the like, the flag variable `status(sample)`, and for each sample the coordinates
+            `motion_index`, `im_level` and `structure` (or `building`). Or a run with the statistics DamageCounts over
+            ("motion", "stripe", "structure_group"), from which the curves are the same.
+        limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand, such as
+            `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, if exceeding any of them counts:
+            `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that exceeds a
+            state exceeds all lighter ones; only collapse exceeds `math.inf`. A warning names drift limits that seem to
+            be in percent or mm. None for a run with DamageCounts, which have limits.
+        demand: Variable of the run to compare with the limits, if these do not name demands; a signed variable, such as
+            the residual drift ratio, is compared by its absolute value.
+        estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves with one common dispersion,
+            which cannot cross). If stripes are separated, the first two penalise the likelihood (Firth 1993), and a
+            warning reports this. The median then lies between the highest level at which the fraction is surely below
+            0.5 and the lowest level at which it is surely above (its interval); the dispersion, which separated stripes
+            do not determine, has no interval.
         intervals_over: "records and structures", or "records" for intervals of the given structures.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building.
-        replicates: Number of draws from the joint sampling distribution of all medians and dispersions, from which
-            rates and losses get their intervals.
+        replicates: Number of draws from the joint sampling distribution of all medians and dispersions. Rates and
+            losses compute their intervals from these draws.
         confidence: Probability that the intervals cover [1].
         seed: Seed of these draws.
 
     Returns:
         Fractions by stripe, medians [g, or the unit of the levels], dispersions [1] and curves, each with its interval,
-        for the worst place and (named `storey_...`, or after its dimension) for each. A median and a dispersion are NaN
-        if the stripes have no fit (`fit_status` gives the reason), or if the median is outside the levels and the data
-        do not determine it. `median_status` marks other medians outside the levels as extrapolated, and a warning gives
-        their values. Bounds are also NaN if the stripes without one of the records have no fit, or with one record.
+        for the worst place and for each place (variables `storey_...`, or with the name of another dimension). Median
+        and dispersion are NaN if the stripes have no fit (`fit_status` contains the reason), or if the median is
+        outside the levels and the data do not determine it. `median_status` marks other medians outside the levels as
+        extrapolated, and a warning gives their values. The bounds are also NaN if there is only one record, or if the
+        stripes have no fit without one of the records.
 
     Raises:
-        ValueError: If the dataset lacks a variable, coordinate or status flag, is not on at least two stripes or has
-            an undefined demand of a completed sample; if more than 1 % of the samples diverged or had an unstable
+        ValueError: If the dataset lacks a variable, coordinate or status flag; if there are fewer than two stripes; if
+            a demand of a completed sample is not finite; if more than 1 % of the samples diverged or had an unstable
             step; if limits are not positive and increasing; if another argument is out of its range.
         TypeError: If `dataset` is not a Dataset.
 
@@ -189,16 +191,16 @@ def fragility(
 def _warn(
     limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray, remarks: list[str]
 ) -> None:
-    """Warn of limits above the collapse drift, of curves without a fit or an interval, and of further remarks."""
+    """Warn of limits above the drift ratio of collapse, of curves without fit or interval, and add further remarks."""
     found, states = [*remarks], limits.states
     if np.isfinite(counts.least_drift):
         drifts = zip(states, limits.values[limits.demands.index(DRIFT)], strict=True)
         beyond = [f"{value:g} of {name!r}" for name, value in drifts if counts.least_drift < value < np.inf]
         if beyond:
             found.append(
-                f"the limit {', '.join(beyond)} is above the least drift ratio at which samples collapsed "
-                f"({counts.least_drift:.3g}), so every collapse counts as exceeding it: choose a smaller limit or a "
-                "larger Scene(collapse_drift_ratio=...)"
+                f"the limit {', '.join(beyond)} is above {counts.least_drift:.3g}, the smallest drift ratio at which a "
+                "sample collapsed, so every collapse counts as exceeding it: choose a smaller limit or a larger "
+                "Scene(collapse_drift_ratio=...)"
             )
     if len(counts.valid) == 1:
         found.append("the run has only one record, so the variance among records is unknown: no intervals")
@@ -207,7 +209,8 @@ def _warn(
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             if np.isinf(limits.values[:, state]).all() and outcome[-1, state] == NO_EXCEEDANCE:
                 advice += (
-                    ". Only collapse passes its infinite limit: give Scene(collapse_drift_ratio=...), or the building "
+                    ". Only collapse exceeds its infinite limit: give Scene(collapse_drift_ratio=...), or give the "
+                    "building "
                     "a drift_capacity or drift_ratio_capacity"
                 )
             what = f" has no lognormal fit: {FIT_MEANINGS[outcome[-1, state]]}"

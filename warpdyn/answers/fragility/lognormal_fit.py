@@ -14,16 +14,16 @@ from warpdyn.answers.fragility.maximum_likelihood.newton import maximise
 FIT_MEANINGS = ("fitted", "no_exceedance", "all_exceeding", "separated", "not_increasing", "no_finite_median")
 FITTED, NO_EXCEEDANCE, ALL_EXCEEDING, SEPARATED, NOT_INCREASING, NO_FINITE_MEDIAN = range(len(FIT_MEANINGS))
 
-_BLOCK = 1 << 14  # rows fitted at a time, which limits the memory and fits in the cache
+_BLOCK = 1 << 14  # number of rows fitted at a time, which limits the memory and fits in the cache
 
 
 def probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
-    """Return the probability of exceedance by a lognormal fragility curve, 0 at zero intensity.
+    """Return the probability of exceedance by a lognormal fragility curve; it is 0 at intensity 0.
 
     Args:
         intensity: Intensity measure, in the unit of the median; 0 or above.
-        median: Intensity exceeded with probability one half.
-        dispersion: Standard deviation of the logarithm of the capacity [1].
+        median: Intensity at which the probability of exceedance is 0.5.
+        dispersion: Standard deviation of ln(capacity) [1].
     """
     with np.errstate(divide="ignore"):
         return ndtr((np.log(intensity) - np.log(median)) / dispersion)
@@ -37,24 +37,28 @@ def fit_stripes(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fit a lognormal curve to stripe counts by maximum binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
 
-    Median and dispersion are NaN without a finite maximum at a positive dispersion: no exceedance, exceedance
-    everywhere, separated stripes (at most one stripe is partial, none below it exceeds and all above it do: the
-    likelihood increases as the dispersion goes to 0), and counts that do not increase with the level (the best slope is
-    zero or negative, or so close to zero that the median is beyond the range of floating-point numbers).
+    Median and dispersion are NaN if the likelihood has no maximum at a finite median and positive dispersion:
+
+    - no sample exceeds the state, or every sample does;
+    - the stripes are separated: at most one stripe has both exceeding and other samples, and all samples exceed above
+      it and none below (the likelihood increases as the dispersion goes to 0);
+    - the counts do not increase with the level: the best slope is zero, negative, or so small that the median is beyond
+      the range of floating-point numbers.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., im_level].
-        total: Number of trials, broadcast with `exceeding`; stripes with 0 trials have no effect.
-        start: Median and dispersion at which the search starts, broadcast to the leading shape; NaN or None for the
-            flat curve. The likelihood has one maximum; a start near it saves steps.
+        total: Number of trials, of a shape that broadcasts with `exceeding`; stripes with 0 trials have no effect.
+        start: Median and dispersion at which the search starts, of a shape that broadcasts to [...]; where it is NaN or
+            None, the search starts from a curve of slope 0. The likelihood has one maximum; a close start saves
+            iterations.
 
     Returns:
-        Median, in the unit of `levels`, dispersion [1], and the outcome as an index into `FIT_MEANINGS`, all of the
-        leading shape.
+        Median, in the unit of `levels`, dispersion [1], and the outcome as an index into `FIT_MEANINGS`, each of shape
+        [...].
 
     Raises:
-        ValueError: If there are fewer than two distinct levels, a level is not finite and positive, shapes do not
+        ValueError: If there are fewer than two different levels, a level is not finite and positive, shapes do not
             match, or a count is not finite, is negative or exceeds its total.
     """
     levels = np.asarray(levels, dtype=np.float64)
@@ -70,7 +74,7 @@ def fit_stripes(
     exceeding = exceeding.reshape(-1, levels.size)
     passing = total.reshape(-1, levels.size) - exceeding
 
-    # Centred and scaled logarithms, so that the two parameters have similar sizes and little correlation.
+    # Centre and scale the logarithms, so that both parameters have similar sizes and little correlation.
     logarithm = np.log(levels)
     centre, scale = logarithm.mean(), logarithm.std()
     position = (logarithm - centre) / scale
@@ -84,7 +88,7 @@ def fit_stripes(
     for begin in range(0, rows.size, _BLOCK):
         block = rows[begin : begin + _BLOCK]
         parameters[block] = _maximise(position, exceeding[block], passing[block], parameters[block])
-        lost = block[np.isnan(parameters[block, 0])]  # the start was too far away: try the flat curve
+        lost = block[np.isnan(parameters[block, 0])]  # the start was too far away: try a curve of slope 0
         if start is not None and lost.size:
             parameters[lost] = _maximise(position, exceeding[lost], passing[lost], parameters[lost])
     parameters[outcome != FITTED] = np.nan
@@ -99,20 +103,20 @@ def fit_stripes(
 
 
 def check_confidence(confidence: float) -> None:
-    """Raise a ValueError unless a confidence is strictly between 0 and 1."""
+    """Raise a ValueError unless the confidence is above 0 and below 1."""
     if not isinstance(confidence, Real) or not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence must be a number between 0 and 1, such as 0.95, got {confidence!r}")
 
 
 def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, units: str = "g") -> str:
-    """Return a sentence with levels at which some samples exceed and some do not, for stripes without a lognormal fit.
+    """Return advice on levels at which only some samples exceed the state, for stripes without a lognormal fit.
 
-    It is "" if exceedances do not increase with the level, because more levels do not help.
+    It is "" if exceedances do not increase with the level, because then more levels do not help.
 
     Args:
         levels: Intensity of each stripe [units], increasing, shape [stripe].
-        exceeding: Samples that exceed at each, shape [stripe].
-        total: Samples at each, shape [stripe].
+        exceeding: Number of exceeding samples of each stripe, shape [stripe].
+        total: Number of samples of each stripe, shape [stripe].
         units: Units of the levels.
     """
     counted = total > 0
@@ -126,7 +130,7 @@ def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, 
         return f"add levels between {highest_passing:g} and {lowest_exceeding:g} {units}, where some samples exceed it"
     if highest_passing > lowest_exceeding:
         return ""
-    # Only one level has both: another level next to it gives a slope.
+    # At only one level some samples exceed and some do not: another level next to it gives a slope.
     at = f"{highest_passing:g}"
     below, above = levels[levels < highest_passing], levels[levels > highest_passing]
     near = [f"between {below[-1]:g} and {at} {units}"] if below.size else [f"below {at} {units}"]
@@ -139,7 +143,9 @@ def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray,
     try:
         exceeding, total = np.broadcast_arrays(exceeding, total)
     except ValueError:
-        raise ValueError(f"exceeding {exceeding.shape} and total {total.shape} do not match in shape") from None
+        raise ValueError(
+            f"exceeding {exceeding.shape} and total {total.shape} must have shapes that broadcast"
+        ) from None
     bad = ~(np.isfinite(total) & (exceeding >= 0) & (exceeding <= total))
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
@@ -151,10 +157,10 @@ def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray,
 
 
 def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
-    """Return the outcome of each row before the fit: whether the likelihood has a finite maximum with positive slope.
+    """Return the outcome of each row before the fit: whether the likelihood has a finite maximum at a positive slope.
 
-    A finite maximum exists exactly if exceeding and passing trials overlap in level (Albert and Anderson 1984,
-    Biometrika 71). The likelihood is concave, so its slope has the sign of its derivative at the best flat curve.
+    A finite maximum exists if and only if the levels of exceeding and passing trials overlap (Albert and Anderson 1984,
+    Biometrika 71). The likelihood is concave, so the best slope is positive if the derivative at slope 0 is positive.
     """
     lowest_exceeding = np.where(exceeding > 0, position, np.inf).min(axis=1)
     highest_exceeding = np.where(exceeding > 0, position, -np.inf).max(axis=1)
@@ -178,7 +184,7 @@ def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) 
 def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, start: np.ndarray) -> np.ndarray:
     """Return intercept and slope of the probit at the maximum of each row, shape [row, 2]; NaN without convergence.
 
-    The search starts from `start`, or from the flat curve if it is not finite.
+    The search starts from `start`, or from slope 0 if `start` is not finite.
     """
     trials = (exceeding + passing).sum(axis=1)
     flat = np.stack([ndtri(exceeding.sum(axis=1) / trials), np.zeros(len(exceeding))], axis=1)

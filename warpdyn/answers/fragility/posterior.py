@@ -53,21 +53,22 @@ def fragility_posterior(
     confidence: float = 0.95,
     seed: int = 0,
 ) -> xr.Dataset:
-    """Draw lognormal fragility curves from their posterior distribution, given a run on stripes.
+    """Draw lognormal fragility curves from their posterior distribution for a run on stripes.
 
-    Samples of one record are not independent: the log-likelihood of each damage state is divided by its design effect,
-    the mean ratio of the cluster-robust variances of ln median and dispersion to those of independent samples, so that
-    the posterior has the width of the variance among records (a calibrated composite likelihood: Pauli, Racugno and
-    Ventura 2011, Statistica Sinica 21). The sampler is pyFragility's (adaptive random-walk Metropolis).
+    Samples of one record are correlated. Therefore the log-likelihood of each damage state is divided by a design
+    effect: the mean ratio of the cluster-robust variances of ln(median) and ln(dispersion) to their variances for
+    independent samples. The width of the posterior then includes the variance among records (calibrated composite
+    likelihood: Pauli, Racugno and Ventura 2011, Statistica Sinica 21). The sampler is pyFragility's adaptive
+    random-walk Metropolis.
 
     Args:
         dataset: A run on stripes, as in `fragility`.
         limits: Limit of each damage state, from the lightest to the heaviest, as in `fragility`.
-        demand: Variable of the run that plain limits are of.
+        demand: Variable of the run to compare with the limits, if these do not name demands.
         priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
             state, as frozen distributions of scipy.stats; flat priors by default.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count, as in `fragility`.
-        draws: Number of draws, after 2,000 for the adaptation of the sampler.
+        draws: Number of draws, in addition to 2,000 discarded ones during which the sampler adapts.
         confidence: Probability of the credible intervals [1].
         seed: Seed of the sampler.
 
@@ -79,7 +80,7 @@ def fragility_posterior(
 
     Raises:
         ImportError: If pyFragility is not installed.
-        ValueError, TypeError: As in `fragility`; or if a prior has another name, or is not a distribution.
+        ValueError, TypeError: As in `fragility`; or if a key of `priors` is unknown, or a prior is not a distribution.
 
     Example:
         >>> from scipy.stats import lognorm
@@ -108,7 +109,7 @@ def fragility_posterior(
     checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
     labels = labels_of_run(dataset) if is_reduced(dataset) else dataset
-    exceeding = np.moveaxis(counts.of_records[:, :, -1], 1, -1)  # of the worst place, [record, damage_state, im_level]
+    exceeding = np.moveaxis(counts.of_records[:, :, -1], 1, -1)  # at the worst place, [record, damage_state, im_level]
     total = counts.valid.sum(axis=1)[:, None, :]
     estimator = ESTIMATORS["lognormal"]
     fit = estimator.fit(counts.levels, exceeding.sum(axis=0), total.sum(axis=0))
@@ -117,7 +118,7 @@ def fragility_posterior(
     influences, independent = estimator.influences(counts.levels, cells, counts.valid, *fit[:2])
     variance = np.einsum("iis->is", covariance_of_influences(influences.sum(axis=1)))
     ratio = (variance / independent).mean(axis=0)
-    effect = np.where(outcome == FITTED, np.where(ratio > 1.0, ratio, 1.0), np.nan)  # 1 for a single record too
+    effect = np.where(outcome == FITTED, np.where(ratio > 1.0, ratio, 1.0), np.nan)  # 1 also for a single record
     effective = np.full(outcome.size, np.nan)
     found = np.full((2, draws, outcome.size), np.nan)
     improper: list[str] = []
@@ -131,7 +132,7 @@ def fragility_posterior(
         def log_prior(
             parameters: np.ndarray, best: Any = best, prior: Any = prior, share: float = 1.0 / effect[state]
         ) -> float:
-            # pyFragility adds the whole log-likelihood, but only a share of it counts.
+            # pyFragility adds the log-likelihood itself; add the negative part that the design effect removes.
             return prior(parameters) - (1.0 - share) * best.likelihood.loglik(parameters)
 
         with np.errstate(over="ignore", invalid="ignore"):  # draws that are not finite are reported below
@@ -158,7 +159,7 @@ def fragility_posterior(
 def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, remarks: list[str]) -> None:
     found = [*remarks]
     if len(counts.valid) == 1:
-        found.append("the run has only one record: its samples count as independent, which they are not")
+        found.append("the run has only one record: its samples count as independent, although they are correlated")
     for state, name in enumerate(limits.states):
         if outcome[state] != FITTED:
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)

@@ -1,4 +1,4 @@
-"""Damage counts in the statistics of a run, read instead of its samples."""
+"""Readers of damage counts in the statistics of a run, which contain no single samples."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _STATE, _FAILURE = "damage_state", "failure"
 
 
 def is_reduced(dataset: xr.Dataset) -> bool:
-    """Return whether a dataset has damage counts of a run, and no samples."""
+    """Return whether a dataset has damage counts and no samples."""
     return "sample" not in dataset.dims and any(str(name).startswith(DAMAGE_COUNT) for name in dataset.data_vars)
 
 
 def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -> str:
-    """Return the name of the damage counts over one of the given choices of dimensions, or raise a ValueError."""
+    """Return the name of damage counts over one of the given tuples of dimensions, or raise a ValueError."""
     for dims in choices:
         for name, variable in dataset.data_vars.items():
             if str(name).startswith(DAMAGE_COUNT) and set(variable.dims) == {*dims, _STATE}:
@@ -40,14 +40,10 @@ def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -
 
 
 def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] | None:
-    """Return a part of the JSON text of a run's scene, or None if it does not have `holds` in its first 200 characters.
+    """Return a part ("structure" or "excitation") of a run's scene; None unless it begins with `holds`.
 
-    Only this part is parsed, because another one may list a million buildings.
-
-    Args:
-        dataset: The dataset.
-        name: The part, "structure" or "excitation".
-        holds: The other text.
+    Begins means within the first 200 characters. Only this part of the JSON text is parsed, because another part may
+    list a million buildings.
     """
     text, key = str(dataset.attrs.get("scene", "")), f'"{name}":'
     begin = text.find(key) + len(key)
@@ -58,24 +54,24 @@ def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] 
 
 
 def archetype_counts(dataset: xr.Dataset) -> dict[str, int] | None:
-    """Return the number of buildings of each archetype of a portfolio's run; None for other runs."""
+    """Return the number of buildings of each archetype in the run of a portfolio; None for other runs."""
     structure = part_of_scene(dataset, "structure", '"archetypes"')
     return None if structure is None else {name: int(each["count"]) for name, each in structure["archetypes"].items()}
 
 
 def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: str) -> DamageLimits:
-    """Return checked limits; those of counts must be the same, or None.
+    """Return checked limits; if the run has counts, `limits` must be None or the limits of the counts.
 
     Args:
         dataset: A run, or its counts.
-        limits: Given limits; None for the limits of counts.
-        demand: Variable that plain limits are of.
+        limits: The user's limits; None for the limits of the counts.
+        demand: Variable to compare with limits that name no demand.
 
     Raises:
-        ValueError, TypeError: If limits are invalid, or are not those of the counts.
+        ValueError, TypeError: If limits are invalid, or differ from those of the counts.
     """
     if not is_reduced(dataset):
-        return DamageLimits.of(limits, demand)  # type: ignore[arg-type]  # refuses None
+        return DamageLimits.of(limits, demand)  # type: ignore[arg-type]  # None raises a TypeError
     counts_over("fragility", dataset, OF_STRIPES)
     given = dataset["damage_limit"]
     states = tuple(str(state) for state in given[_STATE].values if state != NO_DAMAGE)
@@ -86,14 +82,14 @@ def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: s
         same = (asked.states, asked.demands) == (found.states, found.demands)
         if not same or not np.array_equal(asked.values, found.values, equal_nan=True):
             raise ValueError(
-                f"the samples were counted by the limits {dict(zip(states, values[0].tolist(), strict=True))} of "
-                f"{', '.join(found.demands)}, and cannot be counted again: remove limits="
+                f"the run has counts for the limits {dict(zip(states, values[0].tolist(), strict=True))} of "
+                f"{', '.join(found.demands)}, and single samples are not available: remove limits="
             )
     return found
 
 
 def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
-    """Return variables without values, with the attributes of the run's demands, levels and places."""
+    """Return variables that have no values but the attributes of the run's demands, levels and places."""
     counts = dataset[counts_over("fragility", dataset, OF_STRIPES)]
     demands, units = (str(counts.attrs[name]).split(", ") for name in ("demand", "demand_units"))
     empty: dict[str, Any] = {name: ((), np.nan, {"units": each}) for name, each in zip(demands, units, strict=True)}
@@ -103,9 +99,9 @@ def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any]:
-    """Return the fields of `StripeCounts`, with failures by status instead of those computed later by `_counted`.
+    """Return the fields of `StripeCounts`, with failed samples by status instead of the field `excluded`.
 
-    `exceeding` and `valid` still contain records and levels without samples.
+    `exceeding` and `valid` still contain records and levels without samples, which `_counted` removes.
     """
     name = counts_over("fragility", dataset, OF_STRIPES)
     table = dataset[name].transpose(*OF_STRIPES, _STATE).values
@@ -124,7 +120,7 @@ def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any
         "units": str(dataset["stripe"].attrs.get("units", "g")),
         "dim": dim,
         "places": places,
-        # A sample that has reached a state has reached all lighter ones.
+        # A sample that has reached a state has also reached all lighter states.
         "exceeding": tables[:, :groups, ..., ::-1].cumsum(axis=-1)[..., ::-1][..., 1:],
         "valid": table.sum(axis=-1)[:, :groups],
         "failed": failed.values[:, :groups],

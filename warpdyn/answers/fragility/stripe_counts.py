@@ -1,4 +1,4 @@
-"""Samples of a run on stripes, counted by record, group of structures, stripe, place and damage state."""
+"""Counts of the samples of a run on stripes by record, group of structures, stripe, place and damage state."""
 
 from __future__ import annotations
 
@@ -19,9 +19,8 @@ from warpdyn.campaigns.running.joining.duplicates import check_samples
 from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 
-MOST_LEVELS = 4096  # single observations, each at its own level
-# Tables of counts in memory at a time: measured, 2.8 kB per pair of a record and a level for 5 storeys and 3 damage
-# states.
+MOST_LEVELS = 4096  # largest number of levels if each observation has its own level
+# Largest table of counts in memory. Measured: 2.8 kB per pair of record and level for 5 storeys and 3 damage states.
 TABLES = 20
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, or to single observations at up to "
@@ -31,19 +30,20 @@ _NEEDS_STRIPES = (
 
 @dataclass(frozen=True, eq=False)
 class StripeCounts:
-    """Samples counted by record, group of structures and stripe.
+    """Numbers of samples by record, group of structures and stripe.
 
     Args:
         levels: Intensity of each stripe, shape [im_level], increasing.
-        units: Its units.
-        dim: Dimension of the places of a demand, such as "storey"; "" if only the worst is known.
-        places: Their labels, shape [place].
-        exceeding: Exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the worst place is last.
-        valid: Samples counted, shape [record, group, im_level].
+        units: Units of the levels.
+        dim: Dimension of the places of a demand, such as "storey"; "" if only the worst place is known.
+        places: Labels of the places, shape [place].
+        exceeding: Number of exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the worst
+            place is last.
+        valid: Number of samples that did not fail, shape [record, group, im_level].
         excluded: Number of excluded samples, by status.
         records: Labels of the records, shape [record].
-        is_crossed: Whether the same structures run under every record; otherwise each structure runs under one.
-        least_drift: Least drift ratio at which a sample collapsed [1]; infinite without collapses or drift limits.
+        is_crossed: Whether the same structures run under every record; if not, each structure runs under one record.
+        least_drift: Smallest drift ratio at which a sample collapsed [1]; infinite without collapses or drift limits.
     """
 
     levels: np.ndarray
@@ -59,39 +59,39 @@ class StripeCounts:
 
     @cached_property
     def of_records(self) -> np.ndarray:
-        """Exceeding samples by record, shape [record, im_level, place + 1, damage_state]."""
+        """Number of exceeding samples by record, shape [record, im_level, place + 1, damage_state]."""
         return self.exceeding.sum(axis=1)
 
     @cached_property
     def of_groups(self) -> np.ndarray:
-        """Exceeding samples by group of structures, shape [group, im_level, place + 1, damage_state]."""
+        """Number of exceeding samples by group of structures, shape [group, im_level, place + 1, damage_state]."""
         return self.exceeding.sum(axis=0)
 
     @cached_property
     def total(self) -> np.ndarray:
-        """Exceeding samples, shape [place + 1, damage_state, im_level]."""
+        """Number of exceeding samples, shape [place + 1, damage_state, im_level]."""
         return np.moveaxis(self.of_records.sum(axis=0), 0, -1)
 
     @cached_property
     def strata(self) -> np.ndarray:
-        """Stratum of each record, shape [record]; records of one level are one stratum."""
+        """Stratum of each record, shape [record]; see `strata_of_records`."""
         return strata_of_records(self.valid.sum(axis=1) > 0)
 
     @cached_property
     def trials(self) -> np.ndarray:
-        """Samples counted, shape [im_level]."""
+        """Number of samples that did not fail, shape [im_level]."""
         return self.valid.sum(axis=(0, 1))
 
 
 def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
-    """Count the samples of each record and stripe that exceed each limit, at each place and the worst.
+    """Count the samples of each record and stripe that exceed each limit, at each place and at the worst place.
 
     Args:
         dataset: A run on stripes, as in `fragility`, or its counts.
-        limits: Limits of the damage states, also those of counts.
+        limits: Limits of the damage states; for counts, the limits of the counts.
 
     Raises:
-        ValueError: If the dataset is not such a run, or more than 1 % of its samples failed.
+        ValueError: If the dataset is not a run on stripes, or more than 1 % of its samples failed.
     """
     if is_reduced(dataset):
         return _counted(stripe_counts_of(dataset, limits))
@@ -100,7 +100,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
         raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
-    if status.size < 2 * levels.size:  # before the large table
+    if status.size < 2 * levels.size:  # checked before the large table is allocated
         _check_pairs(np.unique(record_index * levels.size + stripe).size, levels.size, records.size)
     excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
     kept = status <= COLLAPSED
@@ -111,7 +111,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     own = structure_label(dataset)
     structure = np.arange(status.size) if own is None else own.values
     sampling = "" if own is None else str(own.attrs.get("sampling", ""))
-    # Excluded structures do not change the groups of the others.
+    # Excluded samples do not change the groups of other structures.
     is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
     if not kept.all():
         passed, group = passed[:, kept], group[kept]
@@ -134,7 +134,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     for column, row in enumerate(passed):
         histogram = np.bincount(cell + row, minlength=cells * (states + 1)).reshape(*shape, states + 1)
         reached = np.zeros(shape, dtype=np.int64)
-        for state in range(states)[::-1]:  # a sample that has reached a state has reached those before it
+        for state in range(states)[::-1]:  # a sample that has reached a state has also reached all lighter states
             reached += histogram[..., state + 1]
             exceeding[..., column, state] = reached
     return StripeCounts(
@@ -174,7 +174,7 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
     return StripeCounts(
         levels=levels[stripe],
         records=records[record],
-        # The last bits of later sums depend on the order in memory.
+        # Sort, because the last bits of later sums depend on the order in memory.
         exceeding=np.ascontiguousarray(exceeding),
         valid=np.ascontiguousarray(valid),
         excluded=excluded,
@@ -186,27 +186,27 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
 def structure_groups(
     structure: np.ndarray, record: np.ndarray, records: int, sampling: str
 ) -> tuple[bool, int, np.ndarray]:
-    """Return whether structures are crossed with records, the number of `group_numbers`, and each sample's group."""
+    """Return whether structures are crossed with records, the number of groups, and the group of each sample."""
     distinct, index = _indexed(structure)
     if records == 1:
         return False, 1, np.zeros(structure.size, dtype=np.int64)
     first = np.full(distinct.size, -1)
     first[index] = record
-    if (first[index] == record).all():  # no structure under two records
+    if (first[index] == record).all():  # no structure runs under two records
         return False, 1, np.zeros(structure.size, dtype=np.int64)
     group = group_numbers(distinct.size, sampling)[index]
     return True, int(group.max()) + 1, group
 
 
 def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
-    """Return the drawn structure, or the building of a portfolio, of each sample; None if unknown."""
+    """Return the index of the structure (or of the building of a portfolio) of each sample; None if unknown."""
     return next((dataset[name] for name in ("structure", "building") if name in dataset.coords), None)
 
 
 def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
-    """Return the least drift ratio at which a storey of the run collapsed; infinite without one."""
+    """Return the smallest drift ratio at which a storey of the run collapsed; infinite without collapses."""
     collapsed = status == COLLAPSED
-    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # not isolators that were left out
+    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # without isolators, which were removed
         collapsed &= np.isin(dataset["storey_of_collapse"].values, dataset["storey"].values)
     if DRIFT not in limits.demands or not collapsed.any():
         return np.inf
@@ -215,7 +215,7 @@ def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) 
 
 
 def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int, units: str) -> str:
-    """Return an error message with the number of excluded samples and where they are."""
+    """Return an error message with the number of excluded samples and their most frequent motions and levels."""
     places = []
     for what, values in (("motion_index", record), ("im_level", level)):
         found, number = np.unique(values, return_counts=True)
@@ -258,26 +258,26 @@ def check_labels(dataset: xr.Dataset, begin: str = "") -> None:
 
 
 def _check_stripes(valid: np.ndarray) -> None:
-    """Raise a ValueError unless records share stripes, from the samples counted by record, group and stripe."""
+    """Raise a ValueError unless records share stripes; `valid` has the shape [record, group, im_level]."""
     records, _, levels = valid.shape
     _check_pairs(int(np.count_nonzero(valid.sum(axis=1))), levels, records)
 
 
 def _check_pairs(pairs: int, levels: int, records: int) -> None:
-    """Raise a ValueError if motions share no level and the levels are too many to be fitted one by one."""
+    """Raise a ValueError if motions share no level, and there are too many levels to fit single observations."""
     if pairs < 2 * levels and records > 1 and levels > MOST_LEVELS:
-        raise ValueError(f"'im_level' has {levels} values for {pairs} pairs of record and level: {_NEEDS_STRIPES}")
+        raise ValueError(f"'im_level' has {levels} values for {pairs} pairs of record and level, but {_NEEDS_STRIPES}")
 
 
 def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct values, sorted, and the index of each value among them."""
+    """Return the distinct values, sorted, and for each value the index of its distinct value."""
     if np.issubdtype(values.dtype, np.integer) and values.size and int(np.ptp(values)) < values.size:
-        # Counting takes a third of the time of hashing.
+        # Counting needs a third of the time of hashing.
         index = (values - values.min()).astype(np.int64, copy=False)
         is_there = np.bincount(index) > 0
         distinct = np.flatnonzero(is_there) + values.min()
         return distinct, index if is_there.all() else (np.cumsum(is_there) - 1)[index]
-    index, distinct = pd.factorize(values)  # hashing is faster than numpy's sorting
+    index, distinct = pd.factorize(values)  # hashing is faster than sorting by NumPy
     order = np.argsort(distinct, kind="stable")
     rank = np.empty(order.size, dtype=np.int64)
     rank[order] = np.arange(order.size)
@@ -285,7 +285,7 @@ def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def decoded_status(status: xr.DataArray) -> np.ndarray:
-    """Return the status as an index into STATUS_MEANINGS, for any codes of the flags."""
+    """Return the status as an index into STATUS_MEANINGS, whatever the codes of the flags."""
     meanings = str(status.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(status.attrs.get("flag_values", ()))
     known = {"ok", "collapsed"} <= set(meanings) <= set(STATUS_MEANINGS) and len(set(meanings)) == len(meanings)

@@ -16,23 +16,24 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 SOURCE = "FEMA P-695 (2009), chapters 6 and 7, appendix B"
-RATINGS = {"A": 0.10, "B": 0.20, "C": 0.35, "D": 0.50}  # tables 3-1, 3-2 and 5-3
+RATINGS = {"A": 0.10, "B": 0.20, "C": 0.35, "D": 0.50}  # uncertainty of each rating: tables 3-1, 3-2 and 5-3
 # Target epsilon: table 7-1a is for design categories B, C and Dmin, table 7-1b for Dmax (section B.3.2).
 TARGET_EPSILON = {"B": 1.0, "C": 1.0, "Dmin": 1.0, "Dmax": 1.5}
 RECORD_SETS = ("far_field", "near_field")
-MOST_DUCTILITY = 8.0  # the tables' last column: "at least 8"
-ROUNDED_TO = 0.025  # total uncertainty of tables 7-2 and 7-3
+MOST_DUCTILITY = 8.0  # last column of the tables, "at least 8"
+ROUNDED_TO = 0.025  # rounding of the total uncertainty in tables 7-2 and 7-3
 
 
 @suggests_names
 def spectral_shape_factor(
     period: ArrayLike, ductility: ArrayLike, design_category: str = "Dmax", *, record_set: str = "far_field"
 ) -> np.ndarray:
-    """Return the spectral shape factor of FEMA P-695, by the formulas behind its tables.
+    """Return the spectral shape factor of FEMA P-695, by the formulas from which its tables were computed.
 
-    Records of rare intensities have another spectral shape than records scaled to these intensities:
-    SSF = exp(beta_1 (eps_0 - eps(T))), with beta_1 = 0.14 (mu_T - 1)^0.42 (equations B-3 and B-4) and eps(T) of the
-    record set (equations B-1 and B-6).
+    The factor corrects for scaling: records of rare intensities have another spectral shape than records scaled to
+    these intensities. SSF = exp(beta_1 (eps_0 - eps(T))), with beta_1 = 0.14 (mu_T - 1)^0.42 (equations B-3 and B-4),
+    the target epsilon eps_0 of the design category, and the mean epsilon eps(T) of the record set (equations B-1 and
+    B-6).
 
     Args:
         period: Fundamental period of the archetype [s], any shape.
@@ -84,14 +85,15 @@ def collapse_margin(
 ) -> xr.Dataset:
     """Evaluate the collapse margins of the archetypes of a performance group by FEMA P-695.
 
-    The adjusted margin of an archetype is its collapse margin ratio times its spectral shape factor. Each must reach
-    the acceptable margin of 20 % probability of collapse under the maximum considered earthquake, and the group's mean
-    that of 10 %. The total uncertainty, beta = sqrt(beta_RTR^2 + beta_DR^2 + beta_TD^2 + beta_MDL^2) with beta_RTR =
-    0.1 + 0.1 mu_T, at most 0.4 (section 7.3), is rounded to 0.025 as in tables 7-2 and 7-3.
+    The adjusted margin of an archetype is its collapse margin ratio times its spectral shape factor. Two margins are
+    acceptable: for each archetype, the margin at which the probability of collapse under the maximum considered
+    earthquake is 20 %; for the mean of the group, the margin at which it is 10 %. The total uncertainty, beta =
+    sqrt(beta_RTR^2 + beta_DR^2 + beta_TD^2 + beta_MDL^2) with beta_RTR = 0.1 + 0.1 mu_T, at most 0.4 (section 7.3), is
+    rounded to 0.025 as in tables 7-2 and 7-3.
 
     Args:
-        collapse_median: Median collapse intensity S_CT of each archetype [g], such as `fragility_median` of collapse;
-            a number or shape [archetype].
+        collapse_median: Median collapse intensity S_CT of each archetype [g], such as the `fragility_median` of
+            collapse; one number, or shape [archetype].
         design_intensity: Spectral acceleration S_MT of the maximum considered earthquake at the archetype's period [g].
         period: Fundamental period of each archetype [s]; in FEMA P-695 at least 0.25 s.
         ductility: Period-based ductility mu_T of each archetype [1], from its pushover.
@@ -103,9 +105,9 @@ def collapse_margin(
         names: Names of the archetypes; numbers from 1 by default.
 
     Returns:
-        Over `archetype`: `collapse_margin_ratio`, `spectral_shape_factor`, `adjusted_collapse_margin_ratio`,
-        `total_uncertainty`, `acceptable_margin_10`, `acceptable_margin_20` [1], `probability_of_collapse` under the
-        design intensity, by the adjusted margin [1], and `is_acceptable`; for the group `mean_adjusted_margin`,
+        For each archetype: `collapse_margin_ratio`, `spectral_shape_factor`, `adjusted_collapse_margin_ratio`,
+        `total_uncertainty`, `acceptable_margin_10` and `acceptable_margin_20` [1], `probability_of_collapse` under the
+        design intensity, from the adjusted margin [1], and `is_acceptable`. For the group: `mean_adjusted_margin`,
         `mean_acceptable_margin_10` and `group_is_acceptable`.
 
     Raises:
@@ -122,10 +124,10 @@ def collapse_margin(
             states = value["damage_state"].values.ravel().tolist() if "damage_state" in value else []
             state = str(states[-1]) if states else "collapse"
             raise TypeError(
-                f"collapse_margin: {what} takes intensities [g], one number or one per archetype, but got a Dataset; "
+                f"collapse_margin: {what} must be one number or one per archetype [g], but got a Dataset; "
                 f"give the median of one damage state: curves['fragility_median'].sel(damage_state={state!r})"
             )
-    # Ratings belong to the system of the group, not to an archetype.
+    # All archetypes of a group have the same ratings.
     ratings = {"design_requirements": design_requirements, "test_data": test_data, "model": model}
     for what, rating in ratings.items():
         one_of(f"rating of {what}", rating, RATINGS)
@@ -145,15 +147,16 @@ def collapse_margin(
         shapes = ", ".join(f"{what} {array.shape}" for what, array in arrays.items())
         raise ValueError(f"give one value for all archetypes or one per archetype; shapes are {shapes}") from error
     if median.ndim != 1:
-        raise ValueError(f"archetypes must be a row, got values of shape {median.shape}")
+        raise ValueError(f"values must be one number or have the shape [archetype], got shape {median.shape}")
     if np.any(periods < 0.25):
         warn_caller(
-            f"the shortest period is {periods.min():g} s; FEMA P-695 takes periods of at least 0.25 s, also for the "
+            f"the shortest period is {periods.min():g} s, but FEMA P-695 takes periods of at least 0.25 s, also for "
+            "the "
             "design intensity: give period=np.maximum(period, 0.25) and the design_intensity at this period"
         )
     labels = np.arange(1, median.size + 1) if names is None else np.array(list(names), dtype=str)
     if labels.shape != median.shape:
-        raise ValueError(f"{labels.size} names for {median.size} archetypes")
+        raise ValueError(f"there are {labels.size} names for {median.size} archetypes: give one name per archetype")
 
     shape = spectral_shape_factor(periods, ductilities, design_category, record_set=record_set)
     ratio = median / design

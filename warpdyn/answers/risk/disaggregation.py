@@ -13,7 +13,7 @@ from warpdyn.foundations.core.checks import check_dataset, real_number, whole_nu
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 
-MISSED_SHARE = 0.1  # largest share of a rate that may come from outside the bins without a warning
+MISSED_SHARE = 0.1  # a warning is given if a larger share of a rate comes from intensities outside the bins
 MOST_BINS = 10**5
 
 
@@ -21,21 +21,22 @@ MOST_BINS = 10**5
 def disaggregate(
     curves: xr.Dataset, hazard: Hazard, *, bins: int = 40, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
-    """Return the contribution of each range of intensities to the annual rate of each damage state.
+    """Return the contribution of each bin of intensities to the annual rate of each damage state.
 
     Args:
         curves: Fragility curves, as in `annual_rates`.
-        hazard: The hazard, of the same intensity measure as the curves; of a logic tree the mean over its branches.
-        bins: Number of bins, equal in the logarithm of the intensity.
+        hazard: The hazard, of the same intensity measure as the curves; for a logic tree, the mean over its branches.
+        bins: Number of bins, of equal width in ln(intensity).
         lowest: Lower edge of the first bin [units of the hazard]; by default the first point of the hazard.
         highest: Upper edge of the last bin [units of the hazard]; by default the last point of the hazard.
 
     Returns:
-        `annual_rate_of_bin(damage_state, intensity)` [1/year], `contribution(damage_state, intensity)`, its share of
-        the whole rate [1], `contribution_density(damage_state, intensity)`, that share over the width of the bin in
-        logarithms [1], by the middle `intensity` of the bins, whose edges are `intensity_lower` and `intensity_upper`;
-        `modal_intensity(damage_state)`, the middle of the bin that contributes most, and `share_below_bins` and
-        `share_above_bins(damage_state)`. A warning names states with more than 10 % from outside the bins.
+        For each bin: `annual_rate_of_bin(damage_state, intensity)` [1/year], `contribution(damage_state, intensity)`,
+        the share of the bin in the annual rate [1], and `contribution_density(damage_state, intensity)`, this share
+        divided by the width of the bin in ln(intensity) [1]. The coordinate `intensity` is the middle of the bin,
+        `intensity_lower` and `intensity_upper` are its edges. For each damage state: `modal_intensity`, the middle of
+        the bin that contributes most, and `share_below_bins` and `share_above_bins`. A warning names states with more
+        than 10 % from intensities outside the bins.
 
     Raises:
         TypeError, ValueError: As in `annual_rates`; if the edges do not increase.
@@ -74,8 +75,9 @@ def contributions(
     ]
     if missed:
         warn_caller(
-            f"disaggregate: {', '.join(missed)} comes from intensities outside of the bins ({low:.3g} to {high:.3g} "
-            f"{tree.units}), which the mode ignores: choose lowest=, highest= and a hazard curve that reach further"
+            f"disaggregate: {', '.join(missed)} comes from intensities outside the bins ({low:.3g} to {high:.3g} "
+            f"{tree.units}), so modal_intensity may be wrong: choose lowest=, highest= and a hazard curve that reach "
+            "further"
         )
     middle = np.sqrt(edges[:-1] * edges[1:])
     state, along, units = "damage_state", ("damage_state", "intensity"), tree.units
@@ -105,28 +107,28 @@ def contributions(
 
 
 def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
-    """Return the annual rate of each damage state from capacities, without a fitted curve, and each record's part.
+    """Return the annual rate of each damage state from capacities, without a fitted curve, and each record's share.
 
-    The rate is the mean over structures and records of the rate at which their capacity is exceeded. An infinite
-    capacity, which was not reached up to the highest level, counts with a rate of 0; a capacity of 0, below the lowest
-    level, with the rate of the upper end of its bracket; failed searches (NaN) do not count. Warnings name states in
-    which such capacities matter, and rates that are extrapolated.
+    The rate is the mean, over structures and records, of the annual rate at which their capacity is exceeded. A
+    capacity above the highest level (infinite) counts with a rate of 0. A capacity below the lowest level (0) counts
+    with the rate of the upper bound of its bracket. Failed searches (NaN) do not count. Warnings name states for which
+    such capacities matter, and rates that are extrapolated.
 
     Args:
         capacities: `capacity(structure, motion, damage_state)`, the intensity at which each state is first reached,
             with its bracket `capacity_lower` and `capacity_upper`.
-        hazard: The hazard, of the same intensity measure; of a logic tree the mean over its branches.
+        hazard: The hazard, of the same intensity measure; for a logic tree, the mean over its branches.
 
     Returns:
-        `annual_rate(damage_state)` [1/year], with its bounds `annual_rate_lower` and `annual_rate_upper` for
-        capacities anywhere in their brackets; `standard_error(damage_state)` over the records as a sample of records
-        [1/year], NaN for one record; `record_annual_rate` [1/year] and `contribution(motion, damage_state)`, the share
-        of each record in the rate [1]; `censored_share` and `failed_share(damage_state)`, the shares of the
-        capacities above the highest level and of failed searches [1].
+        `annual_rate(damage_state)` [1/year], with the bounds `annual_rate_lower` and `annual_rate_upper` that the
+        brackets allow; `standard_error(damage_state)` due to the choice of records [1/year], NaN for one record;
+        `record_annual_rate(motion, damage_state)` [1/year] and `contribution(motion, damage_state)`, the share of each
+        record in the rate [1]; `censored_share` and `failed_share(damage_state)`, the shares of capacities above the
+        highest level and of failed searches [1].
 
     Raises:
-        TypeError: If `capacities` is not a Dataset or `hazard` not a hazard.
-        ValueError: If variables are missing, a capacity is negative, a state has no known capacity under a record, or
+        TypeError: If `capacities` is not a Dataset, or `hazard` is not a HazardCurve or HazardLogicTree.
+        ValueError: If variables are missing, a capacity is negative, all searches of a state failed under a record, or
             the hazard has another unit or measure.
 
     Example:
@@ -150,11 +152,11 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     states = [str(state) for state in capacities["damage_state"].values]
     failed, censored, below = np.isnan(capacity), np.isposinf(capacity), capacity == 0
     if np.any(capacity < 0):
-        raise ValueError(f"{name}: a capacity is {np.nanmin(capacity):g}; none can be below 0")
+        raise ValueError(f"{name}: a capacity is {np.nanmin(capacity):g}; every capacity must be at least 0")
     for motion, place in np.argwhere(failed.all(axis=1)):
         raise ValueError(f"{name}: damage state {states[place]!r} has no known capacity under motion {motion}")
     capacity = np.where(below, upper, capacity)
-    # A bracket from 0 on is exceeded as often as the hazard's least intensity.
+    # A lower bound of 0 is replaced by the smallest intensity of the hazard.
     lower = np.maximum(lower, min(each.intensity[0] for each in tree.curves))
 
     def rates(values: np.ndarray) -> np.ndarray:
@@ -200,7 +202,7 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
 
 
 def _rates_beyond(tree: HazardLogicTree, capacity: np.ndarray) -> np.ndarray:
-    """Return the mean rate by capacities below the first and above the last point of the hazard, shape [2, state]."""
+    """Return the mean rates of capacities below the first and above the last hazard point, shape [2, damage_state]."""
     found = np.zeros((2, capacity.shape[-1]))
     for weight, each in zip(tree.weights, tree.curves, strict=True):
         for side, beyond in enumerate((capacity < each.intensity[0], capacity > each.intensity[-1])):

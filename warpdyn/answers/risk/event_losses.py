@@ -1,4 +1,4 @@
-"""Losses of a city in each event, and how often they are exceeded."""
+"""Total loss of many buildings in each event, and its annual rate of exceedance."""
 
 from __future__ import annotations
 
@@ -16,42 +16,43 @@ from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 _FUNCTION = "event_losses"
-EARTHQUAKE = "earthquake"  # dimension of MotionsAtSites, in which a building may have several draws per earthquake
+EARTHQUAKE = "earthquake"  # dimension of MotionsAtSites: a building may have several draws of each earthquake
 MONEY = {"units": "1", "comment": "in the unit of replacement_values"}
 
 
 def event_losses(
     counted: xr.Dataset, *, event_rates: ArrayLike | None = None, return_periods: Sequence[float] = RETURN_PERIODS
 ) -> xr.Dataset:
-    """Return the loss of all buildings together in each event, and how often it is exceeded.
+    """Return the total loss of all buildings in each event, and how often it is exceeded.
 
-    Each building counts with its replacement value; the value of a row of an inventory that represents several
-    buildings is that of all of them.
+    Each building counts with its replacement value. The value of an inventory row that represents several buildings is
+    the value of all of them.
 
     Args:
-        counted: The result of `simulate` with `statistics=[DamageLoss(..., over="event")]` (or over "motion", if each
-            motion is one event), in which each building has one sample per event. Motions at sites need
-            `over="earthquake"`: a building has a sample in each draw of an earthquake, and the loss is the mean over
-            the draws. If motions are components of one record, name the records by `DamageLoss(events=...)`, so that
-            the worse component counts; otherwise both count as draws.
+        counted: The result of `simulate` with `statistics=[DamageLoss(..., over="event")]`, or over "motion" if each
+            motion is one event; each building must have one sample per event. For MotionsAtSites use
+            `over="earthquake"`: a building has one sample in each draw of an earthquake, and the loss is the mean over
+            the draws. If several motions are components of one record, give `DamageLoss(events=...)`, so that the worse
+            component counts; otherwise each counts as a draw.
         event_rates: Annual rate of each event [1/year], shape [event], in the order of the losses (earthquakes in the
-            order of the design), or a DataArray over `event` (or `earthquake`), which is matched by name. None: all
-            events are equally likely draws of one earthquake.
+            order of the design); or a DataArray with the dimension `event` (or `earthquake`), which is matched by name.
+            None: the events are equally likely draws of one earthquake.
         return_periods: Return periods [year] of the loss, if events have rates.
 
     Returns:
-        `loss(event)` and `loss_deviation(event)`, the standard deviation from the scatter of the loss ratios alone,
-        independent between buildings (of a single draw if there are several); `counted_buildings` and
-        `failed_buildings(event)`, whose losses are not included (both the mean over the draws). The dimension is that
-        of `over`. Without rates `exceedance_probability(event)` [1], the share of the events with a larger loss. With
-        rates `expected_annual_loss`, `loss_exceedance_rate(event)` [1/year] of losses above that of the event, and
-        `return_period_loss(return_period)`, the least loss of an event that is exceeded at most once per return period
-        on average (0 if events are rarer). `plots.loss_exceedance` draws either.
+        `loss(event)`; `loss_deviation(event)`, the standard deviation caused by the scatter of the loss ratios, which
+        are independent between buildings (if there are several draws, that of one draw); `counted_buildings(event)` and
+        `failed_buildings(event)`, whose losses are not included (both are means over the draws). The dimension is the
+        one given to `over`. Without rates: `exceedance_probability(event)` [1], the share of events with a larger loss.
+        With rates: `expected_annual_loss`, `loss_exceedance_rate(event)`, the annual rate [1/year] of losses above that
+        of the event, and `return_period_loss(return_period)`, the smallest loss of an event that is exceeded at most
+        once per return period on average (0 if events are rarer). `plots.loss_exceedance` draws the exceedance
+        probability or rate.
 
     Raises:
         ValueError: If there are no losses by event, events have different numbers of samples, a building has several
-            samples in an event, an earthquake has no draw, more than 1 % of an event's samples failed, or rates are not
-            one per event, or negative.
+            samples in an event, an earthquake has no draw, more than 1 % of an event's samples failed, or rates are
+            negative or do not have one value per event.
         TypeError: If `counted` is not a Dataset.
 
     Example:
@@ -90,16 +91,7 @@ def event_losses(
 
 
 def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLike) -> np.ndarray:
-    """Return the annual rates of events in the order of their losses.
-
-    Args:
-        function: The public function, for messages.
-        loss: Loss of each event, with its labels.
-        event_rates: The rates [1/year], as in `event_losses`.
-
-    Raises:
-        ValueError: As in `event_losses`.
-    """
+    """Return the annual rates of events [1/year] in the order of their losses; errors are those of `event_losses`."""
     (along,) = map(str, loss.dims)
     if isinstance(event_rates, xr.DataArray) and along in event_rates.coords and event_rates.dims == (along,):
         if not loss.indexes[along].is_unique:
@@ -108,14 +100,14 @@ def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLik
             )
         if set(event_rates[along].values.tolist()) != set(loss[along].values.tolist()):
             raise ValueError(
-                f"{function}: event_rates are of the {along}s {event_rates[along].values.tolist()}, but the losses are "
-                f"of {loss[along].values.tolist()}: give one rate for each of these"
+                f"{function}: event_rates have the {along}s {event_rates[along].values.tolist()}, but the losses have "
+                f"{loss[along].values.tolist()}: give one rate for each {along} of the losses"
             )
         event_rates = event_rates.sel({along: loss[along].values})  # in the order of the losses
     rates = np.atleast_1d(finite_numbers("event_rates", event_rates))
     if rates.shape != loss.shape or np.any(rates < 0):
         raise ValueError(
-            f"{function}: event_rates must be the annual rate of each of the {loss.size} events, at least 0, got "
+            f"{function}: event_rates must have one annual rate of at least 0 for each of the {loss.size} events, got "
             f"{rates}"
         )
     findings = PlausibilityFindings()
@@ -125,13 +117,7 @@ def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLik
 
 
 def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Sequence[float]) -> xr.Dataset:
-    """Return the expected annual loss, the rates at which losses are exceeded and the losses of return periods.
-
-    Args:
-        loss: Loss of each event.
-        rates: Annual rates of the events [1/year].
-        return_periods: Return periods [year].
-    """
+    """Return the expected annual loss, the rates at which losses are exceeded and the losses of return periods."""
     (along,) = map(str, loss.dims)
     periods = checked_periods(return_periods)
     values = loss.values
@@ -152,14 +138,7 @@ def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Seque
 
 
 def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, failed: np.ndarray) -> np.ndarray:
-    """Return the number of samples of each building in each event, or raise a ValueError if they differ.
-
-    Args:
-        counted: The losses, as in `event_losses`.
-        along: The dimension of the events.
-        buildings: Samples of each event that have a loss.
-        failed: Samples of each event that failed.
-    """
+    """Return the number of samples of each building in each event; raise a ValueError if buildings differ."""
     total, counts = buildings + failed, archetype_counts(counted)
     least, most = int(total.min()), int(total.max())
     if along == EARTHQUAKE:
@@ -171,9 +150,9 @@ def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, fai
             )
     elif least < most or (counts is not None and most != sum(counts.values())):
         raise ValueError(
-            f"{_FUNCTION}: {along}s have {least:,} to {most:,} samples; each building must have one sample in each. "
-            "Name the events of motions by DamageLoss(events=...), simulate the levels of stripes one by one, and of "
-            f"MotionsAtSites take the losses over={EARTHQUAKE!r}"
+            f"{_FUNCTION}: {along}s have {least:,} to {most:,} samples; each building must have one sample in each "
+            f"{along}. If several motions belong to one event, give DamageLoss(events=...); run the levels of stripes "
+            f"one by one; for MotionsAtSites give DamageLoss(over={EARTHQUAKE!r})"
         )
     many = failed > LARGEST_EXCLUDED_FRACTION * total
     if many.any():
@@ -181,7 +160,8 @@ def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, fai
         units = "samples" if along == EARTHQUAKE else "buildings"
         raise ValueError(
             f"{_FUNCTION}: {failed[place]:,} of {total[place]:,} {units} failed in {along} "
-            f"{counted[along].values[place].item()!r}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: take a "
-            "smaller step or another method"
+            f"{counted[along].values[place].item()!r}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may fail: "
+            "simulate with "
+            "a smaller step= or another method="
         )
     return total // size if along == EARTHQUAKE else np.ones_like(total)

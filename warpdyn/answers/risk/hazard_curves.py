@@ -1,4 +1,4 @@
-"""Hazard curves of a site (annual rates of exceedance, interpolated in logarithms) and logic trees of curves."""
+"""Hazard curves of a site (annual rates of exceedance, interpolated in logarithms), and logic trees of such curves."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files wri
 class HazardCurve(FrozenArrays):
     """The seismic hazard of a site: the annual rate at which each intensity is exceeded.
 
-    The logarithm of the rate is linear in the logarithm of the intensity between the points. Beyond the first and the
-    last point the slope of the end segment continues; answers report the share that comes from there.
+    Between the points, ln(rate) is linear in ln(intensity). Beyond the first and the last point, the slope of the end
+    segment continues; results contain the share that comes from there.
 
-    A warning names a curve above the highest hazard of any site: m/s2 instead of g, cm/s instead of m/s, or
-    probabilities in 50 years instead of annual rates often cause it. At quiet sites these mistakes are not detected,
-    because the wrong curve looks like that of an active site.
+    A warning is given for a curve above the highest hazard of any site. Usual causes are m/s2 instead of g, cm/s
+    instead of m/s, or probabilities in 50 years instead of annual rates. For a site with low hazard these mistakes are
+    not detected, because the wrong curve is plausible for a site with high hazard.
 
     Args:
         intensity: Intensity measure [units], shape [point], positive and increasing.
-        annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it never rises.
+        annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it must not increase.
         measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)". Fragility curves of
-            another measure are then refused; a warning names a measure that is not understood. Empty: no check.
-        units: Units of the intensity, "g" or SI such as "m s-1" ("m/s" is read too, "cm/s" is converted); the same as
-            those of the fragility curves. None is "g", which only accelerations may omit.
+            another measure then cause an error; a name that warpdyn does not know causes a warning. Empty: no check.
+        units: Units of the intensity, the same as those of the fragility curves: "g" or SI units such as "m s-1" (also
+            written "m/s"; "cm/s" is converted). None means "g", which is only allowed for accelerations.
 
     Raises:
         ValueError: If there are fewer than two points, values are not positive and finite, intensities do not increase,
-            rates rise, or the last two rates are equal, so that the rate would never fall to 0; if the measure does not
-            have these units.
+            or rates increase; if the last two rates are equal, because the rate would then never fall to 0; if the
+            measure cannot have these units.
         TypeError: If `measure` or `units` is not text.
 
     Example:
@@ -82,8 +82,8 @@ class HazardCurve(FrozenArrays):
             )
         if rate[-1] == rate[-2]:
             raise ValueError(
-                f"the last two annual rates are equal ({rate[-1]:g}), so the rate would be the same at every larger "
-                "intensity: remove the last point"
+                f"the last two annual rates are equal ({rate[-1]:g}), so the rate would be constant at all larger "
+                "intensities: remove the last point"
             )
         warn_of_implausible_hazard(intensity, rate, measure, units)
         for name, values in (("intensity", intensity), ("annual_rate", rate)):
@@ -96,7 +96,7 @@ class HazardCurve(FrozenArrays):
     def from_probabilities(
         cls, intensity: ArrayLike, probability: ArrayLike, years: float, *, measure: str = "", units: str | None = None
     ) -> HazardCurve:
-        """Return a curve from probabilities of exceedance in a number of years, by a Poisson process.
+        """Return a curve from probabilities of exceedance in a number of years, for a Poisson process.
 
         Args:
             intensity: Intensity measure [units], shape [point].
@@ -126,18 +126,19 @@ class HazardCurve(FrozenArrays):
     def from_openquake_csv(cls, path: str | Path, *, site: tuple[float, float] | None = None) -> HazardCurve:
         """Read a hazard curve that the OpenQuake engine exported, such as `hazard_curve-mean-SA(0.75)_1.csv`.
 
-        Probabilities in the file's investigation time become annual rates of a Poisson process. Points of probability
-        0 (beyond the largest motion) and 1 (to the file's digits) are omitted. Accelerations are in g; velocities and
-        displacements, in cm/s and cm in the file, are converted to SI units. A warning names a file of a quantile or
-        the maximum over the logic tree.
+        Probabilities in the file's investigation time are converted to annual rates of a Poisson process. Points with
+        probability 0, or with a probability that the file rounds to 1, are omitted. Accelerations are in g; velocities
+        (cm/s in the file) and displacements (cm) are converted to SI units. A warning is given if the file contains a
+        quantile or the maximum over the logic tree instead of the mean.
 
         Args:
             path: The file.
             site: Longitude and latitude [degree]; needed if the file has several sites.
 
         Raises:
-            ValueError: If the first line has no investigation_time and imt, the columns `poe-...` are missing, the file
-                is of kind='std', a number is broken, or no site is at `site` (within 0.001 degrees); as in the class.
+            ValueError: If the first line has no investigation_time or imt, the columns `poe-...` are missing, the file
+                is of kind='std', a value is not a number, or no site is within 0.001 degrees of `site`; or as in the
+                class.
             FileNotFoundError: If the file does not exist.
 
         Example:
@@ -154,18 +155,18 @@ class HazardCurve(FrozenArrays):
     ) -> HazardCurve:
         """Read a hazard curve of the USGS: JSON of its web services, or CSV of its program nshmp-haz.
 
-        Files contain annual rates of exceedance and intensities in g. Points without hazard are omitted. Of a JSON
-        file the component "Total" is read.
+        The files contain annual rates of exceedance and intensities in g. Points with rate 0 are omitted. From a JSON
+        file, the component "Total" is read.
 
         Args:
-            path: The file; the folder's name of a CSV file is the measure, as in `curves/SA0P2/total.csv`.
-            measure: The intensity measure, such as "PGA" or "SA(0.2)"; needed for a JSON file with several measures,
-                and for a CSV file in a folder of another name.
-            site: Name, or longitude and latitude [degree], of the site; needed for a CSV file with several sites.
+            path: The file. For a CSV file, the name of its folder is the measure, as in `curves/SA0P2/total.csv`.
+            measure: The intensity measure, such as "PGA" or "SA(0.2)"; required for a JSON file with several measures,
+                and for a CSV file whose folder has another name.
+            site: Name of the site, or its longitude and latitude [degree]; required for a CSV file with several sites.
 
         Raises:
-            ValueError: If the file has another format, the measure or the site is missing, or a number is broken; as in
-                the class.
+            ValueError: If the file has another format, the measure or the site is missing, or a value is not a number;
+                or as in the class.
             FileNotFoundError: If the file does not exist.
             TypeError: If `measure` is not text.
 
@@ -195,7 +196,7 @@ class HazardCurve(FrozenArrays):
         return -np.diff(np.log(self.annual_rate)) / np.diff(np.log(self.intensity))
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:
-        """Return the annual rate at which intensities are exceeded [1/year]; 0 at infinite ones.
+        """Return the annual rate at which intensities are exceeded [1/year]; 0 for infinite intensities.
 
         Args:
             intensity: Intensity measure [units], any shape, above 0.
@@ -213,11 +214,11 @@ class HazardCurve(FrozenArrays):
             return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
 
     def intensity_of(self, rate: ArrayLike) -> np.ndarray:
-        """Return the intensities that are exceeded at annual rates [1/year]; the largest where the rate is constant.
+        """Return the intensities that are exceeded at annual rates; where the rate is constant, the largest intensity.
 
         Args:
-            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning names rates beyond the
-                points.
+            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning is given for rates outside
+                the rates of the points.
 
         Raises:
             ValueError: If a rate is not above 0, or above the first rate of a curve whose first two rates are equal.
@@ -243,16 +244,16 @@ class HazardCurve(FrozenArrays):
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class HazardLogicTree(FrozenArrays):
-    """Several hazard curves of one site with weights, which describe the uncertainty of its hazard.
+    """Several hazard curves of one site, with weights that describe the uncertainty of the hazard.
 
     Args:
-        curves: The end branches, of one intensity measure and unit; their points may differ.
-        weights: Weight of each branch [1], positive, of sum 1.
+        curves: Hazard curves of the end branches, of the same intensity measure and unit; their points may differ.
+        weights: Weight of each branch [1], positive; the weights must sum up to 1.
 
     Raises:
-        ValueError: If there is no curve, the number of weights differs, weights are not positive or do not sum to 1, or
-            the curves have several measures or units.
-        TypeError: If `curves` is not a row, or a branch is not a HazardCurve.
+        ValueError: If there is no curve, the number of weights differs from that of the curves, weights are not
+            positive or do not sum up to 1, or the curves have different measures or units.
+        TypeError: If `curves` is not a sequence, or a branch is not a HazardCurve.
 
     Example:
         >>> low, high = wd.HazardCurve([0.1, 1.0], [5e-3, 2e-5]), wd.HazardCurve([0.1, 1.0], [2e-2, 2e-4])
@@ -267,7 +268,7 @@ class HazardLogicTree(FrozenArrays):
     def __init__(self, curves: Sequence[HazardCurve], weights: Sequence[float]) -> None:
         if isinstance(curves, HazardCurve | str | range) or not isinstance(curves, Sequence):
             raise TypeError(
-                f"HazardLogicTree() takes a row of HazardCurves, such as [curve], got {type(curves).__name__}"
+                f"HazardLogicTree() needs a list of HazardCurves, such as [curve], got {type(curves).__name__}"
             )
         branches = tuple(curves)
         if not branches:
@@ -276,14 +277,16 @@ class HazardLogicTree(FrozenArrays):
             check_kind("HazardLogicTree", "HazardCurves", each, HazardCurve, argument="curves")
         values = _positive_points("weights", weights)
         if values.size != len(branches):
-            raise ValueError(f"the logic tree has {len(branches)} curves and {values.size} weights")
+            raise ValueError(
+                f"the logic tree has {len(branches)} curves and {values.size} weights: give one weight per curve"
+            )
         if abs(values.sum() - 1) > WEIGHT_TOLERANCE:
-            raise ValueError(f"the weights of a logic tree must sum to 1, got {values.sum():.9g}")
+            raise ValueError(f"the weights of a logic tree must sum up to 1, got a sum of {values.sum():.9g}")
         first = branches[0]
         for each in branches[1:]:
             if each.units != first.units or same_measure(each.measure, first.measure) is False:
                 raise ValueError(
-                    f"the curves of a logic tree must have one measure and unit, got {first.measure!r} in "
+                    f"all curves of a logic tree must have the same measure and unit, got {first.measure!r} in "
                     f"{first.units} and {each.measure!r} in {each.units}"
                 )
             warn_unless_compared("HazardLogicTree: two curves", each.measure, first.measure)
@@ -303,7 +306,7 @@ class HazardLogicTree(FrozenArrays):
         return self.curves[0].units
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:
-        """Return the mean annual rate over the branches at which intensities are exceeded [1/year].
+        """Return the annual rate at which intensities are exceeded [1/year], as the mean over the branches.
 
         Args:
             intensity: Intensity measure [units], any shape, above 0.
@@ -318,7 +321,7 @@ Hazard = HazardCurve | HazardLogicTree
 
 
 def branches_of(function: str, hazard: Hazard) -> HazardLogicTree:
-    """Return a hazard as a logic tree; a single curve becomes its only branch."""
+    """Return a hazard as a logic tree; a single curve becomes a tree with one branch."""
     if isinstance(hazard, HazardCurve):
         return HazardLogicTree([hazard], [1.0])
     check_kind(function, "a HazardCurve or a HazardLogicTree as hazard", hazard, HazardLogicTree)
@@ -331,5 +334,5 @@ def _positive_points(what: str, values: ArrayLike) -> np.ndarray:
     if array.ndim != 1 or not array.size:
         raise ValueError(f"{what} must be a row of numbers, got an array of shape {array.shape}")
     for i in np.flatnonzero(array <= 0):
-        raise ValueError(f"{what}[{i}] is {array[i]:g}; it must be above 0 (remove points without hazard)")
+        raise ValueError(f"{what}[{i}] is {array[i]:g}; it must be above 0 (remove points with a rate of 0)")
     return array

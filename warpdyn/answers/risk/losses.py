@@ -24,8 +24,8 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 RETURN_PERIODS: tuple[float, ...] = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
-_POINTS = 201  # of a loss exceedance curve
-_HALVINGS = 30  # of an interval of 0.5 % of the replacement value, to find a return-period loss
+_POINTS = 201  # number of points of a loss exceedance curve
+_HALVINGS = 30  # bisection steps from 0.5 % of the replacement value, to find a return-period loss
 _MONEY = {"units": "1", "comment": "in the unit of replacement_value"}
 
 
@@ -41,12 +41,12 @@ def annual_losses(
 ) -> xr.Dataset:
     """Return the expected annual loss of a building, its loss exceedance curve and the losses of return periods.
 
-    The expected loss is the sum over the damage states of annual rate times mean loss ratio. The rate at which a loss
-    is exceeded is the sum of annual rate times probability of exceedance, by the beta distribution of the state's
-    ratio; ratios without a coefficient of variation give a curve of steps. Occurrences are a Poisson process, and the
-    building is repaired after each. Intervals are those of `annual_rates`. A heavier state is at most as likely as a
-    lighter one at every intensity, as in `vulnerability`: where fitted curves cross, the lower probability counts for
-    both, and a warning names them.
+    The expected annual loss is a sum over the damage states: annual rate of being in the state times mean loss ratio.
+    The annual rate at which a loss is exceeded is a sum, too: annual rate of being in the state times the probability
+    that the loss in this state is larger (beta distribution of the loss ratio; without a coefficient of variation the
+    curve has steps). Occurrences are a Poisson process, and the building is repaired after each. Intervals are those of
+    `annual_rates`. As in `vulnerability`, a heavier state is at most as likely as a lighter one at every intensity: if
+    fitted curves cross, the lower probability counts for both, and a warning names them.
 
     Args:
         curves: Fragility curves, as in `annual_rates`.
@@ -57,11 +57,12 @@ def annual_losses(
         confidence: Probability that the intervals cover [1].
 
     Returns:
-        `expected_annual_loss` and `deviation_of_annual_loss` [currency/year]; `contribution(damage_state)`, the share
-        of each state in the expected loss [1], and `annual_rate_of_state(damage_state)`, of damage of exactly this
-        state [1/year]; `loss_exceedance_rate(loss)` [1/year]; `return_period_loss(return_period)` [currency], the
-        least loss that is exceeded at most once per return period on average (0 if damage is rarer). Losses, rates and
-        return-period losses have `_lower` and `_upper`.
+        `expected_annual_loss` and `deviation_of_annual_loss`, its standard deviation [currency/year];
+        `contribution(damage_state)`, the share of each state in the expected loss [1];
+        `annual_rate_of_state(damage_state)`, the annual rate of being in exactly this state [1/year];
+        `loss_exceedance_rate(loss)` [1/year]; `return_period_loss(return_period)` [currency], the smallest loss that is
+        exceeded at most once per return period on average (0 if damage is rarer). Expected losses, exceedance rates and
+        return-period losses have bounds `_lower` and `_upper`.
 
     Raises:
         TypeError, ValueError: As in `annual_rates` and `vulnerability`.
@@ -84,7 +85,7 @@ def annual_losses(
     in_state_sampled = rates_in_states(found.sampled_rates(tree, ordered=True))
 
     def rate_of_loss(side: int, ratio: float) -> float:
-        """Return the rate at which a loss ratio is exceeded: the estimate (side 0) or a bound (1, 2)."""
+        """Return the annual rate at which a loss ratio is exceeded: the estimate (side 0) or a bound (1 or 2)."""
         exceeding = ratios.exceeding(ratio)
         if side == 0:
             return float(in_state @ exceeding)
@@ -143,7 +144,7 @@ def annual_losses(
 
 
 def checked_periods(return_periods: ArrayLike) -> np.ndarray:
-    """Return a row of return periods [year]; warn of values that seem to be rates."""
+    """Return checked return periods [year]; warn of values that seem to be rates."""
     periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
     if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
         raise ValueError("return_periods must be a row of years above 0")
@@ -159,25 +160,27 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
 def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
     """Return the expected annual loss of a vulnerability function, such as that of storey losses or of another tool.
 
-    The integral of the mean loss ratio, linear between its intensities, over the hazard curve, a power law between its
-    points, is exact. Intensities below the first one of the function cost nothing (if it begins at 0: those below the
-    first point of the hazard); intensities above the last one cost as much as the last. A warning states if that
-    decides more than 5 % of the answer, and if more than 1 % comes from beyond the points of the hazard.
+    The expected annual loss is the integral of the mean loss ratio, linear between its intensities, over the hazard
+    curve, a power law between its points; it is exact. Below the first intensity of the function the loss is 0 (if the
+    first intensity is 0: below the first point of the hazard or the second intensity of the function, whichever is
+    lower). Above the last intensity the loss is that of the last one. A warning is given if this decides more than 5 %
+    of the result, or if more than 1 % comes from beyond the points of the hazard.
 
     Args:
-        vulnerability: `mean_loss_ratio(intensity)` [1], as `vulnerability`, `storey_losses` for a run on stripes and
-            `read_nrml_vulnerability` return it.
+        vulnerability: `mean_loss_ratio(intensity)` [1], as returned by `vulnerability`, by `storey_losses` for a run on
+            stripes, and by `read_nrml_vulnerability`.
         hazard: The hazard, of the same intensity measure as the function.
         replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
 
     Returns:
-        `expected_annual_loss` [currency/year], for a logic tree the mean of `branch_expected_annual_loss(branch)`;
-        `share_above_intensities`, the share from intensities above the last one of the function [1].
+        `expected_annual_loss` [currency/year]; for a logic tree, it is the mean of
+        `branch_expected_annual_loss(branch)`. `share_above_intensities`, the share from intensities above the last one
+        of the function [1].
 
     Raises:
-        TypeError: If `vulnerability` is not a Dataset or `hazard` not a hazard.
-        ValueError: If the function is missing, has fewer than two increasing intensities, or ratios that are unknown or
-            not from 0 to 1, or the hazard has another unit or measure.
+        TypeError: If `vulnerability` is not a Dataset, or `hazard` is not a HazardCurve or HazardLogicTree.
+        ValueError: If the function is missing or has fewer than two increasing intensities, if loss ratios are not
+            finite or not from 0 to 1, or if the hazard has another unit or measure.
 
     Example:
         >>> losses = wd.vulnerability(curves, {"slight": 0.05, "complete": 1.0})
@@ -194,7 +197,7 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
     if levels.size < 2 or mean.shape != levels.shape or np.any(levels < 0) or np.any(np.diff(levels) <= 0):
         raise ValueError(f"{name}: the function must have at least 2 increasing intensities, each with a loss ratio")
     if np.any((mean < 0) | (mean > 1)):
-        raise ValueError(f"{name}: mean loss ratios must lie from 0 to 1, got {mean.min():g} to {mean.max():g}")
+        raise ValueError(f"{name}: mean loss ratios must be from 0 to 1, got {mean.min():g} to {mean.max():g}")
     units = str(vulnerability["intensity"].attrs.get("units", "g"))
     check_hazard(name, tree, units, str(vulnerability.attrs.get("intensity_measure", "")))
     if levels[0] == 0 and mean[0] > 0:
@@ -217,11 +220,11 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
 
 
 def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, units: str, whole: float) -> None:
-    """Warn of a function that ends where it still matters, and of losses from beyond the hazard's points."""
+    """Warn if losses beyond the function's first or last intensity, or beyond the hazard's points, matter."""
     begins = [begin_of(one, levels) for one in tree.curves]
     at_begin = [np.interp(x, levels, mean) * float(one.rate_of(x)) for x, one in zip(begins, tree.curves, strict=True)]
     begin, first = max(begins), float(tree.weights @ at_begin) / whole
-    # The loss that it would add if it continued with its last slope in the logarithm of the intensity.
+    # Additional loss if the function continued with its last slope in ln(intensity).
     slope = (mean[-1] - mean[-2]) / np.log(levels[-1] / levels[-2]) if levels[-2] > 0 else mean[-1] - mean[-2]
     further = sum(
         w * float(one.rate_of(levels[-1])) / one.slopes[-1] for w, one in zip(tree.weights, tree.curves, strict=True)
@@ -254,14 +257,7 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, u
 
 
 def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:
-    """Return the least loss ratio that is exceeded at most at a rate, by bisection between two points of the curve.
-
-    Args:
-        rate_of_loss: Rate at which a loss ratio is exceeded.
-        grid: Loss ratios of the curve, from 0 to 1.
-        rates: Rates at which they are exceeded; NaN without an interval.
-        rate: The rate.
-    """
+    """Return the smallest loss ratio whose exceedance rate is at most the given rate, by bisection."""
     if np.isnan(rates[0]):
         return np.nan
     first = int(np.argmax(rates <= rate))  # the rate of a loss above 1 is 0

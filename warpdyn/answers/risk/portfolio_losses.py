@@ -25,31 +25,33 @@ def portfolio_losses(
     event_rates: ArrayLike | None = None,
     return_periods: Sequence[float] = RETURN_PERIODS,
 ) -> xr.Dataset:
-    """Return the losses of a portfolio in each event, by archetype and in total, and of a year if events have rates.
+    """Return the losses of a portfolio in each event, by archetype and in total, and annual losses if rates are given.
 
-    The buildings of an archetype have equal values. Undamaged buildings cost nothing.
+    All buildings of an archetype have the same value. Undamaged buildings have no loss.
 
     Args:
         shares: The result of `damage_shares`.
         loss_ratios: Mean loss ratio of each damage state [1], or mean and coefficient of variation, the same for all
             archetypes; or such a mapping for each archetype.
-        replacement_values: Value of all buildings of each archetype together [currency].
-        event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares, or a
-            DataArray over the events, which is matched by label; None for the losses of the events alone.
+        replacement_values: Total value of all buildings of each archetype [currency].
+        event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares; or a
+            DataArray over the events, which is matched by label. None: no annual losses are computed.
         return_periods: Return periods [year] of the total loss, if events have rates.
 
     Returns:
-        `archetype_loss_ratio` [1] and `archetype_loss(archetype, event)`, `loss(event)` and `loss_ratio(event)` of the
-        portfolio, and `loss_deviation(event)`, the standard deviation from the scatter of the loss ratios alone,
-        independent between buildings; for stripes the dimension `stripe` follows. With `event_rates`
-        `archetype_expected_annual_loss(archetype)`, `expected_annual_loss`, `loss_exceedance_rate(event)` of losses
-        above that of the event, and `return_period_loss(return_period)`, the least loss of an event that is exceeded
-        at most once per return period on average (0 if events are rarer).
+        `archetype_loss_ratio(archetype, event)` [1] and `archetype_loss(archetype, event)`; `loss(event)` and
+        `loss_ratio(event)` of the portfolio; `loss_deviation(event)`, the standard deviation caused by the scatter of
+        the loss ratios, which are independent between buildings. A run on stripes adds the dimension `stripe`. With
+        `event_rates`: `archetype_expected_annual_loss(archetype)`, `expected_annual_loss`,
+        `loss_exceedance_rate(event)`, the annual rate of losses above that of the event, and
+        `return_period_loss(return_period)`, the smallest loss of an event that is exceeded at most once per return
+        period on average (0 if events are rarer).
 
     Raises:
         TypeError: If `shares` is not a Dataset, or ratios or values are not mappings.
         ValueError: If a state or an archetype is missing or unknown, a value is not positive, an archetype has no
-            counted building in an event, or rates are not one per event, are negative, or are given for stripes.
+            counted building in an event, or rates are negative, do not have one value per event, or are given for a run
+            on stripes.
 
     Example:
         >>> shares = wd.damage_shares(wd.simulate(region), stock.limits)
@@ -70,7 +72,7 @@ def portfolio_losses(
         archetype, event = (int(place[0]) for place in np.nonzero(~(counted > 0).values)[:2])
         raise ValueError(
             f"{_FUNCTION}: archetype {names[archetype]!r} has no counted building in {along} {event}, so its loss is "
-            "unknown: leave the event out, or simulate with a smaller step"
+            "unknown: remove this event from the shares, or simulate with a smaller step="
         )
 
     def by_state(rows: np.ndarray) -> xr.DataArray:
@@ -102,9 +104,7 @@ def portfolio_losses(
     if event_rates is None:
         return result
     if "stripe" in total.dims:
-        raise ValueError(
-            f"{_FUNCTION}: event_rates are of recorded events, but these shares are on stripes: remove event_rates"
-        )
+        raise ValueError(f"{_FUNCTION}: event_rates cannot be used for shares of a run on stripes: remove event_rates=")
     per_event = total.assign_coords({along: shares[along]})
     rates = checked_event_rates(_FUNCTION, per_event, event_rates)
     of_archetypes = (loss * xr.DataArray(rates, dims=along)).sum(along)

@@ -21,8 +21,8 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 SOURCE = (
     "Luco and others (2007), SEAOC Convention: risk-targeted versus current seismic design maps; ASCE 7-22, 21.2.1.2"
 )
-UNIFORM_HAZARD = 0.02  # probability in 50 years that the risk coefficient of ASCE 7 refers to
-# Units in which users often give intensities by mistake, by the expected unit, with the factor to it.
+UNIFORM_HAZARD = 0.02  # probability of exceedance in 50 years of ASCE 7's uniform-hazard intensity
+# Units in which users often give intensities by mistake: for the expected unit, the other unit and the factor.
 OFTEN_GIVEN = {
     "g": {"m/s2": 1 / STANDARD_GRAVITY, "% g": 0.01, "cm/s2": 0.01 / STANDARD_GRAVITY},
     "m s-1": {"cm/s": 0.01, "mm/s": 0.001},
@@ -40,18 +40,18 @@ def risk_targeted_intensity(
     years: float = 50.0,
     conditional_probability: float = 0.1,
 ) -> xr.Dataset:
-    """Return the design intensity whose buildings collapse with a target probability in a period (MCER of ASCE 7).
+    """Return the risk-targeted design intensity of ASCE 7 (MCER), whose buildings collapse with a target probability.
 
-    A building designed for the intensity is assumed to collapse under it with `conditional_probability`, by a lognormal
-    fragility curve of this dispersion. Direction factors, deterministic caps and site factors of the standard are not
-    applied.
+    A building that is designed for the intensity is assumed to have a lognormal collapse fragility curve with the given
+    dispersion and with `conditional_probability` of collapse at the intensity. The direction factors, deterministic
+    caps and site factors of the standard are not applied.
 
     Source: Luco, Ellingwood, Hamburger, Hooper, Kimball and Kircher (2007), "Risk-targeted versus current seismic
     design maps for the conterminous United States"; ASCE 7-22, section 21.2.1.2, whose values are the defaults.
 
     Args:
-        hazard: The hazard; of a logic tree the mean over its branches, as in the maps.
-        dispersion: Dispersion of the collapse capacity [1]; ASCE 7 has 0.6, its maps of 2009 had 0.8.
+        hazard: The hazard; for a logic tree, the mean over its branches, as in the maps of ASCE 7.
+        dispersion: Dispersion of the collapse capacity [1]; 0.6 in ASCE 7 (0.8 for its maps of 2009).
         probability_of_collapse: Target probability of collapse in the period [1].
         years: The period [year].
         conditional_probability: Probability of collapse under the design intensity [1].
@@ -124,22 +124,22 @@ def check_risk_target(
     years: float = 50.0,
     conditional_probability: float = 0.1,
 ) -> xr.Dataset:
-    """Return whether a building meets the collapse targets of ASCE 7: in 50 years, and under the design intensity.
+    """Return whether a building meets the collapse targets of ASCE 7, in a period and at the design intensity.
 
     Args:
-        curves: Fragility curves, as in `annual_rates`, with collapse or a state that represents it.
-        hazard: The hazard, of the same intensity measure as the curves; of a logic tree the mean over its branches.
-        design_intensity: The intensity (MCER) at which the conditional probability is checked [units of the curves]. By
-            default, for lognormal curves, that of `risk_targeted_intensity` with the dispersion of the curve.
+        curves: Fragility curves, as in `annual_rates`; one damage state must be collapse or represent it.
+        hazard: The hazard, of the same intensity measure as the curves; for a logic tree, the mean over its branches.
+        design_intensity: The intensity (MCER) at which the conditional probability is checked [units of the curves].
+            Default, for lognormal curves: that of `risk_targeted_intensity` with the dispersion of the curve.
         damage_state: The state that counts as collapse; by default the heaviest.
         probability_of_collapse: Allowed probability in the period [1].
         years: The period [year].
-        conditional_probability: Allowed probability under the design intensity [1]: 0.1 for risk categories I and II of
+        conditional_probability: Allowed probability at the design intensity [1]: 0.1 for risk categories I and II of
             ASCE 7, 0.05 for III and 0.025 for IV (ASCE 7-16, table 1.3-2).
 
     Returns:
-        `probability_of_collapse` in the period and `conditional_probability` under the design intensity [1],
-        `design_intensity` [units], `meets_risk_target` and `meets_conditional_target`.
+        `probability_of_collapse` in the period and `conditional_probability` at the design intensity [1],
+        `design_intensity` [units of the curves], `meets_risk_target` and `meets_conditional_target`.
 
     Raises:
         TypeError, ValueError: As in `annual_rates` and `risk_targeted_intensity`.
@@ -159,8 +159,8 @@ def check_risk_target(
     if design_intensity is None:
         if not isinstance(found.limited, LognormalShape):
             raise ValueError(
-                f"{function}: only lognormal curves have a default of design_intensity, and these curves are of "
-                f"another shape: give design_intensity [{found.units}]"
+                f"{function}: design_intensity has a default only for lognormal curves, and these curves have "
+                f"another shape: give design_intensity= [{found.units}]"
             )
         targeted = risk_targeted_intensity(
             tree,
@@ -194,7 +194,7 @@ def check_risk_target(
 
 
 def _warn_of_far_intensity(function: str, intensity: float, tree: HazardLogicTree) -> None:
-    """Warn of a design intensity beyond all points of the hazard, which is often in a wrong unit."""
+    """Warn if a design intensity is beyond all points of the hazard, which is often caused by a wrong unit."""
     first, last = min(c.intensity[0] for c in tree.curves), max(c.intensity[-1] for c in tree.curves)
     if first <= intensity <= last:
         return

@@ -26,12 +26,13 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY, unit_attributes
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
 _FUNCTION = "storey_losses"
-# Units that the demands of a run may have, first the unit of the loss function, with the factor to that unit.
+# Allowed units of the demands of a run (the unit of the loss function first), with the factor to the unit of the
+# function.
 FACTORS = {
     "peak_storey_drift_ratio": {"1": 1.0, "percent": 0.01, "%": 0.01, "rad": 1.0},
     "peak_floor_acceleration": {"m s-2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01},
 }
-SMALL_DRIFT_RATIO = 0.01  # the first drift of a loss function is checked for plausibility only above this value
+SMALL_DRIFT_RATIO = 0.01  # only above this value the first drift of a loss function is checked for plausibility
 
 
 @suggests_names
@@ -42,22 +43,22 @@ def storey_losses(
     *,
     collapse_loss: float = 1.0,
 ) -> xr.Dataset:
-    """Return the loss ratio of every sample: the sum of storey losses by drifts and floor accelerations.
+    """Return the loss ratio of every sample: the sum of losses by storey drifts and by floor accelerations.
 
-    A storey loss function is the expected repair cost of a storey's components at a demand, over the replacement value
-    of the building; it is linear between its points and constant above the last one. A collapsed sample loses
-    `collapse_loss`, and no sample loses more. Losses of failed samples are NaN. Storeys of isolators or of a tuned mass
-    damper, and the floors above them, have no losses.
+    A storey loss function is the expected repair cost of a storey's components as a function of a demand, divided by
+    the replacement value of the building. It is linear between its points and constant above the last one. A collapsed
+    sample has `collapse_loss`, which is also the largest loss of any sample. Failed samples have NaN. Storeys of
+    isolators or of a tuned mass damper, and the floors above them, have no losses.
 
     Source: Ramirez and Miranda (2009), "Building-specific loss estimation methods and tools for simplified
     performance-based earthquake engineering", Blume Center report 171, chapter 3.
 
     Args:
         run: A run of a ShearBuilding with the recorders "drift" and, for `acceleration_loss`, "acceleration".
-        drift_loss: Peak storey drift ratios [1], shape [point], and the storey's loss at them [1], shape [point] or, if
-            storeys differ, [storey, point]. The first loss is 0, and losses do not fall.
-        acceleration_loss: Peak floor accelerations [m/s2] and the floor's loss at them [1], of the shapes of
-            `drift_loss`. Accelerations of a run in g (attribute `units`) are converted.
+        drift_loss: Two arrays: peak storey drift ratios [1], shape [point], and losses of a storey at these ratios [1],
+            shape [point], or [storey, point] if storeys differ. The first loss must be 0, and losses must not decrease.
+        acceleration_loss: Two arrays of the same shapes: peak floor accelerations [m/s2] and losses of a floor [1]. If
+            the run's accelerations are in g (attribute `units`), they are converted.
         collapse_loss: Loss of a collapsed sample [1].
 
     Returns:
@@ -68,9 +69,9 @@ def storey_losses(
 
     Raises:
         TypeError: If `run` is not a Dataset.
-        ValueError: If no function is given, a demand is not recorded or in units that cannot be converted, points do
-            not increase, losses fall, do not begin at 0 or are above 1, `collapse_loss` is above 1, the run has several
-            archetypes or events, or no samples, or more than 1 % of the samples failed.
+        ValueError: If no function is given; if a demand is not recorded, or its units cannot be converted; if points do
+            not increase, or losses decrease, do not begin at 0 or are above 1; if `collapse_loss` is above 1; if the
+            run has several archetypes or events, or no samples; or if more than 1 % of the samples failed.
 
     Example:
         >>> drift_loss = [0.0, 0.004, 0.01, 0.03], [0.0, 0.02, 0.1, 0.3]  # of each of two equal storeys
@@ -82,9 +83,9 @@ def storey_losses(
     refuse_portfolio(_FUNCTION, run)
     run = without_added_storeys(run)
     if "event" in run.dims:
-        raise ValueError(f"{_FUNCTION}: the run has several events; take one by select_event(run, name)")
+        raise ValueError(f"{_FUNCTION}: the run has several events: select one, select_event(run, name)")
     if not run.sizes.get("sample", 0):
-        raise ValueError(f"{_FUNCTION}: the run has no samples: select at least one")
+        raise ValueError(f"{_FUNCTION}: the run has no samples: give a run with at least one sample")
     check_samples(_FUNCTION, run)
     worst = real_number("collapse_loss", collapse_loss, above=0)
     if worst > 1:
@@ -101,8 +102,8 @@ def storey_losses(
     failed = status > COLLAPSED
     if failed.sum() > LARGEST_EXCLUDED_FRACTION * status.size:
         raise ValueError(
-            f"{failed.sum()} of {status.size} samples failed; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may: "
-            "simulate with a smaller step or another method"
+            f"{failed.sum()} of {status.size} samples failed; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may fail: "
+            "simulate with a smaller step= or another method="
         )
     variables: dict[str, tuple] = {}
     total = np.zeros(status.size)
@@ -115,7 +116,7 @@ def storey_losses(
         part = _losses_at(f"{recorder}_loss", function, demand)
         if recorder == "drift":
             points = np.asarray(function[0], dtype=np.float64)
-            first = float(points[points > 0][0])  # later points may be large
+            first = float(points[points > 0][0])  # only the first positive point: later points may be large
             if first > SMALL_DRIFT_RATIO:
                 warn_of_implausible_limits({" of the first loss of drift_loss": first})
         else:
@@ -167,7 +168,7 @@ def _in_units_of_losses(demand: xr.DataArray) -> float:
 
 
 def _losses_at(what: str, function: LossFunction, demand: np.ndarray) -> np.ndarray:
-    """Return the losses at demands of each storey or floor, of the same shape; 0 for a missing storey (NaN)."""
+    """Return the loss at each demand, of the shape of `demand`; 0 for NaN, i.e. a storey that does not exist."""
     if not isinstance(function, tuple | list) or len(function) != 2:
         raise ValueError(
             f"{what} must be a pair of demands and the losses at them, such as ([0, 0.01, 0.03], [0, 0.1, 0.3])"

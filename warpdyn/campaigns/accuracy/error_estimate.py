@@ -1,4 +1,4 @@
-"""Error estimates of a run: some samples are run again at half the step and in float64."""
+"""Error estimates of a run: some samples are run again with half the step, in float64."""
 
 from __future__ import annotations
 
@@ -15,40 +15,41 @@ from warpdyn.foundations.core.output_variables import DIVERGED
 from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.ground_motions.excitation import Assignment
 
-FEWEST_SAMPLES = 30  # fewer give no useful 95 % quantile
+FEWEST_SAMPLES = 30  # a 95 % quantile of fewer samples is meaningless
 # Quantiles of the error over the samples, by name.
 STATISTICS = {"median": 0.5, "95 %": 0.95, "worst": 1.0}
-# Steps of the second run over those of the first. The exact method errs only because it evaluates peaks at steps, and
-# half the step may miss the same peak. An adaptive method also gets a tolerance smaller by TIGHTER.
+# Number of steps of the second run divided by that of the first. The only error of the exact method is that peaks are
+# evaluated at steps; half the step may miss the same peak, so it uses a larger number. The second run of an adaptive
+# method also has a tolerance divided by TIGHTER.
 FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
 
 
 def relative_errors(
     run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
 ) -> dict[str, np.ndarray]:
-    """Return the relative error of every demand of chosen samples, from a run at half the step in float64.
+    """Return the relative error of every demand of chosen samples, from a run with half the step in float64.
 
     Args:
         run: The run.
-        outputs: Its outputs for the chosen samples, sample last.
-        chosen: The samples.
-        reruns: Reruns of earlier samples; None without them.
+        outputs: Outputs of the chosen samples; the last dimension is the sample.
+        chosen: Indices of the samples.
+        reruns: Reruns of earlier samples; None if no sample was rerun.
 
     Returns:
-        For each demand the largest error over its storeys (or degrees of freedom) relative to the largest value, shape
-        [sample]; NaN for a sample that failed in either run.
+        The error of each demand: the largest error over storeys (or degrees of freedom), divided by the largest value
+        over these, shape [sample]; NaN for a sample that failed in either run.
     """
     method = run.model.method
     finer = FINER_EXACT if method.kind == "exact" else FINER
     reference = integrate_guarded(_refined(run, chosen, finer), chosen, reruns)
-    # Correction for the error of the finer run. Peaks are evaluated at steps, so their order is at most 2.
+    # Correct for the error of the finer run. Peaks are evaluated at steps, so the order of their error is at most 2.
     order = 1 if method.kind == "explicit" and method.order == 1 else 2
     errors = compare(run, outputs, reference, chosen)
     return {name: error / (1 - finer**-order) for name, error in errors.items()}
 
 
 def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
-    """Return a run of chosen samples in float64 with `finer` times the steps, after the same for all earlier events."""
+    """Return a run of chosen samples in float64 with `finer` times the steps, also in all earlier events."""
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     is_adaptive = run.model.method.is_adaptive
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
@@ -62,7 +63,7 @@ def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
 def compare(
     run: Ensemble, outputs: dict[str, np.ndarray], reference: dict[str, np.ndarray], chosen: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return the relative error of every demand with respect to a reference; see `relative_errors`."""
+    """Return the relative error of every demand compared with a reference; see `relative_errors`."""
     failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
     sizes = dict(reference)
     if "peak_storey_drift" in reference:
@@ -71,7 +72,7 @@ def compare(
     for name, variable in run.model.demands.items():
         scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)
         one, other = outputs[name].astype(np.float64), reference[name]
-        # A sample that collapses in both runs has no residual drift in either.
+        # Samples that collapse in both runs have no residual drift.
         difference = _largest(np.where(np.isnan(one) & np.isnan(other), 0.0, one - other))
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(difference == 0, 0.0, difference / scale)
@@ -90,9 +91,9 @@ class ErrorEstimate:
     Args:
         samples: Number of samples of the run.
         share: Share of the samples that are checked.
-        seed: Seed of their choice.
-        together: Number of samples that are run again at a time.
-        chosen: The chosen samples, if another estimate of the same run has chosen them already.
+        seed: Seed of the random choice of samples.
+        together: Number of samples that are rerun at a time.
+        chosen: The chosen samples, if another estimate of the same run has already chosen them.
 
     Attributes:
         reruns: Reruns of the checked samples.
@@ -110,7 +111,7 @@ class ErrorEstimate:
         self._errors: list[dict[str, np.ndarray]] = []
 
     def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
-        """Add the checked samples of a block (outputs with samples last) that did not fail."""
+        """Add the outputs (sample last) of those samples of a block that are checked and did not fail."""
         first, last = np.searchsorted(self.chosen, [run.sample[0], run.sample[-1] + 1])
         own = self.chosen[first:last] - run.sample[0]
         own = own[outputs["status"][own] < DIVERGED]
@@ -129,7 +130,7 @@ class ErrorEstimate:
         self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self.reruns))
 
     def found(self) -> list[dict[str, np.ndarray]]:
-        """Return the errors of the checked samples so far, by part and demand, for `include`."""
+        """Return the errors of the samples checked so far, by part and demand; give them to `include`."""
         self._run_again()
         return self._errors
 
@@ -138,7 +139,7 @@ class ErrorEstimate:
         self._errors += errors
 
     def result(self, demands: Sequence[str]) -> xr.Dataset:
-        """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % and worst)."""
+        """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % quantile and worst)."""
         self._run_again()
         demands = list(demands)
         values = np.full((len(demands), len(STATISTICS)), np.nan)
@@ -146,7 +147,7 @@ class ErrorEstimate:
         if self._errors and demands:
             errors = [np.concatenate([part[name] for part in self._errors]) for name in demands]
             count = errors[0].size
-            # A sample that fails at half the step counts as a sample of infinite error.
+            # A sample that fails with half the step counts as a sample with an infinite error.
             ordered = np.where(np.isnan(errors), np.inf, errors)
             values = np.quantile(ordered, list(STATISTICS.values()), axis=1, method="higher").T
         attributes = {
@@ -165,7 +166,7 @@ class ErrorEstimate:
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
     """Return the samples of several blocks of one run as one ensemble, on the device of the last block."""
     first = parts[0]
-    has_rows = bool(first.drawn) or first.before is not None  # otherwise all samples have one structure
+    has_rows = bool(first.drawn) or first.before is not None  # if not, all samples have the same structure
     counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)
     starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
     whole = Ensemble(

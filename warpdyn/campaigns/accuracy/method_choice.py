@@ -11,15 +11,16 @@ from warpdyn.foundations.core.description import Text
 
 @dataclass(frozen=True)
 class MethodChoice:
-    """The cheapest method, step and dtype that keep a target error.
+    """The cheapest method, step and dtype whose error is below a target.
 
     Args:
         method: Integration method.
         dtype: "float32" or "float64".
-        longest_step: Longest integration step [s]; each motion's step is divided into the fewest steps not longer.
-        table: The candidates: over `candidate` the method, dtype, longest step, errors and time per sample.
-        carried: Registers, memory traffic, steps and time of the scene with this choice, by names that contain their
-            units, such as "expected integration time [s]".
+        longest_step: Longest integration step [s]; the step of each motion is divided into the fewest equal steps that
+            are not longer.
+        table: The candidates: method, dtype, longest step, errors and time per sample, with the dimension `candidate`.
+        carried: Registers, memory traffic, steps and time of the scene with this choice; the keys contain the units,
+            such as "expected integration time [s]".
 
     Example:
         >>> scene = wd.Scene(building, wd.Cloud(motions), scatter)

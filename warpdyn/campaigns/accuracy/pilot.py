@@ -1,4 +1,4 @@
-"""The cheapest method that keeps a target error, and the memory and time that a scene takes."""
+"""The cheapest method whose error is below a target, and the memory and time that a scene needs."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
-# Methods that the accuracy study found cheapest for some scene and error, within the scatter of its timings, and the
-# cheapest method without a stability limit. Other methods are tried only with `method=`.
+# Methods that the accuracy study found cheapest for some scene and target error (within the scatter of its timings),
+# and the cheapest method without a stability limit. Other methods must be named by `method=`.
 CANDIDATES = ("exact", "rk4", "velocity_verlet", "central_difference", "newmark_linear", "newmark_average")
-# Largest error of the pilot over the target: the reference has a small error too.
+# Largest error in the pilot divided by the target, because the reference has a small error too.
 SHARE_OF_TARGET = 0.9
-# Candidate steps, as steps in the first period, with a ratio of sqrt(2).
+# Candidates for the number of steps in the first period; neighbours have a ratio of sqrt(2).
 STEPS_PER_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
-REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # steps of the reference at this target; more for a smaller
-# Reject a candidate whose steps for stability are more than MOST_HELD times those for accuracy.
+REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # reference run for this target; smaller targets need more
+# Reject a method that needs more than MOST_HELD times as many steps for stability as for accuracy.
 MOST_HELD = 20.0
 PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # enough for the lanes of a few threads, or a GPU
-TIMINGS = 5  # the shortest counts
+TIMINGS = 5  # number of timings; the shortest counts
 QUANTILE = 0.95
 
 
@@ -53,22 +53,22 @@ def plan(
     device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
 ) -> MethodChoice:
-    """Run a small pilot and choose the cheapest method, step and dtype that keep an error of the peak drift.
+    """Run a small pilot and choose the cheapest method, step and dtype whose error of the peak drift is below a target.
 
-    For each method the longest step that keeps the error is found, in float32 or, if no step does, in float64; then
-    these candidates are timed. The error is that of each sample's peak storey drift (of a LinearSystem: its peak
-    displacement) compared with a much shorter step in float64, relative to the sample's largest value; it must be below
-    the target in 95 % of the pilot's samples. The table also has the worst sample, which may have a large error if it
-    is at a bifurcation.
+    For each method, the pilot finds the longest step whose error is below the target, in float32 or, if no step is
+    accurate enough, in float64; then it measures the times of these candidates. The error is that of each sample's peak
+    storey drift (of a LinearSystem: its peak displacement) compared with a run in float64 with a much shorter step,
+    divided by the sample's largest value. It must be below the target in 95 % of the pilot's samples. The table also
+    contains the largest error, which may be large if a sample is at a bifurcation.
 
     Args:
         scene: The scene.
-        target_error: Relative error [1] that 95 % of the samples stay below.
-        structures: Number of structures in the planned run, for its expected time.
+        target_error: Bound [1] on the relative error of 95 % of the samples.
+        structures: Number of structures in the planned run, to estimate its time.
         seed: Seed of the pilot's samples.
-        method: The method, if it is already chosen; None to try those that can be the cheapest.
+        method: The method, if it is already chosen; None: try all methods that can be the cheapest.
         dtype: "float32" or "float64", if it is already chosen.
-        device: As in `simulate`; the pilot runs on the first of several.
+        device: As in `simulate`; if several are given, the pilot runs on the first.
         threads: CPU threads; None for every core this process may use.
 
     Raises:
@@ -81,7 +81,7 @@ def plan(
         >>> choice.method, choice.dtype
         ('rk4', 'float32')
     """
-    if not scene.structure.is_many:  # choose_method refuses a portfolio
+    if not scene.structure.is_many:  # choose_method raises an error for a portfolio
         warn_of_implausible(scene)
     return choose_method(
         scene,
@@ -110,13 +110,14 @@ def choose_method(
     check_target_error(target_error)
     if scene.structure.is_many:
         raise ValueError(
-            "plan() takes a scene of one structure, got a Portfolio: plan the scene of one archetype, or use "
+            "plan() needs a scene of one structure, got a Portfolio: plan the scene of one archetype, or use "
             "simulate(..., target_error=...), which makes a plan for each group of the portfolio's buildings"
         )
     if len(scene.excitation.event_names) > 1:
         raise ValueError(
-            "target_error chooses the step by a pilot of one event, but the scene has an EventSequence: plan() a scene "
-            "of its first event, use simulate(..., step=...), and estimate the errors of all events by checked_share="
+            "the pilot of target_error can run only one event, but the scene has an EventSequence: call plan() for a "
+            "scene of the first event, or use simulate(..., step=..., checked_share=...), which estimates the errors "
+            "of all events"
         )
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     forces, damping = dynamics_of(scene).forces, scene.structure.damping
@@ -140,7 +141,7 @@ def choose_method(
             f"{STEPS_PER_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): "
             "choose a larger target_error="
         )
-    # Time all candidates one after the other, several times, so that a slow phase of the machine affects them all.
+    # Time all candidates one after another, several times, so that a slow phase of the machine affects all of them.
     seconds = np.min([[pilot.seconds(row[5]) for row in rows] for _ in range(TIMINGS)], axis=0)
     best = int(seconds.argmin())
     columns = {
@@ -163,7 +164,7 @@ def choose_method(
 
 
 class _Pilot:
-    """A few samples of a scene, with the peak drifts of a reference run at a very short step."""
+    """A few samples of a scene, with the peak drifts of a reference run with a very short step."""
 
     def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
         only = (scene.structure.demand,)
@@ -186,7 +187,7 @@ class _Pilot:
         is_linear = first.model.dynamics.forces.is_linear
         method, step = "exact" if is_linear else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
-        if held > MOST_HELD:  # a stiff mode that does not contribute: take a method without stability limit
+        if held > MOST_HELD:  # a stiff mode without effect on drifts: use a method without stability limit
             reference, _ = self._run("newmark_average", "float64", step / 2)
         self.reference = integrate_guarded(reference, self.chosen)
 
@@ -204,27 +205,21 @@ class _Pilot:
         )
 
     def _run(self, method: str, dtype: str, longest_step: float) -> tuple[Ensemble, float]:
-        """Return a stable run, and the ratio of its steps to those asked for."""
+        """Return a stable run, and the number of its steps divided by the number asked for."""
         run, vibration = self._prepared(method, dtype, longest_step)
         asked = run.schedule.substeps[self.chosen].mean()
         guard(run, vibration, "substep")
         return run, float(run.schedule.substeps[self.chosen].mean() / asked)
 
     def _error(self, run: Ensemble) -> tuple[float, float]:
-        """Return the error that 95 % of the samples stay below, and the worst; infinite for a failed sample."""
+        """Return the 95 % quantile of the errors, and the largest error; a failed sample has an infinite error."""
         outputs = integrate_guarded(run, self.chosen)
         [errors] = compare(run, outputs, self.reference, self.chosen).values()
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
         return float(ordered[int(np.ceil(QUANTILE * ordered.size)) - 1]), float(ordered[-1])
 
     def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, float, Ensemble] | None:
-        """Return the longest step [s] that keeps the target, its error, the worst error, and the run; or None.
-
-        Args:
-            method: Integration method.
-            dtype: Number type.
-            is_settled: Whether the caller asked for this method.
-        """
+        """Return the longest step [s] with an error below the target, its 95 % and largest error, and its run."""
         low, high, found = 0, len(STEPS_PER_PERIOD) - 1, None
         while low <= high:
             middle = (low + high) // 2
@@ -253,11 +248,11 @@ class _Pilot:
 
 
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
-    """Return the registers, memory traffic, steps and time of a scene, by name.
+    """Return the registers, memory traffic, steps and time of a scene; the keys contain the units.
 
     Args:
         scene: The scene, with its recorders.
-        run: A run of its pilot, with fewer recorders.
+        run: A run of the pilot, which has fewer recorders.
         structures: Number of structures in the planned run.
         seconds_per_sample: Time per sample in the pilot [s].
     """

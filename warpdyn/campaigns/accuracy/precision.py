@@ -1,4 +1,4 @@
-"""Samples for which float32 is too coarse, which are run again in float64."""
+"""Samples for which float32 is too inaccurate, and which are run again in float64."""
 
 from __future__ import annotations
 
@@ -9,28 +9,23 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.model import Model
 from warpdyn.foundations.core.output_variables import DIVERGED
 
-# If a floor has moved by this many yield drifts, float32 rounds its displacement (to 6e-8 of it) by 6e-6 of a yield
-# drift, and this rounding alone may reverse the drift of the storey above. Storeys whose law counts reversals had
-# errors up to 200 % after 1,000 yield drifts, 17 % after 200, and 0.006 % after less than 100 (at steps from 5 to 0.2
-# ms).
+# If a floor has moved by this many yield drifts, float32 rounds its displacement (relative error 6e-8) by 6e-6 yield
+# drifts, and this rounding alone may reverse the drift of the storey above. If the law counts reversals, storeys had
+# errors of up to 200 % after 1,000 yield drifts, 17 % after 200, and 0.006 % after less than 100 (with steps from 5 to
+# 0.2 ms).
 MOST_YIELD_DRIFTS = 100.0
 
 
 def may_need_float64(model: Model) -> bool:
-    """Return whether float32 may be too coarse for some samples of a model."""
+    """Return whether float32 may be too inaccurate for some samples of a model."""
     return model.plan.dtype == "float32" and model.dynamics.counts_reversals
 
 
 def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
-    """Return for which samples float32 is too coarse, from their peak drifts, shape [sample].
+    """Return for which samples float32 is too inaccurate, shape [sample]; outputs have the sample last.
 
-    All completed samples count as too coarse if peaks are recorded only from a later time, because earlier peaks are
-    unknown, and if a user's law has no yield force.
-
-    Args:
-        run: The run.
-        samples: The samples.
-        outputs: Their outputs, sample last.
+    If peaks are recorded only from a later time, or a user's law has no yield force, all completed samples count as too
+    inaccurate, because the largest movement in yield drifts is unknown.
     """
     if not may_need_float64(run.model):
         return np.zeros(samples.size, dtype=bool)
@@ -46,14 +41,9 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
 
 
 def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int:
-    """Run samples for which float32 is too coarse again in float64; return their number.
+    """Run samples for which float32 is too inaccurate again in float64, and return their number.
 
-    A sample that fails in float64 counts as failed.
-
-    Args:
-        run: The run.
-        samples: The samples.
-        outputs: Their outputs, sample last, which are overwritten.
+    Their outputs are overwritten. A sample that fails in float64 counts as failed.
     """
     again = np.flatnonzero(beyond_float32(run, samples, outputs))
     if again.size:

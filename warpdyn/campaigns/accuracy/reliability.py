@@ -16,19 +16,19 @@ from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED
 
 UNRELIABLE = "unreliable"
 NOT_CHECKED, NO, YES = -1, 0, 1
-# Each check is two runs: steps over those of the run, and the factor on the motion. The second run detects samples at a
-# bifurcation for which the scaled motion also gives a wrong result. Among 20,160 samples of `tests/random_scenes.py` 44
-# were more than 5 % wrong. A change by more than 2 % detected 43 of them and flagged 1.7 % of all samples. The
-# remaining sample, 40 % wrong, changes by 1.3 %.
+# Two runs check a sample: each has a factor on the number of steps and a factor on the motion. The second run detects
+# samples at a bifurcation, whose response to the scaled motion is different. In a test with 20,160 samples of
+# `tests/random_scenes.py`, 44 had errors above 5 %: 43 of them changed by more than 2 % and were flagged, as were 1.7 %
+# of all samples; the other one, with an error of 40 %, changed by 1.3 %.
 OTHER_RUNS = ((2, 1.001), (2, 1.0))
-LEAST_SHARE_OF_LARGEST = 0.1  # a storey's change is relative to its own peak, but at least to this share of the largest
-# Samples whose drifts stay below this share of the yield drift and of the clearance count as linear: trilinear storeys
-# crack at a third of their yield force or more.
+LEAST_SHARE_OF_LARGEST = 0.1  # changes are divided by the storey's peak, or this share of the largest peak if larger
+# Samples count as linear if their drifts are below this share of the yield drift and of the clearance: trilinear
+# storeys crack at a third of their yield force or more.
 LINEAR_UNTIL = 0.3
-# Runs of up to CHECKED_STEPS steps times storeys, which take seconds, check all sensitive samples. Larger runs check a
-# share of them and flag the others as not checked.
+# If steps times storeys of a run are at most CHECKED_STEPS (a few seconds), all sensitive samples are checked. Larger
+# runs check a share of them and flag the others as not checked.
 CHECKED_STEPS, LEAST_CHECKED_SHARE = 1e8, 1 / 16
-GOLDEN = 0x9E3779B97F4A7C15  # 2^64 over the golden ratio: multiples of it are spread evenly over 64 bits
+GOLDEN = 0x9E3779B97F4A7C15  # 2^64 divided by the golden ratio: its multiples are spread evenly over 64 bits
 ATTRIBUTES: dict[str, object] = {
     "long_name": "whether the sample's peak drifts are unreliable",
     "units": "1",
@@ -41,12 +41,12 @@ ATTRIBUTES: dict[str, object] = {
 
 
 def is_checked(model: Model) -> bool:
-    """Return whether some samples of a model are checked."""
+    """Return whether some samples of a model must be checked."""
     return model.dynamics.is_sensitive
 
 
 def checked_share(run: Run, event: int) -> float:
-    """Return the share of a run's sensitive samples that are checked; it depends only on the size of the whole run."""
+    """Return the share of sensitive samples that are checked; it depends only on the size of the whole run."""
     timeline = run.model.timeline
     steps = float(np.mean(timeline.intervals * timeline.substeps)) * run.model.plan.dofs * run.samples_by_event[event]
     return max(LEAST_CHECKED_SHARE, min(1.0, CHECKED_STEPS / max(steps, 1.0)))
@@ -55,12 +55,7 @@ def checked_share(run: Run, event: int) -> float:
 def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
     """Return which samples of a sensitive structure may have left their linear range, shape [sample].
 
-    All may have if peaks are recorded only from a later time, because earlier peaks are unknown.
-
-    Args:
-        run: The run.
-        samples: The samples.
-        outputs: Their outputs, sample last.
+    If peaks are recorded only from a later time, all may have, because earlier peaks are unknown.
     """
     rows, of_sample = np.unique(run.row[samples], return_inverse=True)
     parameters = run.model.dynamics.parameters_of(run.drawn, rows)
@@ -89,7 +84,7 @@ def reliability(
         samples: The samples.
         outputs: Their outputs, sample last.
         share: Share of the sensitive samples that are checked.
-        sensitive: Result of `sensitive_samples` for the samples; None: this function calls it.
+        sensitive: Result of `sensitive_samples` for these samples; None to compute it.
     """
     flags = np.where(outputs["status"] < DIVERGED, NO, NOT_CHECKED).astype(np.int8)
     if not is_checked(run.model):
@@ -112,22 +107,23 @@ def reliability(
 
 
 def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Return the flags of an event's samples; none is more reliable than the state from which it begins.
+    """Return the flags of an event's samples; a sample is at most as reliable as the state from which it begins.
 
     Args:
-        flags: Flags from the event alone, shape [sample].
-        earlier: Flags of the samples of the event before, shape [sample].
+        flags: Flags computed from the event alone, shape [sample].
+        earlier: Flags of the same samples in the previous event, shape [sample].
     """
     found = np.where((flags == NO) & (earlier == NOT_CHECKED), NOT_CHECKED, flags)
     return np.where((flags != NOT_CHECKED) & (earlier == YES), YES, found).astype(np.int8)
 
 
 def _run_again(run: Ensemble, samples: np.ndarray, finer: int, factor: float) -> Arrays:
-    """Return the outputs of some samples at a shorter step and under a scaled motion, sample last."""
+    """Return the outputs (sample last) of some samples with a shorter step and a scaled motion."""
     part, everything = run.select(samples), np.arange(samples.size)
     part.assignment = replace(part.assignment, scale=part.assignment.scale * factor)
     part.schedule = part.restepped(everything, finer * part.schedule.substeps)
-    # A sample that fails here is unreliable. It is not run at a shorter step, because the budget depends on the block.
+    # A sample that fails in this run is unreliable. It gets no shorter step, because the rerun budget depends on the
+    # block.
     outputs = part.integrate(everything)
     rerun_in_float64(part, everything, outputs)
     return outputs
@@ -140,8 +136,8 @@ def _largest_change(outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.nd
         for each in (outputs["peak_storey_drift"][:, chosen], again["peak_storey_drift"])
     )
     largest = peak.max(axis=0)
-    # Peaks of a collapsed sample end when one storey passes its limit, so those of other storeys depend on that
-    # instant.
+    # Peaks of a collapsed sample end when one storey exceeds its limit, so the peaks of the other storeys depend on the
+    # time of collapse.
     both_collapse = (outputs["status"][chosen] == COLLAPSED) & (again["status"] == COLLAPSED)
     scale = np.where(both_collapse, largest, np.maximum(peak, LEAST_SHARE_OF_LARGEST * largest))
     with np.errstate(divide="ignore", invalid="ignore"):

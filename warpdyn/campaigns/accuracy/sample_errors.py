@@ -1,4 +1,4 @@
-"""Error of each sample at its step, and whether it is sensitive to small changes of the motion."""
+"""Error of each sample due to its step, and whether it is sensitive to small changes of the motion."""
 
 from __future__ import annotations
 
@@ -35,14 +35,16 @@ PEAKS = ("peak_storey_drift", "peak_displacement")
 def fill_sample_errors(
     run: Ensemble, outputs: Arrays, rows: Arrays, asked: float, reruns: tuple[Reruns, Reruns]
 ) -> tuple[int, int]:
-    """Write the estimated error and the flag `sensitive` of every sample; return both numbers of samples above `asked`.
+    """Write the estimated error and the flag `sensitive` of every sample.
+
+    Return the number of samples with an error above `asked`, and the number of sensitive samples.
 
     Args:
         run: The samples.
-        outputs: Their outputs, sample last.
-        rows: Their rows of the dataset, which are filled.
+        outputs: Outputs of the samples; the last dimension is the sample.
+        rows: Arrays of the dataset to fill, with one row per sample.
         asked: Relative error asked for.
-        reruns: Reruns of the samples before them, at half the step and with a scaled motion.
+        reruns: Reruns of earlier samples, with half the step and with a scaled motion.
     """
     rows[ERROR][:], rows[SENSITIVE][:] = np.nan, UNKNOWN
     own = np.flatnonzero(outputs["status"] < DIVERGED)
@@ -51,17 +53,17 @@ def fill_sample_errors(
     part = run.select(own)
     found = {name: values[..., own] for name, values in outputs.items()}
     everything = np.arange(own.size)
-    # A sample that fails at half the step has an infinite error.
+    # A sample that fails with half the step has an infinite error.
     error = _worst(relative_errors(part, found, everything, reruns[0]))
     scaled = run.select(own)
     scaled.assignment = replace(scaled.assignment, scale=scaled.assignment.scale * SCALED_BY)
     change = _worst(compare(scaled, found, integrate_guarded(scaled, everything, reruns[1]), everything))
-    is_sensitive = change > asked + (SCALED_BY - 1)  # the change of a linear response
+    is_sensitive = change > asked + (SCALED_BY - 1)  # a linear response changes by SCALED_BY - 1
     rows[ERROR][own], rows[SENSITIVE][own] = error, is_sensitive
     return int(np.count_nonzero(error > asked)), int(np.count_nonzero(is_sensitive))
 
 
 def _worst(errors: Arrays) -> np.ndarray:
-    """Return the error of the peak drift, or the largest of all demands; infinite where a run failed."""
+    """Return the error of the peak drift if it is recorded, otherwise the largest error; infinite if a run failed."""
     chosen = next(([errors[name]] for name in PEAKS if name in errors), list(errors.values()))
     return np.max([np.where(np.isnan(each), np.inf, each) for each in chosen], axis=0)

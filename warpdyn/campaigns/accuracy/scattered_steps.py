@@ -1,4 +1,4 @@
-"""Steps of samples whose period is far below the median period, which chooses the step of a run."""
+"""Steps of samples whose period is far below the median period (the default step follows from the median)."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.integration.time_grid import STEPS_PER_PERIOD
 from warpdyn.engine.methods.period_error import accurate_step
 
-LARGEST_PHASE_ERROR = 0.05  # of the first mode at the end of the vibration [rad], and of its growth or decay
-# The instant at which a storey yields or meets a stop is known to within a step, so nonlinear samples take at least
-# FEWEST_STEPS_OF_NONLINEAR steps in their first period. Steps of sensitive structures (with contact, damage or falling
-# strength) are also at most this share of the stable step: most random samples more than 5 % wrong had longer steps.
+LARGEST_PHASE_ERROR = (
+    0.05  # phase error of the first mode at the end of the vibration [rad]; also ln of its amplitude error
+)
+# The instant at which a storey yields or meets a stop is known to within one step, so nonlinear samples have at least
+# FEWEST_STEPS_OF_NONLINEAR steps in their first period. For sensitive structures (with contact, damage or falling
+# strength) the step is also at most this share of the stable step: most random samples with errors above 5 % had longer
+# steps.
 FEWEST_STEPS_OF_NONLINEAR = 50
 SHARE_OF_STABLE_STEP_OF_SENSITIVE = 0.2
 
@@ -21,16 +24,16 @@ SHARE_OF_STABLE_STEP_OF_SENSITIVE = 0.2
 def longest_steps(
     run: Ensemble, vibration: Vibration, row: np.ndarray, duration: np.ndarray, *, is_default: bool = False
 ) -> np.ndarray:
-    """Return the longest steps that keep the first mode's error [s], at least those of the default rule.
+    """Return the longest steps [s] that limit the error of the first mode; at least the steps of the default rule.
 
-    Errors of a vibration add up over the run's duration, or until it has decayed by a factor of e. Default steps of
-    nonlinear samples have further bounds.
+    The error of a vibration grows during the run, or until the vibration has decayed by a factor of e. Default steps of
+    nonlinear samples have further limits.
 
     Args:
         run: The samples.
-        vibration: Vibration of their structures.
-        row: Places of some structures, shape [...].
-        duration: Durations of their runs [s], of the same shape.
+        vibration: Vibration properties of the structures.
+        row: Indices of some structures, shape [...].
+        duration: Durations of their runs [s], shape [...].
         is_default: Whether warpdyn chooses the steps.
     """
     period, decay = vibration.period[row], vibration.decay[row]
@@ -48,17 +51,17 @@ def longest_steps(
 
 
 def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindings, *, divides: bool) -> None:
-    """Divide steps that are too long for the period of their sample, or count them for a warning.
+    """Divide steps that are too long for the period of their sample, or (unless `divides`) count them for a warning.
 
     Args:
         run: The samples; their schedule is changed.
-        vibration: Vibration of their structures.
+        vibration: Vibration properties of the structures.
         findings: Collects the messages.
-        divides: Whether steps are divided; otherwise they are counted.
+        divides: Whether steps are divided.
     """
     schedule = run.schedule
-    # First check each structure with the longest step and the longest duration of its samples: the bound falls with the
-    # duration. Check single samples only of structures that fail.
+    # First check each structure with the longest step and the longest duration of its samples, because the limit
+    # decreases with the duration. Check single samples only for structures that fail this check.
     begins = np.append(0, np.flatnonzero(run.row[1:] != run.row[:-1]) + 1)
     duration = schedule.run_intervals * schedule.substeps * schedule.step
     row, step = run.row[begins], np.maximum.reduceat(schedule.step, begins)

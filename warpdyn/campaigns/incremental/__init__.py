@@ -1,1 +1,1 @@
-"""Incremental dynamic analysis: the intensity at which each structure under each motion first passes each limit."""
+"""Incremental dynamic analysis: the intensity at which each structure under each motion first exceeds each limit."""

@@ -31,10 +31,10 @@ from warpdyn.model.scene.scene import Scene
 
 PAIRS_AT_A_TIME = 2**16
 LARGEST_LIMIT = 1e9
-LARGEST_LADDER = 10.0  # ratio of neighbouring levels
-BYTES_OF_A_CAPACITY = 64  # bracket, value, status and count, while results are joined
-FIRST_SHARE = 1e-3  # level of the elastic run over the median intensity of the unscaled motions
-BEYOND_ELASTIC = 4.0  # highest level of a cloud over the level at which the first structure's elastic response fails
+LARGEST_LADDER = 10.0  # largest ratio of neighbouring levels
+BYTES_OF_A_CAPACITY = 64  # memory for bracket, value, status and count while results are joined
+FIRST_SHARE = 1e-3  # level of the elastic run, divided by the median intensity of the unscaled motions
+BEYOND_ELASTIC = 4.0  # highest level of a cloud, divided by the level at which the elastic response exceeds the limits
 
 
 @takes_scene
@@ -59,61 +59,66 @@ def capacities(
     device: str | None = None,
     threads: int | None = None,
 ) -> xr.Dataset:
-    """Find the intensity at which every structure first passes each limit, under every motion (IDA).
+    """Find the intensity at which every structure first exceeds each limit, under every motion (IDA).
 
-    Each pair of a structure and a motion is run at increasing levels up to the first that passes the last limit. Then
-    the bracket between the last level within a limit and the first that passes it is narrowed to the tolerance, by two
-    levels around the point at which a power law between its ends passes the limit. All pairs run at once, in about ten
-    launches, and each history counts for all damage states. A limit is passed by a demand above it and by a collapse.
-    Structures are those that `simulate` draws with the same seed. If either of two demands causes a damage state, its
-    capacity is the smaller one of two calls.
+    Each pair of a structure and a motion is run at increasing levels, up to the first level that exceeds the last
+    limit. Then each bracket, between the last level within a limit and the first level that exceeds it, is narrowed to
+    the tolerance: two levels are run on both sides of the point at which a power law through the ends of the bracket
+    reaches the limit. All pairs run at once, in about ten launches, and each history is used for all damage states. A
+    demand above the limit and a collapse both exceed it. Structures are those that `simulate` draws with the same seed.
+    For a damage state that either of two demands causes, call the function twice and use the smaller capacity.
 
-    The demand is within the limit at `capacity_lower` and all lower levels that were run, and above it at
-    `capacity_upper`. A demand need not grow with the intensity: it may pass a limit between two levels and return. If
-    neighbouring levels indicate this (a peak or a shoulder near the limit), levels between them are run. A collapse at
-    single levels gives no such indication; a smaller `ladder` detects more of these. In the README's first study no
-    capacity is after the first passage on 200 levels, in 11,264 cases; in a frame whose storeys deteriorate a few per
-    thousand are, at collapse, and none with `ladder=1.03`. A warning gives the number of capacities above which the
-    demand is within the limit again, at levels up to the one that passes the last limit.
+    At `capacity_lower` and all lower levels that were run, the demand is within the limit; at `capacity_upper` it
+    exceeds the limit. A demand need not grow with the intensity: it may exceed a limit between two levels and return.
+    If neighbouring levels indicate this (a peak or a shoulder near the limit), levels between them are run. Collapses
+    at single levels are not indicated in this way; a smaller `ladder` detects more of them. In the README's first
+    study, none of 11,264 capacities is above the first of 200 levels that exceeds the limit; in a frame with
+    deteriorating storeys, a few per thousand are (at collapse), and none with `ladder=1.03`. A warning gives the share
+    of capacities above which the demand is within the limit again.
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
-    Dynamics 31(3); the search is theirs (hunt and fill, 2004, Earthquake Spectra 20(2)) over all pairs at once.
+        Dynamics 31(3). The search is that of Vamvatsikos and Cornell (2004, hunt and fill, Earthquake Spectra 20(2)),
+        for all pairs at once.
 
     Args:
         scene: The scene; its excitation is a Cloud or Stripes, whose motions are scaled and whose measure is the
-            intensity. Its recorders are not needed.
+            intensity. Recorders of the scene are ignored.
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand (storey drift
-            ratio [1], floor acceleration [m/s2]). Only collapse passes a limit of `math.inf`.
+            ratio [1], floor acceleration [m/s2]). Only collapse exceeds a limit of `math.inf`.
         structures: Number of structures to draw; None for 1, with a warning if parameters are scattered. Omit it if
-            Stripes have `structures_per_motion`: then the dimension `structure` numbers the structures of each motion,
-            and `drawn_structure` is their index.
+            Stripes have `structures_per_motion`: then the dimension `structure` counts the structures of each motion,
+            and `drawn_structure` is the index of the drawn structure.
         demand: Name of a recorded variable, such as "peak_floor_acceleration"; the largest absolute value over storeys
             or floors counts.
-        tolerance: Relative width of a bracket [1]: capacity_upper / capacity_lower - 1 is at most this.
-        highest: Highest level [g, or SI units of a measure that is not an acceleration]; a limit that is not passed
-            there has an infinite capacity. None: the last level of Stripes; for a Cloud four times the level at which
-            the elastic response of its first structure passes the limits. `math.inf`: the latter for any design.
+        tolerance: Largest relative width of a bracket [1], capacity_upper / capacity_lower - 1.
+        highest: Highest level [g, or SI units of a measure that is not an acceleration]; the capacity is infinite if
+            the limit is not exceeded up to this level. None: the last level of Stripes; for a Cloud, four times the
+            level at which the elastic response of its first structure exceeds the limits. `math.inf`: as for a Cloud,
+            also for Stripes.
         ladder: Ratio of neighbouring levels [1], at most 10. Each pair has its own levels below the highest.
-        reuse_elastic: Whether a demand below the first yield is scaled from one elastic run instead of being run again.
-        keep_curves: Whether the dataset contains all levels that were run, as a table over `sample`.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building, and the
-            floors above them. Their collapse passes every limit in either case.
+        reuse_elastic: Whether demands below the first yield are computed from one elastic run by scaling, without a
+            further run.
+        keep_curves: Whether the dataset contains the demands at all levels that were run (IDA curves), with the
+            dimension `sample`.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper, and the floors above them, count as
+            storeys of the building. Their collapse exceeds every limit in either case.
         seed: Seed of every random draw.
         method: Integration method, as in `simulate`.
         step: Integration step [s], as in `simulate`.
         longest_step: Upper bound of the chosen steps [s], as in `simulate`.
         dtype: "float32" or "float64", as in `simulate`.
         on_unstable: Action if the step is beyond a structure's stability limit, as in `simulate`.
-        device: "cpu" or "cuda:0"; of several the first; None for the first GPU, or the CPU without a GPU.
+        device: "cpu" or "cuda:0"; if several are given, the first is used; None for the first GPU, or the CPU without a
+            GPU.
         threads: CPU threads; None for every core this process may use.
 
     Returns:
-        Dataset over `structure`, `motion` and `damage_state`: `capacity`, the geometric mean of its bracket
-        `capacity_lower` and `capacity_upper` (infinite, like the upper end, if the limit was not passed up to the
-        highest level: right-censored), `capacity_status` (found, above_highest, below_lowest, failed) and
-        `resurrections`, the number of levels above the capacity at which the demand is within the limit. With
-        `keep_curves` over `sample`: `im_level`, the demand, `status`, `structure_index`, `motion_index`, by pair and
-        level.
+        Dataset with the dimensions `structure`, `motion` and `damage_state`: `capacity`, the geometric mean of its
+        bracket `capacity_lower` and `capacity_upper` (capacity and upper end are infinite if the limit was not exceeded
+        up to the highest level: right-censored); `capacity_status` (found, above_highest, below_lowest, failed); and
+        `resurrections`, the number of run levels above the capacity, up to the first that exceeds the last limit, at
+        which the demand is within the limit. `keep_curves` adds `im_level`, the demand, `status`, `structure_index` and
+        `motion_index` of each level that was run, with the dimension `sample`.
 
     Raises:
         ValueError: If an argument is out of its range, limits do not increase, the demand is not recorded, or more than
@@ -152,8 +157,8 @@ def capacities(
     run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
-            f"the limit of damage state {names[-1]!r} is infinite, which only collapse passes, but nothing collapses "
-            "in the scene: give Scene(collapse_drift_ratio=...), or the building a drift_capacity"
+            f"the limit of damage state {names[-1]!r} is infinite, so only collapse exceeds it, but the scene has no "
+            "collapse criterion: give Scene(collapse_drift_ratio=...), or give the building a drift_capacity"
         )
     first = FIRST_SHARE * float(np.median(design.intensities))
     if isinstance(highest, float) and highest == np.inf:
@@ -201,19 +206,19 @@ def _design_of(scene: Scene) -> Design:
     """Return the scene's design, or raise an error unless its motions can be scaled."""
     design = scene.excitation
     if scene.structure.is_many:
-        raise TypeError("capacities() takes a scene of one structure, got a Portfolio: give the scene of an archetype")
+        raise TypeError("capacities() needs a scene of one structure, got a Portfolio: give the scene of one archetype")
     if not isinstance(design, Cloud | Stripes):
         raise TypeError(f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}")
     if isinstance(design, Stripes):
         design.check_scaled_to_all("capacities")
     if design.measure.power == 0:
         raise ValueError(
-            f"{design.measure.name} does not grow with a motion's scale: take another intensity measure, such as "
-            "SpectralAcceleration(period)"
+            f"{design.measure.name} is not proportional to the scale factor of a motion: choose another intensity "
+            "measure, such as SpectralAcceleration(period)"
         )
     bad = np.flatnonzero(~(design.intensities > 0))
     if bad.size:
-        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has no intensity to scale: remove it")
+        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has an intensity of 0: remove it")
     return design
 
 
@@ -225,8 +230,8 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
     for name, value in limits.items():
         if isinstance(value, Mapping):
             raise ValueError(
-                f"the limit of damage state {name!r} is {dict(value)}; capacities() and levels_for() take limits of "
-                "one demand, such as {'slight': 0.005}, with the name of its variable as demand="
+                f"the limit of damage state {name!r} is {dict(value)}; capacities() and levels_for() need limits of "
+                "one demand, such as {'slight': 0.005}, and the name of its variable as demand="
             )
     try:
         values = np.array([float(real_numbers("limits", value)) for value in limits.values()])
@@ -248,18 +253,18 @@ def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
 
 
 def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -> None:
-    """Warn of drift limits above the drift ratio of collapse, at which histories end."""
+    """Warn of drift limits above the drift ratio of collapse: histories end there."""
     collapse = scene.collapse_limit
     for where, limit in limits.items():
         if collapse is not None and limit > collapse:
             warn_caller(
-                f"the limit{where}, {limit:g}, lies above the drift ratio of collapse, {collapse:g}, so only collapses "
-                "pass it: choose a smaller limit or a larger Scene(collapse_drift_ratio=...)"
+                f"the limit{where}, {limit:g}, is above the drift ratio of collapse, {collapse:g}, so only collapses "
+                "exceed it: choose a smaller limit or a larger Scene(collapse_drift_ratio=...)"
             )
 
 
 def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
-    """Return the recorder of a demand and that of drifts, which show whether a response is elastic."""
+    """Return the recorders of the demand and of drifts (which show whether a response is elastic)."""
     table = RECORDERS[scene.structure.family]
     filled = {name: row for row, names in table.items() for name, variable in names.items() if variable.is_demand}
     drift = ("drift",) if "drift" in table else ()
@@ -270,7 +275,7 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
 
 
 def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
-    """Return the highest level of a cloud, from the elastic response of the first structure alone."""
+    """Return the highest level for a cloud, from the elastic response of the first structure."""
     finite = limit[np.isfinite(limit)]
     needed = [pairs.collapse_level[:motions]] + ([pairs.elastic_level_of(finite[-1])[:motions]] if finite.size else [])
     known = np.concatenate(needed)
@@ -279,7 +284,7 @@ def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
 
 
 def _refuse_failed(found: Found, run: Run) -> None:
-    """Raise a ValueError if too many pairs failed, and warn of fewer."""
+    """Raise a ValueError if too many pairs failed; warn if some failed."""
     failed = found.failed
     count = int(failed.sum())
     if not count:
@@ -289,13 +294,14 @@ def _refuse_failed(found: Found, run: Run) -> None:
     where += f"{first // failed.shape[1]} under motion {first % failed.shape[1]}: {found.reasons()}"
     if count > LARGEST_EXCLUDED_FRACTION * failed.size:
         raise ValueError(
-            f"{where}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may. Choose a smaller step= or another method="
+            f"{where}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may fail. Choose a smaller step= or another "
+            "method="
         )
     warn_caller(f"{where}; their capacities are NaN. Try a smaller step=")
 
 
 def _warn_of_resurrections(result: xr.Dataset) -> None:
-    """Warn of demands that are within a limit at a level above the capacity."""
+    """Warn of demands that are within a limit again at a level above the capacity."""
     returned = result["resurrections"].values > 0
     if not returned.any():
         return
@@ -305,6 +311,6 @@ def _warn_of_resurrections(result: xr.Dataset) -> None:
         if share
     ]
     warn_caller(
-        "the demand is within the limit again at a stronger level than the capacity, which is the first passage, in "
-        f"these shares of the pairs: {', '.join(shares)}. A smaller ladder= finds earlier passages"
+        "the capacity is the first level that exceeds the limit, but the demand is within the limit again at a higher "
+        f"level in these shares of the pairs: {', '.join(shares)}. A smaller ladder= may find earlier exceedances"
     )

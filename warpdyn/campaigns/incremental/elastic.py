@@ -9,10 +9,11 @@ from warpdyn.model.structures.physics import capacities_of, inverse_drift_capaci
 
 
 def elastic_drifts(run: Ensemble) -> tuple[np.ndarray, np.ndarray]:
-    """Return the drift up to which each storey is linear, and that at which it collapses [m], [structure, storey].
+    """Return the drift up to which each storey is linear, and the drift at which it collapses [m], [structure, storey].
 
-    The first is 0 if a law is curved from the start, such as Bouc and Wen's, or if the structure has another nonlinear
-    part: a device, or a damper with a power of the velocity.
+    The first is 0 if a storey law is curved from the start (such as Bouc-Wen), or if the structure has another
+    nonlinear
+    part: a device, or a viscous damper whose force is a power of the velocity.
 
     Args:
         run: The structures.

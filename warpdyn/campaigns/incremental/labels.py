@@ -31,11 +31,11 @@ class Found:
 
     Args:
         names: Names of the damage states.
-        limit: Their limits.
+        limit: Limits of the damage states.
         demand: Name of the demand.
-        tolerance: Relative width of a bracket.
+        tolerance: Largest relative width of a bracket.
         ladder: Ratio of neighbouring levels.
-        keep_curves: Whether levels are kept.
+        keep_curves: Whether all levels and demands are kept.
     """
 
     names: list[str]
@@ -55,7 +55,7 @@ class Found:
     curves: list[tuple[np.ndarray, ...]] = field(default_factory=list)
 
     def add(self, search: Search) -> None:
-        """Add the pairs of a block."""
+        """Add the results of a block of structures."""
         pairs, levels = search.pairs, search.levels
         everything = np.arange(pairs.count)
         lower, upper, *_ = levels.brackets(everything, self.limit)
@@ -66,7 +66,7 @@ class Found:
         self.upper.append(upper.reshape(*shape, self.limit.size))
         self.failures.append(search.failed.reshape(shape))
         self.codes |= pairs.failure_codes
-        # Count only up to the level that passes the last limit: higher levels that were run depend on the device.
+        # Count only up to the level that exceeds the last limit: which higher levels were run depends on the device.
         with np.errstate(invalid="ignore"):
             is_counted = levels.level <= np.minimum(upper[:, -1], search.highest)[:, None]
             is_counted &= levels.demand < np.inf
@@ -91,19 +91,12 @@ class Found:
         return np.concatenate(self.failures)
 
     def reasons(self) -> str:
-        """Return the status of the histories that failed."""
+        """Return the numbers of failed histories by status, as text."""
         return ", ".join(STATUS_MEANINGS[code] for code in sorted(self.codes)) or "no finite demand"
 
 
 def labelled_capacities(found: Found, run: Run, integration: Settled, highest: float) -> xr.Dataset:
-    """Return the dataset of capacities.
-
-    Args:
-        found: Results of the searches.
-        run: The run.
-        integration: Its integration settings.
-        highest: Highest level.
-    """
+    """Return the dataset of capacities, with the settings of the run and the highest level in its attributes."""
     scene = run.model.scene
     design = scene.excitation
     assert isinstance(design, Design)
@@ -178,7 +171,7 @@ def _demand_units(demand: str, run: Run) -> str:
 
 
 def _levels_run(found: Found, run: Run, of_level: dict[str, Any], measure: dict[str, object]) -> dict[str, tuple]:
-    """Return the levels that were run with their demands, by pair and level."""
+    """Return the levels that were run and their demands, with the dimension `sample`."""
     structure, motion, level, demand = (np.concatenate(column) for column in zip(*found.curves, strict=True))
     status = np.where(np.isnan(demand), DIVERGED, np.isposinf(demand)).astype(np.int8)
     meanings = STATUS_MEANINGS[: DIVERGED + 1]

@@ -25,18 +25,16 @@ from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.structures.shear_building import ShearBuilding
 
 DRIFT_RATIO = "peak_storey_drift_ratio"
-# Demands that are zero for an elastic response, each with an upper bound that is not zero; the search starts from the
-# bound.
+# Demands that are zero for an elastic response, each with a non-zero demand that bounds it from above; the search
+# starts from the bound.
 NEVER_ABOVE = {"residual_drift_ratio": DRIFT_RATIO, "hysteretic_energy": "input_energy"}
-WITHIN = 0.999  # share of a yield drift up to which a storey counts as elastic, with a margin for rounding
+WITHIN = 0.999  # a storey counts as elastic up to this share of its yield drift, because of rounding
 
 
 def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
-    """Return the structure that runs under each motion, shape [structure, motion].
+    """Return the index of the structure that runs under each motion, shape [structure, motion].
 
-    Args:
-        design: The design.
-        structures: Indices of the structures; if each motion has its own structures, their numbers for each motion.
+    If each motion has its own structures, `structures` contains indices among the structures of a motion.
     """
     own = design.structures_per_motion
     motions = np.arange(len(design.motions))
@@ -46,30 +44,30 @@ def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
 
 
 class Pairs:
-    """Every pair of some structures and every motion of a run.
+    """All pairs of some structures and the motions of a run.
 
     Args:
         run: The run; its scene's excitation is a design.
-        structures: Indices of the structures, increasing; if each motion has its own structures, their numbers for
-            each motion.
-        demand: Name of the demand; its largest value over storeys, floors or degrees of freedom counts.
+        structures: Indices of the structures, increasing; if each motion has its own structures, their indices among
+            the structures of a motion.
+        demand: Name of the demand; the largest value over storeys, floors or degrees of freedom counts.
         integration: Integration settings.
         queue: Queue of the device.
-        first_level: Level of the elastic run, so low that nothing yields.
-        findings: Collects messages on the stability of the pairs.
-        advance: Called with the number of histories done since its last call.
-        reuse_elastic: Whether the demand below the first yield is scaled from the elastic run.
+        first_level: Level of the elastic run, at which nothing yields.
+        findings: Collects messages about the stability of the pairs.
+        advance: Function that is called with the number of histories that were finished since its last call.
+        reuse_elastic: Whether demands below the first yield are computed from the elastic run by scaling.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count.
 
     Attributes:
         structures: Index of each pair's structure, shape [structure, motion].
         count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
-        first_step: First step of each pair's levels from the highest level downwards, as a share of the other steps,
-            drawn at random, shape [pair].
+        first_step: Random share between 0 and 1, shape [pair]; it multiplies the first step from the highest level
+            downwards, so that pairs have different levels.
         first_demand: Demand at `first_level`, shape [pair].
-        guide: The same, or a demand that it never exceeds, shape [pair].
-        exponent: The demand of an elastic response is proportional to the level to this power.
-        elastic_level: Level up to which the response is elastic, shape [pair]; 0 if this is unknown.
+        guide: `first_demand`, or a demand that bounds it from above, shape [pair].
+        exponent: The demand of an elastic response is proportional to level^exponent.
+        elastic_level: Level up to which the response is elastic, shape [pair]; 0 if unknown.
         collapse_level: Level at which an elastic response would reach the drift of collapse, shape [pair].
         histories: Number of histories that were run.
         waves: Number of launches.
@@ -122,7 +120,7 @@ class Pairs:
         self._find_elastic_response(first_level, reuse_elastic)
 
     def _find_elastic_response(self, level: float, reuse_elastic: bool) -> None:
-        """Run every pair at a low level, and find the level up to which its response is proportional."""
+        """Run every pair at a low level, and find the level up to which its response is elastic."""
         variables = self.whole.model.variables
         degree = 2 if self.demand in variables and variables[self.demand].units == "J" else 1
         self.exponent, self.first_level = degree / self.power, level
@@ -142,14 +140,14 @@ class Pairs:
                 self.collapse_level = level * np.nanmin(collapse[row] / peaks, axis=1) ** self.power
         else:  # a LinearSystem
             factor = np.full(self.count, np.inf)
-        # The first run is not elastic if it goes beyond the first yield.
+        # The first run is not elastic if it exceeds the first yield drift.
         known = (factor > 1) & np.isfinite(self.first_demand)
-        # Peaks recorded only from a later time do not show whether a storey yields before.
+        # If peaks are recorded only from a later time, they do not show whether a storey yields earlier.
         if reuse_elastic and self.whole.scene.record_from == 0:
             self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
 
     def elastic_level_of(self, limit: float) -> np.ndarray:
-        """Return the level at which the elastic response, or its upper bound, would reach a demand, shape [pair]."""
+        """Return the level at which the elastic response, or its upper bound, would reach a limit, shape [pair]."""
         with np.errstate(divide="ignore"):
             return self.first_level * (limit / self.guide) ** (1 / self.exponent)
 
@@ -157,8 +155,8 @@ class Pairs:
         """Return the demand of pairs at levels [units of the measure]; infinite after a collapse, NaN if failed.
 
         Args:
-            pair: The pairs, which may repeat, shape [evaluation].
-            level: Their levels, shape [evaluation].
+            pair: Indices of the pairs, which may be repeated, shape [evaluation].
+            level: Level of each evaluation, shape [evaluation].
         """
         with np.errstate(invalid="ignore", over="ignore"):
             found = self.first_demand[pair] * (level / self.first_level) ** self.exponent
@@ -169,7 +167,7 @@ class Pairs:
         return found
 
     def _run(self, pair: np.ndarray, level: np.ndarray) -> Arrays:
-        """Return all recorded variables of pairs at levels, sample last."""
+        """Return all recorded variables of pairs at levels; the last dimension is the sample."""
         stop_if_asked()
         whole = self.whole
         scale = (level / self.intensities[whole.assignment.motion[pair]]) ** (1 / self.power)
@@ -206,7 +204,7 @@ class Pairs:
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
         if demand == DRIFT_RATIO:
             values = values / self.whole.heights[self.whole.row[pair]].T
-        if len(values) == self.counted.size:  # of storeys, or of the floors above them
+        if len(values) == self.counted.size:  # demands of storeys, or of the floors above them
             values = values[self.counted]
         worst, status = values.max(axis=0), outputs["status"]
         return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))

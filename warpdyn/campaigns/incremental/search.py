@@ -1,4 +1,4 @@
-"""The search for the first level at which each limit is passed: increasing levels, then narrower brackets."""
+"""The search for the first level that exceeds each limit: first increasing levels, then narrower brackets."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ import numpy as np
 
 from warpdyn.campaigns.incremental.pairs import Pairs
 
-# The levels of a pair begin at START times the level at which its elastic response would reach the first limit. If the
-# demand at the first level is above LOW_ENOUGH times the limit, lower levels are run too.
+# The lowest level of a pair is START times the level at which its elastic response would reach the first limit. If the
+# demand there is above LOW_ENOUGH times the limit, lower levels are run too.
 START, LOW_ENOUGH = 0.3, 0.6
-# The levels of a pair rise by about RISE per launch, by at most MOST_LEVELS levels. If few pairs are left, take more
-# levels, because a launch of FULL_LAUNCH histories takes no longer than a smaller one.
+# In a launch, the levels of a pair rise by a factor of about RISE, in at most MOST_LEVELS levels. If few pairs are
+# left, more levels are run, because a launch of FULL_LAUNCH histories takes no longer than a smaller one.
 RISE, MOST_LEVELS, FULL_LAUNCH = 1.5, 4, {"cpu": 2**4, "cuda": 2**16}
-# Close a bracket by interpolation INTERPOLATIONS times; then, because a demand may jump, divide it into at most
-# MOST_PARTS: from a ratio of 1.1 to a tolerance of 2 % takes five parts (four histories), as many as dividing by three
-# twice.
+# First narrow a bracket by interpolation, INTERPOLATIONS times. Then, because a demand may jump, divide the bracket
+# into at most MOST_PARTS parts: from a ratio of 1.1 to a tolerance of 2 % it is divided into five parts (four
+# histories), which costs as much as dividing it twice into three.
 INTERPOLATIONS, MOST_PARTS = 2, 5
-ROUNDING = 0.98  # width of a new bracket over the tolerance
+ROUNDING = 0.98  # width of a new bracket divided by the tolerance
 
 
 @dataclass(eq=False)
@@ -29,10 +29,10 @@ class Levels:
         pairs: Number of pairs.
 
     Attributes:
-        level: Shape [pair, slot]; infinite where a slot is empty.
-        demand: Shape [pair, slot]; infinite after a collapse, NaN if the history failed.
-        is_run: Whether it was run, and not scaled from an elastic response, shape [pair, slot].
-        used: Number of slots in use, shape [pair].
+        level: Level of each slot, shape [pair, slot]; infinite if the slot is empty.
+        demand: Demand at the level, shape [pair, slot]; infinite after a collapse, NaN if the history failed.
+        is_run: Whether the history was run (not computed from an elastic response by scaling), shape [pair, slot].
+        used: Number of used slots, shape [pair].
     """
 
     pairs: int
@@ -48,7 +48,7 @@ class Levels:
         self.used = np.zeros(self.pairs, dtype=np.int64)
 
     def add(self, pair: np.ndarray, level: np.ndarray, demand: np.ndarray, is_run: np.ndarray) -> None:
-        """Add evaluations, each [evaluation]; those of a pair are contiguous."""
+        """Add evaluations, shape [evaluation]; those of one pair must be contiguous."""
         begins = np.flatnonzero(np.append(True, np.diff(pair) != 0)) if pair.size else np.arange(0)
         counts = np.diff(np.append(begins, pair.size))
         slot = self.used[pair] + np.arange(pair.size) - np.repeat(begins, counts)
@@ -62,21 +62,21 @@ class Levels:
         self.used[pair[begins]] += counts
 
     def brackets(self, rows: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the first level that passes each limit and the one before it, with their demands.
+        """Return the first level that exceeds each limit and the level before it, with their demands.
 
         Args:
             rows: The pairs, shape [row].
             limit: The limits, shape [damage_state].
 
         Returns:
-            Lower and upper levels and their demands, each [row, damage_state]; the level 0 has the demand 0, and the
-            upper level is infinite if the limit was not passed.
+            Lower and upper levels and their demands, each of shape [row, damage_state]. The demand at level 0 is 0; the
+            upper level is infinite if the limit was not exceeded.
         """
         level, demand = self.level[rows], self.demand[rows]
         found = np.empty((4, rows.size, limit.size))
         place = np.arange(rows.size)
         for state, value in enumerate(limit):
-            # Only collapse passes an infinite limit.
+            # Only collapse exceeds an infinite limit.
             passes = demand > value if np.isfinite(value) else np.isposinf(demand)
             above = np.where(passes, level, np.inf)
             first = above.argmin(axis=1)
@@ -90,20 +90,20 @@ class Levels:
         return found[0], found[1], found[2], found[3]
 
     def near_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
-        """Return levels near which a demand may pass a limit and return.
+        """Return levels near which a demand may exceed a limit and return, shape [row, any]; NaN if none is needed.
 
-        They are on both sides of a demand that is higher than its neighbours and so close to the limit that it would
-        pass it if it rose from there in proportion to the level; and in the middle between two levels between which the
-        demand rises less than half as steeply as before, if it would pass the limit halfway at the former slope.
+        They are halfway to the neighbours of two kinds of levels:
+
+        - peaks: the demand is larger than at both neighbouring levels, and would exceed the limit if it grew further in
+          proportion to the level;
+        - shoulders: between two levels the demand grows less than half as steeply as before, and would exceed the limit
+          halfway if it grew as steeply as before.
 
         Args:
             rows: The pairs, shape [row].
             limit: The limits, shape [damage_state].
-            upper: The first level that passes each of them, shape [row, damage_state].
-            narrowest: Logarithm of the least ratio of two levels between which another one is run.
-
-        Returns:
-            Levels halfway to the neighbours, shape [row, any]; NaN if none is needed.
+            upper: The first level that exceeds each limit, shape [row, damage_state].
+            narrowest: Logarithm of the smallest ratio of two levels between which another level is run.
         """
         order = np.argsort(self.level[rows], axis=1)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -135,12 +135,12 @@ class Search:
         limit: Limits of the damage states, increasing, shape [damage_state]; infinite for collapse.
         highest: Highest level.
         ratio: Ratio of neighbouring levels below the highest.
-        tolerance: Relative width of a bracket.
+        tolerance: Largest relative width of a bracket.
 
     Attributes:
         levels: The levels that were evaluated.
-        failed: Pairs with a failed history below the first passage of the last limit, shape [pair].
-        levels_at_a_time: Least number of levels of a pair in a launch.
+        failed: Whether a history of the pair failed below the first level that exceeds the last limit, shape [pair].
+        levels_at_a_time: Smallest number of levels of a pair in a launch.
     """
 
     pairs: Pairs
@@ -166,18 +166,18 @@ class Search:
         self._narrow()
 
     def _evaluate(self, pair: np.ndarray, level: np.ndarray) -> None:
-        """Evaluate pairs, in order, at levels in one launch."""
+        """Evaluate pairs (in increasing order) at levels in one launch."""
         demand = self.pairs.demands(pair, level)
         self.levels.add(pair, level, demand, level > self.pairs.elastic_level[pair])
         bad = np.isnan(demand)
         if bad.any():
-            # The levels of a pair above its last passage depend on the other pairs of the launch, so failures there do
-            # not count.
+            # Which levels of a pair are run above its last capacity depends on the other pairs of the launch, so
+            # failures there do not count.
             last = self.levels.brackets(pair[bad], self.limit[-1:])[1][:, 0]
             self.failed[pair[bad][level[bad] < last]] = True
 
     def _levels(self, pair: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return levels of pairs by their number from the highest level, 0, downwards.
+        """Return levels of pairs from their index, counted from the highest level (0) downwards.
 
         The first step of each pair is a random share, so that brackets of different pairs have different ends: the
         uncertainty of capacities within their brackets then averages out, even for wide brackets.
@@ -186,12 +186,12 @@ class Search:
         return self.highest * self.ratio**-steps
 
     def _numbers_below(self, level: np.ndarray) -> np.ndarray:
-        """Return the number of the highest level of each pair that is not above a given one."""
+        """Return for each pair the index of its highest level that is not above the given level."""
         steps = np.log(self.highest / level) / np.log(self.ratio) - 1e-9
         return np.where(steps > 0, np.maximum(np.ceil(steps - self.pairs.first_step), 0) + 1, 0).astype(np.int64)
 
     def _increase(self) -> None:
-        """Evaluate the levels of each pair, up to the first that passes the last limit."""
+        """Evaluate increasing levels of each pair, up to the first that exceeds the last limit."""
         pairs = self.pairs
         finite = self.limit[np.isfinite(self.limit)]
         with np.errstate(invalid="ignore"):
@@ -199,7 +199,7 @@ class Search:
                 pairs.elastic_level_of(finite[end]) if finite.size else pairs.collapse_level for end in (0, -1)
             )
         lowest = self._numbers_below(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
-        # The first launch has the levels that would be needed if displacements were those of the elastic response.
+        # The first launch runs the levels up to the limit that the elastic displacements would need.
         until = np.minimum(self._numbers_below(np.clip(np.nan_to_num(last), pairs.first_level, self.highest)), lowest)
         following = lowest.copy()
         active = np.flatnonzero(~self.failed)
@@ -219,7 +219,7 @@ class Search:
     def _decrease(self, lowest: np.ndarray) -> None:
         """Evaluate lower levels of pairs whose demand at the lowest level is near the first limit."""
         active = np.flatnonzero(~self.failed)
-        # A limit that only collapse passes is near if the sample collapsed.
+        # A limit that only collapse exceeds counts as near if the sample collapsed.
         near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]
         count = self.levels_at_a_time
         while active.size:
@@ -246,7 +246,7 @@ class Search:
                 level = self._between(lower, upper, below, above, by_interpolation=attempt < INTERPOLATIONS)
             level[:, ~is_open] = np.nan
             near = self.levels.near_peaks(active, self.limit, upper, np.log1p(self.tolerance))
-            # Levels of a pair in order; a level of two states is run once.
+            # Sort the levels of a pair; a level that two damage states need is run once.
             level = np.sort(np.concatenate([*level, near], axis=1), axis=1)
             with np.errstate(invalid="ignore"):
                 level[:, 1:][np.diff(level, axis=1) <= 1e-9 * level[:, 1:]] = np.nan
@@ -260,10 +260,11 @@ class Search:
     def _between(
         self, lower: np.ndarray, upper: np.ndarray, below: np.ndarray, above: np.ndarray, *, by_interpolation: bool
     ) -> np.ndarray:
-        """Return levels within each bracket, NaN if not needed, shape [any, pair, damage_state].
+        """Return levels within each bracket, shape [any, pair, damage_state]; NaN if no level is needed.
 
-        Two of them are on both sides of the point at which a power law between the ends passes the limit, one tolerance
-        apart. If an end collapsed, or interpolation has not closed the bracket, they divide it.
+        Two levels, one tolerance apart, are on both sides of the point at which a power law between the ends reaches
+        the limit. If an end collapsed, or interpolation has not narrowed the bracket enough, levels divide the bracket
+        instead.
         """
         width = np.log1p(self.tolerance) * ROUNDING
         low, high = np.log(lower), np.log(upper)

@@ -7,10 +7,10 @@ import numpy as np
 from warpdyn.answers.risk.curves.curve_set import CurveSet
 
 # Lognormal curves with different dispersions cross somewhere. There, a program that subtracts one curve from the next
-# gets a negative share of buildings; shares above this limit are refused.
+# gets a negative share of buildings. A negative share larger than this limit causes an error.
 LARGEST_CROSSING = 1e-3
 CHECKED_POINTS = 1000  # intensities at which continuous curves are checked
-LEAST_CHECKED = 1e-3  # first of these points over the greatest intensity, if the curves begin at 0
+LEAST_CHECKED = 1e-3  # first of these points divided by the highest intensity, if the curves begin at 0
 
 
 def check_order(what: str, curves: CurveSet) -> None:
@@ -27,7 +27,7 @@ def check_exceedance(what: str, curves: CurveSet, levels: np.ndarray, probabilit
     """Raise a ValueError unless probabilities rise with the intensity and the curves do not cross.
 
     Args:
-        what: The curves in words, for messages.
+        what: Name of the curves in messages.
         curves: The curves.
         levels: Intensities.
         probability: Probability of exceedance, shape [damage_state, level].
@@ -43,7 +43,8 @@ def check_exceedance(what: str, curves: CurveSet, levels: np.ndarray, probabilit
         for i in np.flatnonzero(np.diff(values) < 0):
             raise ValueError(
                 f"{what}: the probability of exceeding {state!r} falls from {values[i]:.4g} at {levels[i]:g} {units} "
-                f"to {values[i + 1]:.4g} at {levels[i + 1]:g} {units}; write the fitted curves by intensities=[...] "
+                f"to {values[i + 1]:.4g} at {levels[i + 1]:g} {units}; give intensities=[...] to write the fitted "
+                "curves "
                 "instead of the stripe fractions"
             )
     for lighter in range(len(states) - 1):
@@ -54,6 +55,7 @@ def check_exceedance(what: str, curves: CurveSet, levels: np.ndarray, probabilit
                 f"{what}: the curves of {states[lighter]!r} and {states[lighter + 1]!r} cross: at {levels[worst]:.4g} "
                 f"{units} the probability of exceeding the heavier state is {probability[lighter + 1, worst]:.4g}, "
                 f"that of the lighter state {probability[lighter, worst]:.4g}. The share of buildings in the lighter "
-                f"state would be negative (beyond -{LARGEST_CROSSING:g}). Give both states one dispersion, or write "
-                "a range of intensities in which the curves do not cross"
+                f"state would be negative (beyond -{LARGEST_CROSSING:g}). Give both states the same dispersion, or "
+                "write a "
+                "range of intensities in which the curves do not cross"
             )

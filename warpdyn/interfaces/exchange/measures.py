@@ -10,7 +10,7 @@ from warpdyn.model.ground_motions.measures.measure import OPENQUAKE_UNITS, Inten
 from warpdyn.model.ground_motions.measures.names import measure_named, same_measure
 
 DAMPING = 5.0  # % of OpenQuake's spectral accelerations
-# Combinations of two components; the name of OpenQuake's measure does not contain the combination.
+# Combinations of two components; OpenQuake's name of a measure does not contain the combination.
 COMPONENTS = ("", "geometric mean", "RotD50")
 _ALLOWED = f"{', '.join(sorted(OPENQUAKE_UNITS.keys() - {'SA'}))} and SA(period in s), such as 'SA(0.3)'"
 
@@ -84,7 +84,7 @@ def to_openquake(what: str, units: object, measure: str) -> float:
         measure: OpenQuake's name of the measure.
 
     Raises:
-        ValueError: If the measure is never in this unit.
+        ValueError: If the measure cannot be in this unit.
     """
     _, found = _openquake(measure)
     try:

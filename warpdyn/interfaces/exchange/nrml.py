@@ -20,7 +20,7 @@ LOSS_TYPES = (
     *("structural", "nonstructural", "contents", "business_interruption"),
     *("occupants", "occupants_day", "occupants_night", "occupants_transit"),
 )
-LONGEST_NAME = 75  # characters of a limit state; MAX_ID_LENGTH in OpenQuake
+LONGEST_NAME = 75  # largest number of characters of a limit state's name; MAX_ID_LENGTH in OpenQuake
 
 
 def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
@@ -28,26 +28,26 @@ def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
     advice = "pass {'taxonomy': dataset}"
     if isinstance(datasets, xr.Dataset):  # a Dataset is a mapping, too
         raise TypeError(
-            f"{function}() takes a mapping of taxonomies to datasets, got one Dataset; {advice} as {argument}"
+            f"{function}() needs a mapping of taxonomies to datasets, got one Dataset; {advice} as {argument}"
         )
     check_kind(function, "a mapping of taxonomies to datasets", datasets, Mapping, advice, argument=argument)
     assert isinstance(datasets, Mapping)
     if not datasets:
-        raise ValueError(f"{function}() takes at least one taxonomy, got an empty mapping")
+        raise ValueError(f"{function}() needs at least one taxonomy, got an empty mapping")
     for taxonomy, dataset in datasets.items():
         check_taxonomy(function, taxonomy)
         check_kind(function, f"a Dataset for taxonomy {taxonomy!r} of {argument}", dataset, xr.Dataset)
 
 
 def check_taxonomy(function: str, taxonomy: object, what: str = "taxonomy") -> None:
-    """Raise a ValueError unless OpenQuake accepts a taxonomy in exposures and functions."""
+    """Raise a ValueError unless OpenQuake accepts the name of a taxonomy in exposures and functions."""
     good = isinstance(taxonomy, str) and taxonomy and taxonomy.isascii() and not re.search(r"[\s#'\"]", taxonomy)
     if not good:
         raise ValueError(f"{function}: {what} {taxonomy!r} must be ASCII text without spaces, quotes or '#'")
 
 
 def check_state_names(function: str, states: Iterable[object]) -> None:
-    """Raise a ValueError unless OpenQuake reads the name of each damage state as one name."""
+    """Raise a ValueError unless OpenQuake accepts the name of each damage state."""
     for state in states:
         if not re.fullmatch(r"[A-Za-z0-9_\-:]+", str(state)) or len(str(state)) > LONGEST_NAME:
             raise ValueError(
@@ -81,12 +81,12 @@ def write_xml(path: Path, root: ElementTree.Element) -> Path:
 
 
 def row(values: Iterable[float]) -> str:
-    """Return numbers as text from which exactly the same numbers are read."""
+    """Return numbers as text, with all digits, so that the same numbers are read back."""
     return " ".join(repr(float(value)) for value in values)
 
 
 def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.Element:
-    """Return the element of the model in an NRML 0.5 file; the names of elements have no namespace.
+    """Return the element of the model in an NRML 0.5 file, with element names without namespace.
 
     Raises:
         ValueError: If the file is not NRML 0.5 or contains another model.
@@ -110,7 +110,7 @@ def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.
 
 
 def child(path: object, parent: ElementTree.Element, tag: str) -> ElementTree.Element:
-    """Return a child of an element, or raise a ValueError that names both."""
+    """Return a child of an element, or raise a ValueError that names the element and the child."""
     found = parent.find(tag)
     if found is None:
         raise ValueError(f"{path}: {_named(parent)} has no {tag}")
@@ -118,7 +118,7 @@ def child(path: object, parent: ElementTree.Element, tag: str) -> ElementTree.El
 
 
 def attribute(path: object, element: ElementTree.Element, name: str) -> str:
-    """Return an attribute of an element, or raise a ValueError that names both."""
+    """Return an attribute of an element, or raise a ValueError that names the element and the attribute."""
     value = element.get(name)
     if value is None:
         raise ValueError(f"{path}: {_named(element)} has no attribute {name!r}")
@@ -135,7 +135,7 @@ def number(path: object, element: ElementTree.Element, name: str, least: float =
 
 
 def numbers(path: object, element: ElementTree.Element, count: int | None = None) -> np.ndarray:
-    """Return the numbers in an element; raise a ValueError if one is not finite or their number is not `count`."""
+    """Return the numbers in an element; raise a ValueError unless there are `count`, all finite."""
     return _numbers(path, _named(element), element.text or "", count)
 
 

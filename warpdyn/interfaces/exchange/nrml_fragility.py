@@ -22,8 +22,9 @@ from warpdyn.interfaces.exchange.measures import measure_of, to_openquake
 from warpdyn.interfaces.exchange.text_files import checked_path
 
 FUNCTION = "write_nrml_fragility"
-# Exceedance probabilities at the default minimum and maximum intensity. Intensities below the minimum contribute almost
-# nothing to an annual rate, even with a steep hazard curve. Above the maximum, OpenQuake keeps the probability.
+# Probabilities of exceedance at the default minimum and maximum intensity. Intensities below the minimum contribute
+# almost nothing to an annual rate, even with a steep hazard curve. Above the maximum, OpenQuake keeps the probability
+# constant.
 LEAST_PROBABILITY, GREATEST_PROBABILITY = 1e-6, 0.999
 
 
@@ -42,18 +43,20 @@ def write_nrml_fragility(
 ) -> Path:
     """Write fragility curves as a fragility model of OpenQuake (NRML 0.5).
 
-    Continuous functions are lognormal. A capacity with median m and dispersion b has the arithmetic mean m exp(b^2 / 2)
-    and the standard deviation mean sqrt(exp(b^2) - 1). Discrete functions have probabilities at given intensities.
-    OpenQuake interpolates linearly between them, uses 0 below the first and keeps the last value above it.
+    Continuous functions are lognormal. The file contains the arithmetic mean of the capacity, m exp(b^2 / 2) for median
+    m and dispersion b, and its standard deviation, mean sqrt(exp(b^2) - 1). Discrete functions contain probabilities at
+    given intensities: OpenQuake interpolates linearly between them, uses 0 below the first intensity, and the last
+    probability above the last one.
 
-    Unlike OpenQuake, warpdyn refuses curves that cross, fall or exceed 1. Two lognormal curves with different
-    dispersions cross somewhere: they are refused if the difference is more than 0.001 between the minimum and the
-    maximum intensity. Discrete functions that cross by less are written as equal there.
+    Unlike OpenQuake, warpdyn raises an error for curves that cross, decrease or exceed 1. Two lognormal curves with
+    different dispersions always cross somewhere: there is an error only if the difference is more than 0.001 between
+    the minimum and the maximum intensity. If discrete functions cross by less, the same probability is written for
+    both.
 
     Args:
-        curves: Results of `fragility` by taxonomy, all with the same damage states, the lightest first:
-            `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], or, to write
-            stripe fractions, `exceedance_fraction(damage_state, stripe)`.
+        curves: Result of `fragility` for each taxonomy, all with the same damage states, the lightest first:
+            `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], or, to write stripe
+            fractions, `exceedance_fraction(damage_state, stripe)`.
         path: The file; its name ends in ".xml". An existing file is replaced.
         format: "continuous" or "discrete".
         intensities: Increasing intensities of discrete functions [unit of the curves], at which the fitted curves are
@@ -70,15 +73,15 @@ def write_nrml_fragility(
             curves. Without the attribute, discrete functions and functions with the attribute `minimum_intensity` have
             no limit; other functions have the limit `minimum_intensity`.
         loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
-        description: Description of the model; None: the method by which warpdyn fitted the curves.
+        description: Description of the model; None: the method of the fit, from the attributes of the curves.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If a state has no fit, curves of a continuous model are not lognormal, states cross or differ
-            between taxonomies, probabilities fall or are outside 0 to 1, intensities do not increase, or OpenQuake does
-            not accept the measure, its unit or a name. The error names taxonomy, state and intensity.
+        ValueError: If a state has no fit, curves of a continuous model are not lognormal, curves cross or damage states
+            differ between taxonomies, probabilities decrease or are not from 0 to 1, intensities do not increase, or
+            OpenQuake does not accept the measure, its unit or a name. The error names taxonomy, state and intensity.
         TypeError: If `curves` does not map taxonomies to datasets.
         OSError: If the file cannot be written.
 
@@ -92,11 +95,13 @@ def write_nrml_fragility(
     one_of("format", format, ("continuous", "discrete"))
     one_of("loss_type", loss_type, nrml.LOSS_TYPES)
     if format == "continuous" and intensities is not None:
-        raise ValueError(f"{FUNCTION}: continuous functions have no intensities=: remove it, or give format='discrete'")
+        raise ValueError(
+            f"{FUNCTION}: continuous functions have no intensities: remove intensities=, or give format='discrete'"
+        )
     if format == "discrete" and not (minimum_intensity is None and maximum_intensity is None):
         raise ValueError(
-            f"{FUNCTION}: discrete functions have no minimum_intensity= and maximum_intensity=: remove them, and give "
-            "the range by intensities=[...]"
+            f"{FUNCTION}: discrete functions have no minimum and maximum intensity: remove minimum_intensity= and "
+            "maximum_intensity=, and choose the range by intensities=[...]"
         )
     points = "exceedance_fraction" if format == "discrete" and intensities is None else ""
     sets = {
@@ -147,11 +152,11 @@ def _add_continuous(
     factor: float,
     bounds: tuple[float | None, ...],
 ) -> None:
-    """Add intensities and the mean and standard deviation of each state to a function."""
+    """Add the intensity limits and each state's mean and standard deviation to a function element."""
     check_order(what, curves)
     if curves.shape.name != LOGNORMAL.name:
         raise ValueError(
-            f"{what}: the curves are {curves.shape.name}, but OpenQuake's continuous functions are lognormal; give "
+            f"{what}: the curves are {curves.shape.name}, but OpenQuake's continuous functions are lognormal: give "
             "format='discrete' and intensities=[...]"
         )
     median, dispersion, units = curves.median, curves.dispersion, curves.units
@@ -164,7 +169,7 @@ def _add_continuous(
     )
     is_given = any(value is not None for value in bounds)
     own = curves.limits
-    is_of_file = least is None and MINIMUM in dataset.attrs  # which may have no limit without damage
+    is_of_file = least is None and MINIMUM in dataset.attrs  # such a file may have no noDamageLimit
     least = own.minimum if is_of_file else least or defaults[0]
     greatest = greatest or (own.maximum if np.isfinite(own.maximum) else defaults[1])
     if limit is None:
@@ -173,7 +178,7 @@ def _add_continuous(
         raise ValueError(
             f"{what}: maximum_intensity ({greatest:g} {units}) must be above minimum_intensity ({least:g})"
         )
-    # Limits that were read from a file may be above a median; limits that the user gave must not be.
+    # Limits that were read from a file may be above a median; limits given by the user must not be.
     if is_given and (not max(least, limit) < median[0] or not greatest > median[-1]):
         raise ValueError(
             f"{what}: minimum_intensity ({least:g} {units}) and no_damage_limit ({limit:g}) must be below the smallest "
@@ -200,7 +205,7 @@ def _add_discrete(
     intensities: ArrayLike | None,
     no_damage_limit: float | None,
 ) -> None:
-    """Add intensities and the probabilities of each state to a function."""
+    """Add the intensities and each state's probabilities to a function element."""
     if intensities is None:
         assert curves.table is not None
         _, levels, probability = curves.table

@@ -27,17 +27,17 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         path: The file.
 
     Returns:
-        For each taxonomy a dataset like the result of `fragility`. Continuous functions have
-        `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1]; discrete functions have
+        For each taxonomy, a dataset like the result of `fragility`. For continuous functions it contains
+        `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], for discrete functions
         `exceedance_fraction(damage_state, stripe)` [1]. The attributes `no_damage_limit`, `minimum_intensity` and
-        `maximum_intensity` (noDamageLimit, minIML and maxIML in the file) have the unit of the medians. Rates, losses,
-        vulnerability functions and written files apply them as OpenQuake does: intensities are clipped to the minimum
-        and the maximum, and at or below the limit there is no damage.
+        `maximum_intensity` (noDamageLimit, minIML and maxIML in the file) are in the unit of the medians. Functions of
+        warpdyn that use or write the curves apply these limits as OpenQuake does: intensities are clipped to the
+        minimum and the maximum, and there is no damage at or below `no_damage_limit`.
 
     Raises:
-        ValueError: If the file is not a fragility model, lacks a required element, or has values that
-            `write_nrml_fragility` refuses: not finite, outside their range, falling or crossing. The error names the
-            file and the function.
+        ValueError: If the file is not a fragility model, a required element is missing, or values are not finite,
+            outside their range, decreasing or crossing, as in `write_nrml_fragility`. The error names the file and the
+            function.
         FileNotFoundError: If the file does not exist.
 
     Example:
@@ -50,15 +50,16 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     states = (nrml.child(path, model, "limitStates").text or "").replace(",", " ").split()
     described = (nrml.child(path, model, "description").text or "").strip()
     if not states:
-        raise ValueError(f"{path}: limitStates names no state")
+        raise ValueError(f"{path}: the element limitStates is empty; it must contain the names of the damage states")
     if len(set(states)) < len(states):
-        raise ValueError(f"{path}: limitStates names a state twice: {' '.join(states)}")
+        raise ValueError(f"{path}: limitStates contains a name twice: {' '.join(states)}; names must be different")
     found: dict[str, xr.Dataset] = {}
     for function in model.iter("fragilityFunction"):
         taxonomy = nrml.attribute(path, function, "id")
         if taxonomy in found:
             raise ValueError(
-                f"{path}: two functions have the id {taxonomy!r}; several intensity measures per file are not supported"
+                f"{path}: two functions have the id {taxonomy!r}; write the functions of each intensity measure into a "
+                "separate file"
             )
         levels = nrml.child(path, function, "imls")
         imt = nrml.attribute(path, levels, "imt")
@@ -82,13 +83,13 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
 
 
 def _rows(path: object, function: ElementTree.Element, tag: str, states: list[str]) -> list[ElementTree.Element]:
-    """Return the element of each state; their order in the file must be that of limitStates."""
+    """Return the element of each state; the states must be in the order of limitStates."""
     rows = function.findall(tag)
     names = [nrml.attribute(path, row, "ls") for row in rows]
     if names != states:
         raise ValueError(
-            f"{path}: function {function.get('id')!r} has {tag} for {', '.join(names) or 'no state'}, but limitStates "
-            f"are {', '.join(states)}"
+            f"{path}: function {function.get('id')!r} has {tag} for {', '.join(names) or 'no state'}, but it must have "
+            f"those of limitStates, in the same order: {', '.join(states)}"
         )
     return rows
 
@@ -96,13 +97,13 @@ def _rows(path: object, function: ElementTree.Element, tag: str, states: list[st
 def _continuous(
     path: object, function: ElementTree.Element, states: list[str], units: str, factor: float, attributes: dict
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the variables and coordinates of a continuous function, and add its bounds to the attributes."""
+    """Return the variables and coordinates of a continuous function, and add its limits to the attributes."""
     rows = _rows(path, function, "params", states)
     mean, stddev = (np.array([nrml.number(path, row, name) for row in rows]) for name in ("mean", "stddev"))
     for state, m, s in zip(states, mean, stddev, strict=True):
         if not (0 < m < np.inf and 0 < s < np.inf):
             where = f"function {function.get('id')!r}, {state!r}"
-            raise ValueError(f"{path}: {where}: mean {m:g} and stddev {s:g} must be finite, above 0")
+            raise ValueError(f"{path}: {where}: mean {m:g} and stddev {s:g} must both be finite and above 0")
     variance = np.log1p((stddev / mean) ** 2)
     levels = nrml.child(path, function, "imls")
     for name, key in (("minIML", MINIMUM), ("maxIML", MAXIMUM)):
@@ -131,7 +132,7 @@ def _continuous(
 
 
 def _check(what: str, dataset: xr.Dataset) -> None:
-    """Raise a ValueError unless the curves of a function are such as `write_nrml_fragility` writes."""
+    """Raise a ValueError unless `write_nrml_fragility` would accept the curves of a function."""
     points = "exceedance_fraction" if "exceedance_fraction" in dataset else ""
     curves = CurveSet.from_dataset(what, dataset, points=points)
     if curves.table is not None:

@@ -16,17 +16,17 @@ from warpdyn.interfaces.exchange import nrml
 from warpdyn.interfaces.exchange.text_files import checked_path, write_text
 
 TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
-# Kinds of consequences whose values are shares: of the value, of buildings or of occupants.
+# Kinds of consequences whose values are fractions: of the replacement value, of buildings or of occupants.
 KINDS = ("losses", "collapsed", "non_operational", "injured", "fatalities", "homeless")
 SHAKING = ("groundshaking", "earthquake")  # perils; the second is the engine's name of the first until 2025
 SUM_TOLERANCE = 1e-7  # of weights; the engine's pmf.PRECISION
 
 
 def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], path: str | os.PathLike) -> Path:
-    """Write OpenQuake's taxonomy mapping: the fragility or vulnerability functions of each taxonomy of an exposure.
+    """Write OpenQuake's taxonomy mapping: ids of fragility or vulnerability functions for each taxonomy of an exposure.
 
     Args:
-        mapping: For each taxonomy the id of its function, or a mapping of ids to weights [1] with the sum 1.
+        mapping: For each taxonomy the id of its function, or a mapping of ids to weights [1] whose sum is 1.
         path: The file; its name ends in ".csv". An existing file is replaced.
 
     Returns:
@@ -45,7 +45,7 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
     path = checked_path(TAXONOMIES, path, ".csv")
     check_kind(TAXONOMIES, "a mapping of taxonomies to ids of functions", mapping, Mapping)
     if not mapping:
-        raise ValueError(f"{TAXONOMIES}() takes at least one taxonomy, got an empty mapping")
+        raise ValueError(f"{TAXONOMIES}() needs at least one taxonomy, got an empty mapping")
     rows: list[Sequence[object]] = [("taxonomy", "risk_id", "weight")]
     for taxonomy, given in mapping.items():
         nrml.check_taxonomy(TAXONOMIES, taxonomy)
@@ -81,7 +81,7 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
 
     Raises:
         ValueError: If a column is missing, OpenQuake does not accept a name, a weight is not a number above 0, or the
-            sum of the weights of a taxonomy is not 1. The message names the file.
+            sum of the weights of a taxonomy is not 1. The error names the file.
         FileNotFoundError: If the file does not exist.
         TypeError: If `path` is not a path.
 
@@ -119,22 +119,23 @@ def write_consequences(
     consequence: str = "losses",
     loss_type: str = "structural",
 ) -> Path:
-    """Write the consequences of each damage state for OpenQuake's damage calculations.
+    """Write the consequences (such as loss ratios) of each damage state for OpenQuake's damage calculations.
 
     Args:
-        consequences: For each id of a function the share [1] for each damage state, the lightest first: share of the
-            value ("losses"), of buildings ("collapsed", "non_operational") or of people ("injured", "fatalities",
-            "homeless"). For a pair, such as mean and coefficient of variation, the mean is written.
+        consequences: For each id of a function, a mapping from each damage state, the lightest first, to a fraction
+            [1]: of the replacement value ("losses"), of buildings ("collapsed", "non_operational") or of people
+            ("injured", "fatalities", "homeless"). If a pair is given, such as mean and coefficient of variation, the
+            mean is written.
         path: The file; its name ends in ".csv". An existing file is replaced.
-        consequence: Kind of the consequence: "losses" or another word in the list above.
+        consequence: Kind of the consequence: one of the words in quotes above, such as "losses".
         loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If a share is outside 0 to 1 or falls from one state to the next, ids have different states, or
-            OpenQuake does not accept a name.
+        ValueError: If a fraction is not from 0 to 1 or decreases from one state to the next, ids have different states,
+            or OpenQuake does not accept a name.
         TypeError: If `consequences` does not map ids to shares.
         OSError: If the file cannot be written.
 
@@ -147,7 +148,7 @@ def write_consequences(
     one_of("consequence", consequence, KINDS)
     one_of("loss_type", loss_type, nrml.LOSS_TYPES)
     if not consequences:
-        raise ValueError(f"{CONSEQUENCES}() takes at least one id, got an empty mapping")
+        raise ValueError(f"{CONSEQUENCES}() needs at least one id, got an empty mapping")
     states: list[str] = []
     rows: list[Sequence[object]] = []
     for risk_id, shares in consequences.items():
@@ -170,7 +171,7 @@ def write_consequences(
 
 
 def _check_order(what: str, shares: Mapping[str, float]) -> None:
-    """Raise a ValueError if a share falls from one damage state to the next."""
+    """Raise a ValueError if the fraction decreases from one damage state to the next."""
     for (lighter, one), (heavier, other) in pairwise(shares.items()):
         if other < one:
             raise ValueError(
@@ -196,21 +197,21 @@ def _share(risk_id: str, state: str, given: object) -> float:
 def read_consequences(
     path: str | os.PathLike, *, consequence: str = "losses", loss_type: str = "structural"
 ) -> dict[str, dict[str, float]]:
-    """Read the consequences of each damage state.
+    """Read the consequences (such as loss ratios) of each damage state.
 
     Args:
         path: The CSV file with columns `risk_id` (in old files `taxonomy`), `consequence`, optionally `loss_type` and
-            `peril`, and one column per damage state. Rows with the peril "groundshaking" (until 2025 "earthquake") are
-            read.
+            `peril`, and one column per damage state. Only rows with the peril "groundshaking" (until 2025
+            "earthquake"), or without a peril, are read.
         consequence: Kind of the consequence to read, such as "losses".
         loss_type: Loss type to read.
 
     Returns:
-        For each id the share [1] for each damage state, as `write_consequences` needs it.
+        For each id, the fraction [1] of each damage state, in the form that `write_consequences` needs.
 
     Raises:
-        ValueError: If a column is missing, a share is not a number from 0 to 1 or falls from one state to the next, or
-            the file does not contain the consequence or contains an id twice. The message names the file.
+        ValueError: If a column is missing, a fraction is not a number from 0 to 1 or decreases from one state to the
+            next, or the file does not contain the consequence or contains an id twice. The error names the file.
         FileNotFoundError: If the file does not exist.
         TypeError: If `path` is not a path.
 
@@ -223,7 +224,7 @@ def read_consequences(
         checked_text(f"read_consequences: {name}", word)
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
-    others: dict[str, None] = {}  # other consequences in the file, in its order
+    others: dict[str, None] = {}  # other consequences in the file, in the order of the file
     for row in _csv_rows("read_consequences", path, ("consequence",)):
         peril = row.get("peril") or SHAKING[0]
         of_row = row["consequence"], row.get("loss_type") or "structural"
@@ -255,7 +256,7 @@ def _csv_text(rows: Sequence[Sequence[object]]) -> str:
 
 
 def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> list[dict[str, str]]:
-    """Return the rows of a CSV file by the names of its columns."""
+    """Return the rows of a CSV file as mappings from column names to values."""
     text = io.StringIO(read_csv_text(function, path), newline="")
     reader = csv.DictReader(text, skipinitialspace=True, strict=True)
     try:
@@ -285,7 +286,7 @@ def _check_header(path: object, names: Sequence[str]) -> None:
 
 
 def _csv_number(path: object, what: str, word: str, *, above: float | None = None, most: float | None = None) -> float:
-    """Return a finite number; it must be above `above`, and from 0 to `most` if these are given."""
+    """Return a finite number that is above `above`, or from 0 to `most`, if these are given; raise a ValueError."""
     try:
         value = float(word)
     except ValueError:

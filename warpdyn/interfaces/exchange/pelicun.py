@@ -23,7 +23,7 @@ from warpdyn.interfaces.exchange.text_files import checked_path, write_text
 
 FUNCTION = "write_pelicun_demands"
 EVENT, DIRECTION = 1, 1
-# pelicun's units of its intensity measures, by OpenQuake's name and the unit in the dataset.
+# Units of intensity measures in pelicun: keys are OpenQuake's name and the unit in the dataset.
 INTENSITIES = {("PGA", "g"): "g", ("SA", "g"): "g", ("PGV", "m s-1"): "mps", ("PGD", "m"): "m"}
 
 
@@ -36,34 +36,35 @@ def write_pelicun_demands(
 ) -> Path:
     """Write the demands of a run as a demand sample of pelicun, one row per sample.
 
-    Columns are peak storey drift ratios (`1-PID-1-1` [rad], storey 1) and, if they were recorded, residual drift ratios
-    (`1-RID-1-1` [rad]) and peak floor accelerations (`1-PFA-1-1` [m/s2]; floor 0 is the peak ground acceleration of the
-    scaled motion). Then follows the intensity measure (`1-SA_0.75-0-1` or `1-PGA-0-1` [g], PGV or PGD; pelicun has no
-    others). If a sample failed, the column `1-ERROR-0-1` makes pelicun ignore it. For a building on isolators, storey 1
-    is the first storey above the isolators and floor 0 the base slab. The storey of a tuned mass damper is not written.
+    Columns are peak storey drift ratios (`1-PID-1-1` [rad] for storey 1) and, if they were recorded, residual drift
+    ratios (`1-RID-1-1` [rad]) and peak floor accelerations (`1-PFA-1-1` [m/s2]; floor 0 is the peak ground acceleration
+    of the scaled motion). The last column is the intensity measure, if pelicun has it: `1-SA_0.75-0-1` or `1-PGA-0-1`
+    [g], PGV or PGD. If a sample failed, the column `1-ERROR-0-1` makes pelicun ignore it. For a building on isolators,
+    storey 1 is the first storey above the isolators and floor 0 the base slab. The storey of a tuned mass damper is not
+    written.
 
-    FEMA P-58 treats collapses separately: they have no demands. pelicun recognises them by a storey drift ratio at or
+    FEMA P-58 treats collapses separately, without demands. pelicun recognises a collapse by a storey drift ratio at or
     above a limit: `CensorUpper` of PID in the calibration of its demand model, or the capacity of its collapse check.
-    Therefore a collapsed sample is written without residual drifts, and with the drifts reached until collapse. In the
-    storey that collapsed the drift ratio is at least this limit; samples without collapse stay below it. A message
-    gives the limit to use in pelicun.
+    Therefore a collapsed sample is written without residual drifts and with the drifts reached until collapse; in the
+    storey that collapsed, the written drift ratio is at least the limit. Samples without collapse are below the limit.
+    A message gives the limit to use in pelicun.
 
     Args:
         run: Result of `simulate` for a building, with the recorder "drift" and, for their columns, "acceleration" and
             "residual".
         path: The file; its name ends in ".csv". An existing file is replaced.
-        level: The stripe or stripes to write [unit of `im_level`]; needed if the run has several.
-        collapse_drift_ratio: The limit [1]. A collapsed sample that ended below it, because of rounding or a smaller
-            drift capacity of a storey, is written with the limit. None: the scene's `collapse_drift_ratio`. Without
-            one, or if samples without collapse reach it, drifts are written unchanged, provided that some limit
-            separates collapsed samples from the others.
+        level: The stripe or stripes to write [unit of `im_level`]; required if the run has several.
+        collapse_drift_ratio: The limit [1]. If a collapsed sample ended below it (because of rounding, or of a smaller
+            drift capacity of a storey), the limit is written. None: the scene's `collapse_drift_ratio`; if the scene
+            has none, or a sample without collapse reaches it, drifts are written unchanged, and there is an error
+            unless another limit separates collapsed samples from the others.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If the run is a portfolio or a sequence, lacks drifts, the peak accelerations of its motions or the
-            stripe; if every sample failed; if a sample without collapse reaches the limit.
+        ValueError: If the run is that of a portfolio or an event sequence; if it lacks drifts, the peak accelerations
+            of its motions or the stripe; if every sample failed; or if a sample without collapse reaches the limit.
         TypeError: If `run` is not a Dataset.
         OSError: If the file cannot be written.
 
@@ -85,7 +86,7 @@ def write_pelicun_demands(
     ground, run = _building_alone(run)
     status = decoded_status(run["status"])
     if (status > COLLAPSED).all():
-        raise ValueError(f"{FUNCTION}: every sample failed: simulate() with a shorter step=")
+        raise ValueError(f"{FUNCTION}: every sample failed: run simulate() with a shorter step=")
     drift = run["peak_storey_drift_ratio"].transpose("sample", "storey").values.astype(np.float64)
     drift = _with_collapses(run, drift, status, collapse_drift_ratio)
     columns: dict[str, tuple[str, np.ndarray]] = {}
@@ -113,7 +114,7 @@ def _column(kind: str, location: int) -> str:
 
 
 def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dataset:
-    """Return the samples on some stripes, or all samples of a run with at most one stripe."""
+    """Return the samples on the given stripes, or all samples if the run has at most one stripe."""
     has_levels = "im_level" in run.coords
     levels = np.unique(run["im_level"].values) if has_levels else np.empty(0)
     is_striped = has_levels and run["im_level"].attrs.get("design") == STRIPED
@@ -139,7 +140,7 @@ def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dat
 
 
 def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limit: float | None) -> np.ndarray:
-    """Return drift ratios, shape [sample, storey], in which a limit separates collapsed samples from the others."""
+    """Return drift ratios, [sample, storey], changed so that a limit separates collapsed samples from the others."""
     if limit is not None:
         limit = real_number(f"{FUNCTION}: collapse_drift_ratio", limit, above=0)
         warn_of_implausible_limits({"": limit}, "collapse_drift_ratio")
@@ -187,7 +188,7 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
 
 
 def _limit_of_scene(run: xr.Dataset) -> float | None:
-    """Return the collapse drift ratio in the scene of a run; None if there is no such attribute."""
+    """Return the collapse drift ratio of the run's scene; None if it is unknown."""
     try:
         limit = json.loads(run.attrs.get("scene", "{}")).get("collapse_drift_ratio")
     except (json.JSONDecodeError, AttributeError, TypeError):
@@ -222,7 +223,7 @@ def _peak_ground_acceleration(run: xr.Dataset) -> np.ndarray:
 
 
 def _intensity(run: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    """Return the column of the intensity measure; no column if pelicun does not have the measure."""
+    """Return the column of the intensity measure, or an empty mapping if pelicun does not have the measure."""
     if "im_level" not in run.coords:
         return {}
     attributes = run["im_level"].attrs

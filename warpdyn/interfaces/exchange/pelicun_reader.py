@@ -19,7 +19,7 @@ from warpdyn.foundations.files.text import check_names, check_separator, read_cs
 from warpdyn.model.ground_motions.measures.names import measure_named
 
 FUNCTION = "read_pelicun_demands"
-# Factors from pelicun's units to SI. pelicun uses the factor 1 for an unknown unit; warpdyn refuses it.
+# Factors from pelicun's units to SI. For an unknown unit, pelicun uses the factor 1; warpdyn raises an error.
 ACCELERATIONS = {"mps2": 1.0, "g": STANDARD_GRAVITY, "inps2": 0.0254, "inchps2": 0.0254, "ftps2": 0.3048}
 RATIOS = {"rad": 1.0, "unitless": 1.0}
 VELOCITIES = {"mps": 1.0, "cmps": 0.01, "inps": 0.0254, "inchps": 0.0254, "ftps": 0.3048}
@@ -36,8 +36,8 @@ def read_pelicun_demands(
     Args:
         path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units below the names.
         direction: Direction to read.
-        units: Units by kind of demand for a file without a row of units, such as
-            `{"PFA": "mps2", "PID": "rad", "SA": "g"}`. If the file has a row of units, they must agree.
+        units: Unit of each kind of demand, for a file without a row of units, such as `{"PFA": "mps2", "PID": "rad",
+            "SA": "g"}`. If the file has a row of units, they must be the same.
 
     Returns:
         Dataset like the result of `simulate`, with the variables that the file contains:
@@ -48,9 +48,8 @@ def read_pelicun_demands(
         collapsed sample has NaN, or a drift ratio at or above the limit with which the file was written.
 
     Raises:
-        ValueError: If a unit is missing or does not fit the demand, a column is there twice, a value is infinite or
-            below 0 (residual drifts may be negative), or there is no demand in this direction. The message names the
-            file.
+        ValueError: If a unit is missing or wrong for the demand, a column occurs twice, a value is infinite or negative
+            (residual drifts may be negative), or there is no demand in this direction. The error names the file.
         FileNotFoundError: If the file does not exist.
         TypeError: If `path` is not a path.
 
@@ -75,8 +74,9 @@ def read_pelicun_demands(
     rows = [row for row in table.index if str(row).strip().lower() == "units"]
     if len(rows) > 1 or (not rows and units is None):
         raise ValueError(
-            f"{FUNCTION}: {path} has {len(rows)} rows of units; add one row below the names, such as 'Units,mps2,rad', "
-            "or give units={'PFA': 'mps2', 'PID': 'rad'}"
+            f"{FUNCTION}: {path} has {len(rows)} rows of units, but it must have one, directly below the names, such "
+            "as "
+            "'Units,mps2,rad': add or keep only this row, or remove all and give units={'PFA': 'mps2', 'PID': 'rad'}"
         )
     of_columns, table = (table.loc[rows[0]], table.drop(index=rows[0])) if rows else (None, table)
     given = _given_units(units)
@@ -118,7 +118,7 @@ def read_pelicun_demands(
 
 
 def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
-    """Return the checked units by kind of demand."""
+    """Return the user's units, which must be a mapping from kinds of demand to known units."""
     if units is None:
         return {}
     if not isinstance(units, Mapping):

@@ -34,28 +34,32 @@ def write_table(
     """Write results as one table in a CSV or Parquet file.
 
     The table has one row per combination of the dimensions `rows`, such as one per sample, or one per damage state and
-    stripe. Its columns are these dimensions and all variables along some or all of them, with the unit in the name:
-    `fragility_median_g`, `peak_base_shear_N`. Values along fewer dimensions are repeated. Variables that are also along
-    storeys, floors or degrees of freedom have one column per storey, floor or degree of freedom, such as
-    `peak_storey_drift_storey_2_m`, unless `rows` contains one of these dimensions. Variables that an index refers to
-    are looked up: `motion_name` by the `motion_index` of each sample. Flags such as `fit_status` are written as text. A
-    Parquet file has the dataset's attributes in `DataFrame.attrs`.
+    stripe. Its columns are:
 
-    A message (to the logger "warpdyn", which prints it) names the variables that do not fit into such rows, and the
-    `rows` of a table that contains them.
+    - the dimensions of the rows, and all variables with some or all of these dimensions, with the unit in the name:
+      `fragility_median_g`, `peak_base_shear_N`. Values that do not depend on a dimension are repeated along it;
+    - for variables that also have the dimension of storeys, floors or degrees of freedom, one column for each of these,
+      such as `peak_storey_drift_storey_2_m`, unless `rows` contains this dimension;
+    - variables to which an index of the row refers, such as `motion_name` for `motion_index`.
+
+    Flags such as `fit_status` are written as text. In a Parquet file, `DataFrame.attrs` contains the dataset's
+    attributes.
+
+    A message of the logger "warpdyn" (printed by default) names the variables that do not fit into such rows, and the
+    value of `rows` for a table that contains them.
 
     Args:
         dataset: A run, or the result of `fragility`, `capacities`, `annual_rates`, `annual_losses` or `damage_shares`.
         path: The file; its name ends in ".csv" or ".parquet". Parquet needs pyarrow.
         rows: Dimensions of the rows. None: the only dimension, or "damage_state" if there are several.
-        overwrite: Whether a file that is not a table with the same columns is replaced.
+        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
 
     Returns:
         The path.
 
     Raises:
-        ValueError: If the dataset has no such dimension or no variable along it, or if `rows` is missing for a dataset
-            with several dimensions but without "damage_state".
+        ValueError: If the dataset has no such dimension or no variable with it, or if `rows` is not given and the
+            dataset has several dimensions, but not "damage_state".
         ImportError: If the file is Parquet and pyarrow is not installed.
         TypeError: If `dataset` is not a Dataset.
         OSError: If the file cannot be written, or exists with other content.
@@ -101,7 +105,7 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
     for dimension in chosen:
         one_of("dimension of rows", dimension, dimensions)
     if not chosen or len(set(chosen)) < len(chosen):
-        raise ValueError(f"{FUNCTION}: rows must name dimensions, each once, got {rows!r}")
+        raise ValueError(f"{FUNCTION}: rows must name one or more different dimensions, got {rows!r}")
     return chosen
 
 
@@ -116,9 +120,9 @@ def _which_rows(dimensions: list[str]) -> str:
 
 
 def _table_of_rows(dataset: xr.Dataset, rows: tuple[str, ...]) -> tuple[pd.DataFrame, list[str]]:
-    """Return the table of all variables that fit into rows along these dimensions, and the names of the others."""
+    """Return the table of all variables that fit into rows with these dimensions, and the names of the others."""
     is_wide = not set(rows) & set(WIDE)
-    found: dict[str, xr.Variable] = {}  # by the name of the column without its unit
+    found: dict[str, xr.Variable] = {}  # keys: names of the columns without units
     left_out: list[str] = []
     # Columns in this order: dimensions, other coordinates, variables.
     names = sorted(map(str, dataset.variables), key=lambda name: (name not in rows, name not in dataset.coords))
@@ -151,7 +155,7 @@ def _table_of_rows(dataset: xr.Dataset, rows: tuple[str, ...]) -> tuple[pd.DataF
 
 
 def _of_rows(dataset: xr.Dataset, name: str, rows: tuple[str, ...]) -> xr.Variable:
-    """Return a variable, looked up along each dimension for which the rows have an index."""
+    """Return a variable with the dimensions of the rows; dimensions that the rows have an index for are looked up."""
     if name not in dataset.variables:
         return xr.Variable(name, np.arange(dataset.sizes[name]))
     variable = dataset[name].variable
@@ -190,7 +194,7 @@ def _report_left_out(dataset: xr.Dataset, path: Path, rows: tuple[str, ...], nam
 
 
 def column_name(name: str, units: object) -> str:
-    """Return a name with its unit: "m s-2" appends `_m_per_s2`; "1" and no unit append nothing."""
+    """Return a name followed by its unit: `_m_per_s2` for "m s-2"; nothing for "1" or a missing unit."""
     over: list[str] = []
     under: list[str] = []
     for symbol, power in re.findall(r"([A-Za-z%]+)\^?(-?\d+)?", str(units or "").replace("percent", "%")):

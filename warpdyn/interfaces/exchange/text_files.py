@@ -1,4 +1,4 @@
-"""Files of other formats: checked before anything is computed, and moved to their place when they are complete."""
+"""Files of other formats: paths are checked before any computation, and files are renamed when they are complete."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from warpdyn.foundations.files.targets import check_folder, check_replaceable, r
 
 
 def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path:
-    """Return a path that can be written; called before anything is computed.
+    """Return a path after checking that it can be written, before anything is computed.
 
     Args:
-        function: The public function that writes it.
+        function: The public function that writes the file.
         path: The file, in a folder that exists.
         suffixes: Endings that its name may have, in lower case; capitals in the name are accepted.
 
@@ -45,14 +45,14 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
 def check_same_table(function: str, path: Path, columns: Sequence[str], overwrite: bool) -> None:
     """Raise a FileExistsError if a table would replace a file that is not a table with the same columns.
 
-    CSV has no place for the name of the program that wrote a file, so the columns decide: a script that runs again
+    CSV files do not contain the name of the program that wrote them, so the columns decide: a script that runs again
     replaces its own table, but not an inventory or a table of another program.
 
     Args:
         function: The public function that writes the table.
         path: The file; its name ends in ".csv", ".parquet" or ".geojson".
         columns: Names of the columns (for GeoJSON, of the properties).
-        overwrite: Whether any file is replaced.
+        overwrite: Whether to replace any file.
     """
     if not isinstance(overwrite, bool):
         raise TypeError(f"{function}: overwrite must be True or False, got {overwrite!r}")
@@ -64,7 +64,7 @@ def check_same_table(function: str, path: Path, columns: Sequence[str], overwrit
 
 
 def _columns_of(path: Path) -> set[str] | None:
-    """Return the columns of a table; None if the file is not such a table as warpdyn writes."""
+    """Return the columns of a table; None if the file is not a table in a format that warpdyn writes."""
     try:
         if path.suffix.lower() == ".parquet":
             import pyarrow.parquet
@@ -80,9 +80,10 @@ def _columns_of(path: Path) -> set[str] | None:
 
 
 def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
-    """Write a file under a temporary name and move it to its place when it is complete; replaces an existing file.
+    """Write a file under a temporary name and rename it when it is complete; an existing file is replaced.
 
-    If several threads or processes write the same file, each has its own temporary file, and the last move wins.
+    If several threads or processes write the same file, each has its own temporary file; the last one to finish
+    determines the content.
 
     Args:
         path: The file. If it is a symbolic link, the link stays, and its target is replaced.

@@ -1,7 +1,7 @@
 """Figures of buildings, ground motions and results.
 
-Each function returns a new figure, or draws into the axes `ax` and returns them. A notebook shows the figure if it is
-the last line of a cell.
+Each function returns a new figure, or draws into the axes given as `ax` and returns them. A notebook shows the figure
+if the call is the last line of a cell.
 """
 
 from warpdyn.interfaces.plots.buildings import building, pushover_curve

@@ -14,15 +14,15 @@ from warpdyn.foundations.core.checks import check_dataset, check_kind
 from warpdyn.interfaces.plots.style import COLOURS, SMALL, Drawn, grid, panels, title
 from warpdyn.model.structures.shear_building import ShearBuilding
 
-ADDED_HEIGHT = 0.4  # drawn height of isolators and of a tuned mass damper, over that of the lowest storey
-MOST_IN_A_LINE = 75  # characters of a title
-MOST_LABELS = 10  # storeys with labels; in taller buildings only some storeys have labels
+ADDED_HEIGHT = 0.4  # drawn height of isolators and of a tuned mass damper, divided by that of the lowest storey
+MOST_IN_A_LINE = 75  # largest number of characters in a line of a title
+MOST_LABELS = 10  # largest number of storeys that all have labels
 
 
 def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
-    """Draw a building to scale, with stiffness, yield force and mass of storeys and floors, and its first mode.
+    """Draw a building to scale, with stiffness and yield force of each storey, mass of each floor, and the first mode.
 
-    Isolators and a tuned mass damper are not to scale.
+    Isolators and a tuned mass damper are not drawn to scale.
 
     Args:
         building: The building.
@@ -44,7 +44,7 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     # The height of isolators and of a tuned mass damper only scales their drift; it is not a length.
     height = np.where(own, values["height"], ADDED_HEIGHT * values["height"][own].min())
     level = np.append(0.0, np.cumsum(height))
-    width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the text
+    width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the labels
     result, (axes,) = panels("building", ax, size=(6.4, 5.6))
     # Thicker columns are stiffer storeys, thicker slabs heavier floors.
     thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()

@@ -31,7 +31,7 @@ from warpdyn.interfaces.plots.style import (
 
 _RUN = "draw a run of simulate() under ground motions"
 _CURVES = "pass the result of fragility_of_cloud(run, limits)"
-_FEW = 2000  # samples up to which points are drawn larger
+_FEW = 2000  # largest number of samples that are drawn as larger points
 
 
 def cloud_regression(
@@ -39,9 +39,9 @@ def cloud_regression(
 ) -> Drawn:
     """Draw a cloud analysis: demands against intensity, and the regression on which the fragility curves are based.
 
-    Collapsed samples are crosses at the demand that they reached. Each limit is drawn with the median of its fragility
-    curve. If collapses are censored, this is the intensity at which the regression reaches the limit; with a separate
-    model of collapse the median is lower, because collapse also counts as exceedance.
+    Collapsed samples are crosses at the demand that they reached. For each limit, the median of its fragility curve is
+    drawn. With estimator "censored", this is the intensity at which the regression reaches the limit; with estimator
+    "collapse", the median is lower, because collapses also exceed the limit.
 
     Args:
         run: The run.
@@ -96,7 +96,7 @@ def cloud_regression(
         axes.axhline(limit, color=colour, lw=1)
         name = literal(state)
         words = f"{name}: median {median:.3g}" if np.isfinite(median) else f"{name}, no fit"
-        # Write the name at the side away from the median, where there are few points near the limit.
+        # Write the name on the side with more distance from the median, where there are few points near the limit.
         across, anchor = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
         where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": anchor, "va": "bottom"}
         axes.annotate(words, (across, limit), color=colour, **where, **AMONG_POINTS)

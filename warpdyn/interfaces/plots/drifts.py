@@ -41,14 +41,14 @@ OF_MOTIONS = "draw a run of a ShearBuilding under ground motions"
 def drift_over_height(
     dataset: xr.Dataset, levels: int = 5, *, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw the median peak drift ratio of each storey and the range of the 16 to 84 % fractiles, for some stripes.
+    """Draw the median of the peak drift ratio of each storey, and its 16 to 84 % range, for some stripes.
 
-    In the storey that collapsed, a collapsed sample exceeds every drift; in the other storeys its peak until collapse
-    counts. A storey has no median if more than half of the samples of a stripe collapsed in it, and no range if more
-    than 16 % did. The legend shows the share of collapsed samples.
+    A collapsed sample exceeds every drift in the storey that collapsed; in the other storeys, its peak before the
+    collapse counts. A storey has no median if more than half of the samples of a stripe collapsed in it, and no range
+    if more than 16 % did. The legend shows the share of collapsed samples.
 
     Args:
-        dataset: A run on stripes; merged with its `fragility` it also shows the limits.
+        dataset: A run on stripes; if it is merged with its `fragility`, the limits are also drawn.
         levels: Number of stripes drawn.
         colours: Colours of the stripes, the lowest first.
         ax: Axes to draw into; None: a new figure.
@@ -90,7 +90,7 @@ def drift_over_height(
     limits = limits_of(dataset)
     for _, limit in limits:
         axes.axvline(100 * limit, color=DARK, ls=":", lw=1)
-    if limits:  # their names are on a second axis, so that the title is placed above them
+    if limits:  # their names are on a second axis, and the title is placed above them
         above = axes.secondary_xaxis("top")
         above.xaxis.set_minor_locator(ticker.NullLocator())
         names, values = [literal(state) for state, _ in limits], [100 * limit for _, limit in limits]
@@ -114,13 +114,13 @@ def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
 def drift_against_intensity(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the largest peak drift ratio of every sample against the intensity measure; for stripes also fractiles.
+    """Draw the largest peak drift ratio of every sample against the intensity measure, and fractiles for stripes.
 
     Collapsed samples are crosses at the drift that they reached. They count as exceeding every drift, so the median
     ends at the last stripe in which at most half of the samples collapsed.
 
     Args:
-        dataset: A run under ground motions; merged with its `fragility` it also shows the limits.
+        dataset: A run under ground motions; if it is merged with its `fragility`, the limits are also drawn.
         colours: Colours of the damage states.
         scale: Axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into; None: a new figure.
@@ -152,7 +152,7 @@ def drift_against_intensity(
 
 
 def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None = None) -> Drawn:
-    """Draw the largest residual drift ratio of every sample against the intensity measure; for stripes also fractiles.
+    """Draw the largest residual drift ratio of every sample against the intensity measure, and fractiles for stripes.
 
     Collapsed samples have no residual drift and are crosses at the upper edge. They count as exceeding every residual
     drift, so the median ends at the last stripe in which at most half of the samples collapsed.
@@ -180,12 +180,12 @@ def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None 
     return result
 
 
-FEW = 2000  # samples up to which points are drawn larger
-LEAST_DRAWN = 1e-3  # of the largest value: lower end of a logarithmic axis
+FEW = 2000  # largest number of samples that are drawn as larger points
+LEAST_DRAWN = 1e-3  # lower end of a logarithmic axis, divided by the largest value
 
 
 def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collapsed: np.ndarray | None) -> None:
-    """Draw samples, fractiles of stripes, and collapses at the given values or (None) at the upper edge."""
+    """Draw samples, fractiles of stripes, and collapses (at the given values, or at the upper edge if None)."""
     level, demand = drawn.level, 100 * drawn.values
     stands = np.flatnonzero(~drawn.collapsed)
     shown = np.random.default_rng(0).permutation(stands)[:MOST_POINTS]
@@ -227,12 +227,12 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
 def drift_distributions(
     runs: Mapping[str, xr.Dataset], *, level: float | None = None, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw the distributions of the largest peak drift ratio in several runs (share of samples below each drift).
+    """Draw, for several runs, the distribution of the largest peak drift ratio: share of samples below each drift.
 
     Collapsed samples exceed every drift: a curve ends with a cross at the share of samples without collapse.
 
     Args:
-        runs: The run of each design by name, such as `{"existing": run, "with dampers": other}`.
+        runs: The run of each design, as a mapping such as `{"existing": run, "with dampers": other}`.
         level: Level of the stripe to draw [unit of the levels]; needed if runs have several stripes.
         colours: Colour of each design, as a list or a mapping by name.
         ax: Axes to draw into; None: a new figure.
@@ -282,10 +282,11 @@ def drift_distributions(
 
 
 def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.Dataset]:
-    """Return datasets by name of design; raise a TypeError or ValueError unless there is at least one Dataset."""
+    """Return datasets with the names of designs as keys; raise an error unless there is at least one Dataset."""
     if not isinstance(designs, Mapping) or isinstance(designs, xr.Dataset):  # a Dataset is a mapping, too
         raise TypeError(
-            f"plots.{function}() takes a {what} for each name of a design, such as {{'existing': ..., 'with dampers': "
+            f"plots.{function}() needs a mapping from design names to a {what} each, such as "
+            f"{{'existing': ..., 'with dampers': "
             f"...}}, got {type(designs).__name__}"
         )
     for name, dataset in designs.items():

@@ -32,14 +32,14 @@ from warpdyn.interfaces.plots.style import (
 _CURVES = (
     "draw the result of fragility(run, limits), or run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
 )
-MOST_IN_A_ROW = 4  # names in a legend
+MOST_IN_A_ROW = 4  # largest number of names in a row of the legend
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
 def fragility_curves(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw fragility curves and, for stripes, the exceedance fractions, with confidence intervals.
+    """Draw fragility curves and, for stripes, the fractions of exceeding samples, with confidence intervals.
 
     Args:
         dataset: Result of `fragility`, `fragility_from_capacities` or `fragility_of_cloud`, or a run merged with it.
@@ -184,7 +184,7 @@ def _without_fit(row: xr.Dataset) -> str:
 
 
 def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str = "-") -> None:
-    """Draw one curve with its interval, and the exceedance fractions of the stripes with error bars."""
+    """Draw one curve with its interval, and the fractions of exceeding samples of the stripes with error bars."""
     intensity = row["intensity"].values
     bounds = row["fragility_curve_lower"], row["fragility_curve_upper"]
     axes.fill_between(intensity, *bounds, color=colour, alpha=0.18, lw=0)

@@ -31,7 +31,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.response_spectra import response_spectra
 
 PERIODS = np.geomspace(0.05, 5.0, 100)  # s
-MOST_NAMED = 8  # motions with a name in the legend
+MOST_NAMED = 8  # largest number of motions with names in the legend
 
 
 def ground_motions(
@@ -43,7 +43,7 @@ def ground_motions(
 ) -> Drawn:
     """Draw ground motions: acceleration, growth of the Arias intensity (Husid plot), and response spectra.
 
-    For a single motion the figure also has its peak, Arias intensity and significant duration (5 to 95 %) as text.
+    If there is only one motion, its peak, Arias intensity and significant duration (5 to 95 %) are written as text.
 
     Args:
         motions: One or several ground motions.
@@ -107,7 +107,7 @@ def _describe(motion: GroundMotion, history: Axes, growth: Axes, colour: str) ->
 
 
 def spectra(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
-    """Draw response spectra: pseudo-spectral acceleration of every motion, median, and 16 to 84 % range.
+    """Draw response spectra: pseudo-spectral acceleration of every motion, their median and their 16 to 84 % range.
 
     Args:
         dataset: Result of `response_spectra`.

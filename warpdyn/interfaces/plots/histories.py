@@ -28,8 +28,8 @@ from warpdyn.interfaces.plots.style import (
 )
 
 PANELS_IN_A_ROW = 5
-MOST_LINES_NAMED = 10  # storeys with a name in the legend; in taller buildings only some
-BEYOND = 1.1  # end of the time axis over the time of collapse
+MOST_LINES_NAMED = 10  # largest number of storeys that all have names in the legend
+BEYOND = 1.1  # end of the time axis, divided by the time of collapse
 _HISTORIES = "draw a run of simulate(..., histories=wd.Histories([0]))"
 
 
@@ -38,7 +38,7 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
 
     Args:
         dataset: A run with histories. For a LinearSystem only the displacements are drawn.
-        history: Number of the history, counted from 0.
+        history: Index of the history, counted from 0.
         ax: Axes to draw into, three for a ShearBuilding, one for a LinearSystem; None: a new figure.
 
     Returns:
@@ -91,11 +91,11 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
 
 
 def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
-    """Draw hysteresis loops: storey force against storey drift, from a history or from a static test.
+    """Draw hysteresis loops, i.e. storey force against storey drift, from a history or a static test.
 
     Args:
         dataset: A run of a ShearBuilding with histories, or the result of `storey_hysteresis` or `pushover`.
-        history: Number of the history, counted from 0.
+        history: Index of the history, counted from 0.
         ax: Axes to draw into, one per storey; None: a new figure.
 
     Returns:
@@ -168,7 +168,7 @@ def _sample(chosen: xr.Dataset) -> int:
 
 
 def _of_sample(dataset: xr.Dataset, chosen: xr.Dataset) -> xr.Dataset | None:
-    """Return the sample of a history; None if the run no longer contains it after a selection."""
+    """Return the sample of a history; None if the sample was removed from the run by a selection."""
     if "sample" not in dataset.dims:
         return None
     numbers = dataset["sample"].values if "sample" in dataset.coords else np.arange(0)

@@ -29,26 +29,26 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-MOST_CURVES = 200  # drawn; the fractiles use all curves
-APART = 0.04  # least distance between the names of two limits, as a fraction of the axis
-BEYOND = 1.6  # end of the axis over the largest drift; the flat lines need this space
+MOST_CURVES = 200  # largest number of curves that are drawn; the fractiles use all curves
+APART = 0.04  # smallest distance between the names of two limits, as a fraction of the axis
+BEYOND = 1.6  # end of the axis divided by the largest drift; horizontal lines need this space
 
 
 def ida_curves(
     dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "linear", ax: Axes | None = None
 ) -> Drawn:
-    """Draw IDA curves: intensity against the largest peak drift ratio for each motion, and 16, 50 and 84 % curves.
+    """Draw IDA curves (intensity against the largest peak drift ratio for each motion) and 16, 50 and 84 % curves.
 
-    A curve has a cross at its first collapse and is flat after it. The fractiles are those of the drift at each level,
-    where a collapsed sample exceeds every drift. A fractile curve becomes flat at the first level at which the fractile
-    is undefined. (The 84 % curve of the drift is the lowest.)
+    A curve has a cross at its first collapse and is horizontal after it. Fractiles are those of the drift at each
+    level; a collapsed sample exceeds every drift. A fractile curve becomes horizontal at the first level at which the
+    fractile is undefined. (The 84 % curve of the drift is the lowest.)
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
     Dynamics 31(3).
 
     Args:
-        dataset: A run on stripes, with one curve per structure and motion; merged with its `fragility` it also shows
-            the limits.
+        dataset: A run on stripes, with one curve per structure and motion; if it is merged with its `fragility`, the
+            limits are also drawn.
         colour: Colour of the fractiles.
         scale: Axis of the drifts: "linear" or "log".
         ax: Axes to draw into; None: a new figure.
@@ -100,7 +100,7 @@ def ida_curves(
         line = np.append(0.0, drift[:last]), np.append(0.0, drawn.levels[:last])
         axes.plot(*line, style, color=colour, lw=width, label=f"{100 * share:.0f} % of the drifts")
         if 0 < last < defined.size:
-            # Then rise to the level at which this share of the samples has collapsed, and continue flat.
+            # Above it, rise to the level at which this share of the samples has collapsed, and continue horizontally.
             rise = (
                 [drift[last - 1], collapses[:, 0].max(), farthest],
                 [drawn.levels[last - 1], *2 * [drawn.levels[last]]],
@@ -126,11 +126,11 @@ def ida_curves(
 def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "log", ax: Axes | None = None) -> Drawn:
     """Draw the 16, 50 and 84 % fractiles of the capacities at each limit, and the IDA curves if they were kept.
 
-    The fractiles are those of the intensity at a given demand (Vamvatsikos and Cornell 2002). Infinite capacities
-    (above the highest level) are not drawn. A state that only collapse exceeds is drawn at the right end.
+    The fractiles are those of the intensity at a given demand (Vamvatsikos and Cornell 2002). Capacities above the
+    highest level (infinite) are not drawn. A state that only collapse exceeds is drawn at the right end.
 
     Args:
-        dataset: Result of `capacities`; with `keep_curves=True` the curves are drawn, too.
+        dataset: Result of `capacities`; with `keep_curves=True`, the IDA curves are also drawn.
         colour: Colour of the fractiles.
         scale: Axes of demand and intensity: "log" or "linear".
         ax: Axes to draw into; None: a new figure.
@@ -187,7 +187,7 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
 
 
 def _draw_kept_curves(axes: Axes, dataset: xr.Dataset, demand: str, factor: float, farthest: float) -> None:
-    """Draw the IDA curve of each pair of structure and motion, flat after the first collapse."""
+    """Draw the IDA curve of each pair of structure and motion, horizontal after the first collapse."""
     structure, motion = dataset["structure_index"].values, dataset["motion_index"].values
     level, values = dataset["im_level"].values, factor * dataset[demand].values
     collapsed = dataset["status"].values == 1
@@ -228,7 +228,7 @@ def _paths(drawn: Demands) -> list[np.ndarray]:
     order = np.lexsort((drawn.level, drawn.motion, drawn.structure))
     is_first = np.append(True, (np.diff(drawn.structure[order]) != 0) | (np.diff(drawn.motion[order]) != 0))
     starts = np.flatnonzero(is_first)
-    # Number of collapses of the same curve at lower levels.
+    # Number of collapses at lower levels of the same curve.
     before = np.cumsum(drawn.collapsed[order]) - drawn.collapsed[order]
     before -= before[starts][np.cumsum(is_first) - 1]
     kept = before == 0

@@ -13,25 +13,26 @@ from warpdyn.answers.fragility.building_results import PROBABILITY, damage_state
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.interfaces.plots.style import SMALL, Drawn, literal, panels, title
 
-MOST_BUILDINGS = 3000  # drawn as points; more are averaged in cells
+MOST_BUILDINGS = 3000  # largest number of buildings drawn as points; more are averaged in cells
 CELLS = 70  # number of cells along the longer side of the map
 KILOMETRES_OF_A_DEGREE = 111.19  # of latitude, on a sphere of the Earth's mean radius
 # The colours become darker with the value, so that the map can be read in grey and by colour-blind readers. The
 # background differs from the palest colour.
 COLOUR_MAP, GROUND = "YlOrRd", "0.87"
-HIGHEST = 0.995  # quantile at which the colours end; otherwise a few extreme cells would leave the others pale
+HIGHEST = 0.995  # quantile at which the colours end, so that a few extreme cells do not make all others pale
 _ADVICE = "draw the result of building_results(counted, stock, inventory)"
 
 
 def damage_map(
     results: pd.DataFrame, state: str | None = None, *, cell: float | None = None, ax: Axes | None = None
 ) -> Drawn:
-    """Draw a map of the mean loss ratio, or of the share of buildings in a damage state or a heavier one.
+    """Draw a map of the mean loss ratio, or of the share of buildings in a given damage state or a heavier one.
 
-    Up to 3,000 buildings are drawn as points, the highest values on top; more are averaged in square cells. The loss
-    ratio of a cell is the expected loss of its buildings divided by their replacement cost; shares are weighted by the
-    number of buildings (`number`) of each row. Buildings without a value, because all their samples failed, are not
-    drawn. The colours end at the 99.5 % quantile of the points or cells; an arrow at the colour bar marks larger ones.
+    Up to 3,000 buildings are drawn as points, with the highest values on top; more buildings are averaged in square
+    cells. The loss ratio of a cell is the expected loss of its buildings divided by their replacement cost; shares are
+    weighted by `number`, the number of buildings of each row. Buildings whose samples all failed have no value and are
+    not drawn. The colours end at the 99.5 % quantile of the points or cells; an arrow at the colour bar means that
+    there are larger values.
 
     Args:
         results: Result of `building_results`, or some of its rows.
@@ -59,8 +60,8 @@ def damage_map(
     if not known.any():
         if state is None and not (weight > 0).any():
             raise ValueError(
-                "plots.damage_map: no building has a replacement_cost above 0, the weight of its loss ratio: add the "
-                "column to the inventory, or draw a damage state"
+                "plots.damage_map: no building has a replacement_cost above 0, by which loss ratios are weighted: add "
+                "the column to the inventory, or draw a damage state: damage_map(results, state)"
             )
         raise ValueError("plots.damage_map: no building has a value, because all samples failed: select other rows")
     value, weight, longitude, latitude = (each[known] for each in (value, weight, longitude, latitude))
@@ -68,7 +69,7 @@ def damage_map(
     if cell is not None:
         real_number("plots.damage_map: cell", cell, above=0)
     middle = 0.5 * (latitude.min() + latitude.max())
-    shrink = np.cos(np.radians(middle))  # a degree of longitude is so much shorter than one of latitude
+    shrink = np.cos(np.radians(middle))  # length of a degree of longitude divided by that of a degree of latitude
     shape = max(np.ptp(longitude), 1e-6) * shrink / max(np.ptp(latitude), 1e-6)
     result, (axes,) = panels("damage_map", ax, size=(float(np.clip(5.2 * shape, 2.5, 8.0)) + 2.2, 5.8))
     if cell is None and value.size <= MOST_BUILDINGS:
@@ -135,7 +136,7 @@ def _buildings(number: pd.Series) -> str:
 def _cells(
     longitude: np.ndarray, latitude: np.ndarray, value: np.ndarray, weight: np.ndarray, side: float, shrink: float
 ) -> tuple[np.ndarray, np.ndarray, np.ma.MaskedArray]:
-    """Return the edges of square cells and the weighted mean in each of them, masked without a building.
+    """Return the edges of square cells and the weighted mean in each cell; cells without a building are masked.
 
     Args:
         longitude, latitude: Locations [degree].
@@ -149,7 +150,7 @@ def _cells(
         count = max(1, int(np.ceil(np.ptp(places) / step)))
         middle = 0.5 * (places.min() + places.max())
         edges.append(middle + step * (np.arange(count + 1) - 0.5 * count))
-        # Locations that rounding puts outside are in the outer cells.
+        # Locations that rounding would put outside the map belong to the outer cells.
         cell = cell * count + np.searchsorted(edges[-1][1:-1], places, side="right")
     north, east = edges
     shape = north.size - 1, east.size - 1

@@ -34,18 +34,18 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-SHARES = (0.16, 0.84)  # fractiles of the band of losses
-BINS = 120  # bins of the contributions that are drawn as areas
+SHARES = (0.16, 0.84)  # fractiles of the shaded range of losses
+BINS = 120  # number of bins of the contributions, which are drawn as areas
 _POINTS = 300
 
 
 def hazard_and_rates(
     curves: xr.Dataset, hazard: Hazard, *, colours: Colours = COLOURS, ax: Iterable[Axes] | Axes | None = None
 ) -> Drawn:
-    """Draw a hazard curve, and below it fragility curves with the contribution of each intensity to the annual rates.
+    """Draw a hazard curve and fragility curves with the contribution of each intensity to the annual rates.
 
-    Areas show the contributions per unit of the logarithm of the intensity, scaled to a maximum of 1. The legend
-    contains the annual rates. Branches of a logic tree are pale, their mean is black.
+    Areas show the contributions per unit of ln(intensity), scaled to a maximum of 1. The legend contains the annual
+    rates. The branches of a logic tree are pale; their mean is black.
 
     Args:
         curves: Result of `fragility`.
@@ -198,8 +198,8 @@ def vulnerability(
 def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes | None = None) -> Drawn:
     """Draw the annual rate of exceedance of losses, its interval, and the losses of the return periods.
 
-    Losses of events are drawn with one step per event. For draws of one earthquake, which have no annual rates, the
-    figure shows the share of the draws with a larger loss.
+    Losses of events give a curve with one step per event. Draws of one earthquake have no annual rates: the figure
+    shows the share of draws with a larger loss.
 
     Args:
         dataset: Result of `annual_losses`, `event_losses` or `portfolio_losses`.

@@ -1,4 +1,4 @@
-"""Demands of the samples of a run for figures: samples that did not fail, and fractiles with collapses."""
+"""Demands of the samples that did not fail, and their fractiles with collapses, for figures."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ class Demands:
         level: Intensity measure of each sample, shape [sample].
         structure: Index of each sample's structure, shape [sample].
         motion: Index of each sample's motion, shape [sample].
-        is_striped: Whether each level has many samples.
-        measure: The intensity measure with its units, for the label of an axis.
+        is_striped: Whether there are levels with many samples each (stripes).
+        measure: Name and units of the intensity measure, for the label of an axis.
         measure_name: Name of the intensity measure.
         units: Units of the intensity measure.
-        beyond: Which values count as infinite because of a collapse, shape of `values`. For demands by storey, only the
-            storey that collapsed.
+        beyond: Which values count as infinite because of a collapse, of the shape of `values`. If each storey has a
+            demand, only that of the storey that collapsed counts as infinite.
     """
 
     values: np.ndarray
@@ -51,7 +51,7 @@ class Demands:
 
     @property
     def unlimited(self) -> np.ndarray:
-        """The demand, infinite if it exceeds every value because of a collapse."""
+        """The demand, with infinity where `beyond` is True."""
         return np.where(self.beyond, np.inf, self.values.astype(np.float64))
 
     def fractiles(self) -> np.ndarray:
@@ -60,12 +60,12 @@ class Demands:
         return np.array([fractiles(demand[self.level == level]) for level in self.levels])
 
     def collapsed_share(self) -> np.ndarray:
-        """Return the share of collapses of each level."""
+        """Return the share of collapsed samples at each level."""
         return np.array([self.collapsed[self.level == level].mean() for level in self.levels])
 
 
 def fractiles(demand: np.ndarray, shares: tuple[float, ...] = SHARES) -> np.ndarray:
-    """Return fractiles along the first axis; NaN if too many samples collapsed.
+    """Return fractiles along the first axis; NaN if they are undefined because too many samples collapsed.
 
     The median is undefined if more than half of the samples collapsed, the 84 % fractile if more than 16 % collapsed.
 
@@ -79,7 +79,7 @@ def fractiles(demand: np.ndarray, shares: tuple[float, ...] = SHARES) -> np.ndar
     counted = np.quantile(demand, shares, axis=0, method="inverted_cdf")
     with np.errstate(invalid="ignore"):
         between = np.quantile(demand, shares, axis=0)
-    # Interpolation between a finite and an infinite value is infinite: use the finite value then.
+    # Interpolation between a finite and an infinite value would be infinite: use the finite value instead.
     found = np.where(np.isfinite(between), between, counted)
     return np.where(np.isfinite(found), found, np.nan)
 
@@ -97,7 +97,7 @@ def check_run(function: str, run: object, *names: str, advice: str) -> None:
 def demands_of(
     function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False, by_level: bool = True
 ) -> Demands:
-    """Return a demand of a run: the largest over the storeys or one per storey, without isolators and mass dampers.
+    """Return a demand of a run, the largest over the storeys or each storey's, without isolators and mass dampers.
 
     Args:
         function: Name of the plot in errors.
@@ -105,7 +105,7 @@ def demands_of(
         demand: Name of the variable, with the dimensions `sample` and `storey`.
         advice: Advice in errors about missing variables.
         by_storey: Whether each storey has its own value.
-        by_level: Whether levels are needed; otherwise they may be missing (random motions) and become NaN.
+        by_level: Whether levels are required; if not, they are NaN in a run without levels (random motions).
 
     Raises:
         ValueError: If the run lacks a variable, or all samples failed.
@@ -142,7 +142,7 @@ def demands_of(
     collapsed = status[kept] == COLLAPSED
     beyond = np.broadcast_to(collapsed.reshape(-1, *[1] * (values.ndim - 1)), values.shape)
     if values.ndim > 1 and {"storey_of_collapse", "storey"} <= run.keys() | run.coords.keys():
-        # In the other storeys the demands until collapse count, if they are finite.
+        # In the other storeys of a collapsed sample, the demands before the collapse count if they are finite.
         here = run["storey_of_collapse"].values[kept, None] == run["storey"].values
         beyond = beyond & (here | ~np.isfinite(values))
     level = run["im_level"] if "im_level" in run else xr.DataArray(np.full(status.size, np.nan))

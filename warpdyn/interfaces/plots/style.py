@@ -17,13 +17,13 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import one_of, shortened
 
-# Colours by Okabe and Ito, distinct also for colour-blind readers; the first is for the lightest damage state.
+# Colours of Okabe and Ito, which colour-blind readers can distinguish; the first is for the lightest damage state.
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
 COLLAPSE_COLOUR = "#D55E00"
 PALE, DARK = "0.7", "0.35"  # greys of background data, and of remarks
 SMALL = 8  # font size of legends and remarks
 TITLE = 9
-LONGEST_NAME = 60  # characters
+LONGEST_NAME = 60  # largest number of characters
 NO_WIDTH = "\N{ZERO WIDTH SPACE}"
 # Style of names among points or curves: drawn on top, with a white edge around the letters.
 AMONG_POINTS: dict[str, Any] = {
@@ -31,7 +31,7 @@ AMONG_POINTS: dict[str, Any] = {
     "path_effects": [patheffects.withStroke(linewidth=3, foreground="white")],
     "zorder": 6,
 }
-MOST_POINTS = 20_000  # points drawn of a cloud
+MOST_POINTS = 20_000  # largest number of points of a cloud that are drawn
 SCALES = ("log", "linear")
 # The result of a plot: a new figure, or the given axes. `Any` is for the axes, so that type checkers accept the result
 # as a figure in calls without `ax`.
@@ -94,7 +94,7 @@ def panels(
 
 
 def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
-    """Return the colour of each name, from a mapping by name or from a list that is repeated as often as needed.
+    """Return the colour of each name, from a mapping with names as keys or from a list, which is repeated if too short.
 
     Raises:
         ValueError: If a name has no colour, or matplotlib does not know one.
@@ -108,7 +108,7 @@ def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
     else:
         given = [colours] if isinstance(colours, str) else list(colours)
         if not given:
-            raise ValueError("colours is empty: give at least one")
+            raise ValueError("colours is empty: give at least one colour, such as colours=['#0072B2']")
         found = list(islice(cycle(given), len(wanted)))
     for colour in found:
         if not is_color_like(colour):

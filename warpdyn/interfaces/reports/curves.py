@@ -1,4 +1,4 @@
-"""Report sections on fragility curves, and on statistics of runs that keep no samples."""
+"""Report sections on fragility curves, and on the statistics of runs without single samples."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def fragility(dataset: xr.Dataset) -> list[Part]:
 
 
 def statistics(dataset: xr.Dataset) -> list[Part]:
-    """Return the section on the statistics of a run that keeps no samples: the range of every variable.
+    """Return the section on the statistics of a run without single samples: the range of every variable.
 
     Args:
         dataset: Result of `simulate(scene, statistics=...)`.

@@ -29,8 +29,8 @@ DEMANDS = (
     "hysteretic_energy",
 )
 BY_LEVEL = ("peak_storey_drift_ratio", "peak_floor_acceleration", "residual_drift_ratio", "peak_displacement")
-MOST_LEVELS = 40  # rows in a table
-MOST_LINES = len(COLOURS)  # lines in a figure
+MOST_LEVELS = 40  # largest number of rows in a table
+MOST_LINES = len(COLOURS)  # largest number of lines in a figure
 
 
 def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:

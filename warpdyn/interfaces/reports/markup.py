@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 
 from warpdyn.foundations.core.description import number_text
 
-DPI = 130  # of figures: about 900 points on the 18 cm of an A4 page
+DPI = 130  # resolution of figures: about 900 pixels on the 18 cm of an A4 page
 
-Part = dict[str, Any]  # "kind", and the values that page.html shows for this kind
+Part = dict[str, Any]  # the key "kind", and the values that page.html shows for this kind
 
 
 def page(title: str, generator: str, parts: Iterable[Part]) -> str:
-    """Return an HTML page that needs no other file.
+    """Return an HTML page that loads no other file.
 
     Args:
         title: Title of the page, as plain text.
@@ -43,12 +43,12 @@ def paragraph(text: str) -> Part:
 
 
 def remark(text: str) -> Part:
-    """Return a paragraph that a reader must see; a bar at its left marks it."""
+    """Return a paragraph that the reader should notice, marked by a bar on its left."""
     return {"kind": "remark", "text": text}
 
 
 def preformatted(text: str) -> Part:
-    """Return text in letters of equal width, with its spaces and line breaks."""
+    """Return text in a font of equal width, with its spaces and line breaks."""
     return {"kind": "preformatted", "text": text}
 
 
@@ -66,7 +66,7 @@ def table(caption: str, heads: Sequence[str], rows: Iterable[Sequence[object]]) 
 
 
 def figure(drawn: Figure, caption: str) -> Part:
-    """Return a figure as PNG inside the page; the caption is also its text for readers without images."""
+    """Return a figure as PNG inside the page; the caption is also the alternative text of the image."""
     file = io.BytesIO()
     drawn.savefig(file, format="png", dpi=DPI)
     return {"kind": "figure", "caption": caption, "png": base64.b64encode(file.getvalue()).decode("ascii")}

@@ -1,4 +1,4 @@
-"""Status of the samples of a run, and remarks on what limits its results."""
+"""Status of the samples of a run, and remarks on limitations of its results."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def outcome(run: xr.Dataset) -> list[Part]:
 
 
 def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
-    """Return sentences on what limits the results of a run.
+    """Return sentences about limitations of the results of a run.
 
     Args:
         run: The run, for one event.
@@ -93,7 +93,7 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
 
 
 def _fit_remarks(run: xr.Dataset) -> list[str]:
-    """Return sentences on damage states whose fragility curves are not regular fits."""
+    """Return sentences about damage states whose fragility curves are penalised fits or have no fit."""
     if "fit_status" not in run or run["fit_status"].dims != ("damage_state",):
         return []
     meanings = str(run["fit_status"].attrs.get("flag_meanings", "")).split()

@@ -12,9 +12,9 @@ import xarray as xr
 from warpdyn.foundations.core.description import number_text
 from warpdyn.interfaces.reports.markup import Part, heading, paragraph, preformatted, table
 
-MOST_MOTIONS = 60  # rows in a table
+MOST_MOTIONS = 60  # largest number of rows in a table
 MOST_ARCHETYPES = 40
-LONGEST_SCENE = 6000  # letters
+LONGEST_SCENE = 6000  # largest number of characters
 # Attributes of a run in the order of the table, with their descriptions.
 ATTRIBUTES = {
     "source": "versions",

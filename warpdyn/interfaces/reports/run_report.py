@@ -25,10 +25,10 @@ ADVICE = "pass the result of simulate(), alone or merged with fragility(), or re
 def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = None) -> Path:
     """Write a report of a run as one HTML file: scene, outcome, demands, fragility curves, accuracy and provenance.
 
-    The file contains its figures, loads nothing else and prints on A4. Remarks name what limits the results: failed or
-    sensitive samples, energies that do not balance, fragility curves that are not regular fits. A sequence of events
-    has one section on outcome and demands per event. A run that keeps no samples (`simulate(scene, statistics=...)`)
-    has a section on its statistics instead.
+    The file contains its figures, loads nothing else and can be printed on A4. Remarks describe limitations of the
+    results: failed or sensitive samples, energies that do not balance, fragility curves without a regular fit. For a
+    sequence of events there is one section on outcome and demands per event. For a run without single samples
+    (`simulate(scene, statistics=...)`) there is a section on the statistics instead.
 
     Args:
         dataset: Result of `simulate`, alone or merged with the result of `fragility`, or read from its file.

@@ -16,10 +16,10 @@ def summary(run: xr.Dataset) -> str:
     """Return status counts, collapses, steps and estimated errors of a run in a few lines of text.
 
     Args:
-        run: Result of `simulate`. For a run with `statistics=` the text contains the number of failed samples.
+        run: Result of `simulate`. For a run with `statistics=`, the text contains only the number of failed samples.
 
     Raises:
-        ValueError, TypeError: If `run` is something else.
+        ValueError, TypeError: If `run` is not a result of `simulate`, or has no samples.
 
     Example:
         >>> print(wd.summary(run).splitlines()[0])

@@ -1,4 +1,4 @@
-"""Fits of binomial stripe counts by probit or logit, penalised for separated stripes."""
+"""Fits of lognormal (probit) and loglogistic (logit) curves to stripe counts, penalised for separated stripes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from warpdyn.answers.fragility.maximum_likelihood.links import (
 )
 from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
 
-PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a fit, after those of `fit_stripes`
+PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a penalised fit; follows the outcomes of `fit_stripes`
 UNDETERMINED = PENALISED + 1  # the data do not determine a median outside the levels
 
 
 def penalised_likelihood(
     link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
 ) -> Evaluation:
-    """Return `likelihood` with the logarithm of Jeffreys' prior added, and the expected information.
+    """Return `likelihood` times Jeffreys' prior (in logarithms), its gradient, and the expected information.
 
     The penalty is half the logarithm of the determinant of the expected information. Its maximum is finite for all
     counts (Firth 1993, Biometrika 80; Kosmidis and Firth 2021, Biometrika 108).
@@ -35,7 +35,7 @@ def penalised_likelihood(
     determinant = np.linalg.det(information)
     with np.errstate(divide="ignore", invalid="ignore"):
         value = (exceeding * above + passing * below).sum(axis=1) + 0.5 * np.log(determinant)
-        # The leverage of a level, from its row of the design and the inverse of the information.
+        # Leverage of a level: row of the design times inverse information times row.
         a, b, c = (information[:, i, j, None] for i, j in ((0, 0), (0, 1), (1, 1)))
         leverage = (c - 2.0 * b * position + a * position**2) / determinant[:, None]
     slope = exceeding * rise - passing * fall
@@ -51,11 +51,11 @@ def fit_probit(
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., im_level].
-        total: Number of trials, broadcast with `exceeding`.
+        total: Number of trials, of a shape that broadcasts with `exceeding`.
         start: Median and dispersion at which the search starts, or None.
 
     Returns:
-        Median, dispersion [1] and outcome (an index into FIT_MEANINGS), of the leading shape.
+        Median, dispersion [1] and outcome (an index into FIT_MEANINGS), each of shape [...].
 
     Raises:
         ValueError: As in `fit_stripes`.
@@ -74,12 +74,12 @@ def fit_logit(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Fit loglogistic curves; arguments and results as in `fit_probit`.
 
-    The dispersion is the standard deviation of the logarithm of the capacity, pi / sqrt(3) over the slope of the logit.
+    The dispersion is the standard deviation of ln(capacity): pi / sqrt(3), divided by the slope of the logit.
     """
     median, dispersion, outcome = (np.atleast_1d(part) for part in fit_stripes(levels, exceeding, total, start))
     position, centre, spread = _positions(levels)
     exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
-    rows = np.flatnonzero(outcome.ravel() == FITTED)  # same condition (Albert and Anderson)
+    rows = np.flatnonzero(outcome.ravel() == FITTED)  # probit and logit have a maximum under the same condition
     counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
     passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
     slope = LOGIT.deviation * spread / dispersion.ravel()[rows]
@@ -100,7 +100,7 @@ def _penalised_where_separated(
     dispersion: np.ndarray,
     outcome: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the fits; separated stripes get penalised ones."""
+    """Return the fits, with penalised fits for separated stripes."""
     shape = outcome.shape
     median, dispersion, outcome = (np.array(part).reshape(-1) for part in (median, dispersion, outcome))
     rows = np.flatnonzero(outcome == SEPARATED)
@@ -122,7 +122,7 @@ def _penalised_where_separated(
 
 
 def _positions(levels: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Return centred and scaled logarithms of the levels, the centre and the scale."""
+    """Return centred and scaled logarithms of the levels, their centre and their scale."""
     logarithm = np.log(np.asarray(levels, dtype=np.float64))
     centre, spread = float(logarithm.mean()), float(logarithm.std())
     return (logarithm - centre) / spread, centre, spread
@@ -137,7 +137,7 @@ def _set(
     scales: tuple[float, float, float],
     success: int,
 ) -> None:
-    """Write fitted intercepts and slopes into rows of medians, dispersions and outcomes."""
+    """Convert intercepts and slopes to medians and dispersions, and write them and the outcomes into the given rows."""
     centre, spread, deviation = scales
     with np.errstate(all="ignore"):
         middle, scatter = np.exp(centre - spread * found[:, 0] / found[:, 1]), deviation * spread / found[:, 1]
@@ -155,7 +155,7 @@ def influences_of_cells(
     median: np.ndarray,
     dispersion: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first-order contribution of each cell of samples to the logarithms of median and dispersion.
+    """Return the first-order contribution of each cell (record, group, level) to ln(median) and ln(dispersion).
 
     Args:
         link: Probit or logit.
@@ -166,15 +166,16 @@ def influences_of_cells(
         dispersion: Fitted dispersions.
 
     Returns:
-        The score of each cell times the inverse of the whole information, shape [record, group, 2, row ...]; and the
-        diagonal of that inverse, the variances if all samples were independent, shape [2, row ...]; NaN without a fit.
+        The score of each cell times the inverse of the information of all cells, shape [record, group, 2, row ...]; and
+        the diagonal of this inverse, i.e. the variances if all samples were independent, shape [2, row ...]. NaN
+        without a fit.
     """
     rows = median.shape
     at = (slice(None), *(None,) * len(rows))
     score = link.deviation * (np.log(levels)[at] - np.log(median)) / dispersion
     log_density = link.log_density(score)
     above, below = (np.exp(log_density - link.log_cumulative(side)) for side in (score, -score))
-    # Derivatives of the score with respect to both logarithms.
+    # Derivatives of the score with respect to ln(median) and ln(dispersion).
     slopes = np.stack([-link.deviation / dispersion + 0.0 * score, -score])
     bend, over = link.slope(score), exceeding.sum(axis=(0, 1))
     under = valid.sum(axis=(0, 1))[at] - over
@@ -192,7 +193,7 @@ def influences_of_cells(
         )
         inverse = flipped / determinant[..., None, None]
     factors = np.einsum("...ab,bl...->al...", inverse, slopes)
-    # Count all samples as passing, and add the difference for exceeding ones.
+    # Count all samples as not exceeding, and add the difference for exceeding ones.
     influences = np.einsum("rgl...,al...->rga...", exceeding.astype(np.float64), factors * (above + below))
     influences -= np.tensordot(valid.astype(np.float64), np.moveaxis(factors * below, 1, 0), axes=1)
     return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)

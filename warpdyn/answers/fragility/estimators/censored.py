@@ -1,4 +1,4 @@
-"""Normal regression of values that are known exactly, within an interval, or from one side, for rows of weights."""
+"""Normal regression of values that are known exactly, within an interval, or up to one bound (censored)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from scipy.special import log_ndtr
 
 from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
 
-NARROW = 1e-6  # of a logarithm: narrower intervals are replaced by their middle, because of rounding
+NARROW = 1e-6  # narrower intervals (of a logarithm) are replaced by their centre, because of rounding
 
-_AT_A_TIME = 1 << 20  # observations times rows in memory at a time
+_AT_A_TIME = 1 << 20  # number of observations times rows in memory at a time
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
@@ -21,12 +21,13 @@ _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 class CensoredRegression:
     """Maximum likelihood of value = coefficients . design + deviation x normal (Tobin 1958, Olsen 1978).
 
-    In coefficients / deviation and 1 / deviation the likelihood is concave, also for intervals (Olsen 1978,
-    Econometrica 46; Burridge 1981, Journal of the Royal Statistical Society B 43), so there is only one maximum.
+    As a function of coefficients / deviation and 1 / deviation, the log-likelihood is concave, also for intervals
+    (Olsen 1978, Econometrica 46; Burridge 1981, Journal of the Royal Statistical Society B 43), so it has only one
+    maximum.
 
     Args:
-        lower: Lower bound of each value, shape [observation]; -inf without one.
-        upper: Upper bound; inf without one; equal to the lower bound if the value is known.
+        lower: Lower bound of each value, shape [observation]; -inf if it has no lower bound.
+        upper: Upper bound; inf if it has no upper bound; equal to the lower bound if the value is known.
         design: Explanatory variables of the mean, shape [observation, coefficient].
     """
 
@@ -44,8 +45,8 @@ class CensoredRegression:
     def fit(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coefficients, shape [row, coefficient], and the deviation, shape [row], for rows of weights.
 
-        They are NaN if Newton's method finds no maximum. If all values are known, they are those of least squares (the
-        moments if the design is constant); the deviation has divisor n, not n - 1.
+        The result is NaN if Newton's method finds no maximum. If all values are known, the result is that of least
+        squares (mean and standard deviation if the design is constant); the deviation has divisor n, not n - 1.
 
         Args:
             weights: Weight of each observation, shape [row, observation].
@@ -83,7 +84,7 @@ class CensoredRegression:
         scores[self._is_exact, -1] += deviation
         _, _, information = self._evaluate(parameters, np.ones((1, self.lower.size)))
         inverse = np.linalg.pinv(information[0], hermitian=True)
-        change = np.zeros((count, count))  # derivatives by coefficients / deviation and 1 / deviation
+        change = np.zeros((count, count))  # derivatives with respect to coefficients / deviation and 1 / deviation
         change[:-1, :-1] = deviation * np.eye(count - 1)
         change[:-1, -1], change[-1, -1] = -coefficients * deviation, -(deviation**2)
         return scores @ (change @ inverse).T, change @ inverse @ change.T
@@ -105,16 +106,16 @@ class CensoredRegression:
 
     @cached_property
     def _upper_row(self) -> np.ndarray:
-        """Factors that give the score at the upper bound from the parameters, shape [observation, coefficient + 1]."""
+        """Factors of the parameters in the score of the upper bound, shape [observation, coefficient + 1]."""
         return np.column_stack([-self.design, np.where(np.isfinite(self.upper), self.upper, 0.0)])
 
     @cached_property
     def _lower_row(self) -> np.ndarray:
-        """Factors for the lower bound."""
+        """Factors of the parameters in the score of the lower bound, shape [observation, coefficient + 1]."""
         return np.column_stack([-self.design, np.where(np.isfinite(self.lower), self.lower, 0.0)])
 
     def _start(self) -> np.ndarray:
-        """Return parameters of a least-squares line through the middles, or the only bound, of the values."""
+        """Return the parameters of a least-squares line through the centre (or the only bound) of each value."""
         low, high = np.isfinite(self.lower), np.isfinite(self.upper)
         both = low & high
         with np.errstate(invalid="ignore"):
@@ -140,7 +141,7 @@ class CensoredRegression:
         both = up[:, :, None] * low[:, None, :]
         both += low[:, :, None] * up[:, None, :]
         information -= (weights * at.slope_upper * -at.slope_lower * ~self._is_exact) @ both.reshape(-1, count * count)
-        # The density of a known value is that of its score, divided by the deviation.
+        # The density of a known value is the normal density of its score, divided by the deviation.
         precision, known = parameters[:, -1], weights @ self._is_exact.astype(np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
             value += np.where(known > 0, known * np.log(precision), 0.0)
@@ -154,7 +155,7 @@ class CensoredRegression:
         with np.errstate(all="ignore"):
             high = np.where(np.isfinite(self.upper), parameters @ self._upper_row.T, np.inf)
             low = np.where(np.isfinite(self.lower), parameters @ self._lower_row.T, -np.inf)
-            # Take the difference of probabilities in the tail in which both are small.
+            # Subtract probabilities of the tail in which both are small, to avoid cancellation.
             is_right = low > 0
             upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
             log_upper = log_ndtr(upper)
@@ -179,11 +180,13 @@ class _Scores(NamedTuple):
     """Contributions of observations, shape [row, observation].
 
     Args:
-        value: Log-likelihood, without the logarithm of 1 / deviation of known values.
-        slope_upper: Its derivative by the score of the upper bound (of known values by their score).
-        slope_lower: Its derivative by the score of the lower bound.
-        bend_upper: Its negative second derivative by the score of the upper bound.
-        bend_lower: The same for the lower bound; the mixed one is the product of the slopes.
+        value: Log-likelihood; for known values without the term ln(1 / deviation).
+        slope_upper: Derivative of the log-likelihood with respect to the score of the upper bound (known values: their
+            score).
+        slope_lower: Derivative with respect to the score of the lower bound.
+        bend_upper: Negative second derivative with respect to the score of the upper bound.
+        bend_lower: Negative second derivative with respect to the score of the lower bound; the mixed one is the
+            product of both slopes.
     """
 
     value: np.ndarray

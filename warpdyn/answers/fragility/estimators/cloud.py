@@ -1,4 +1,4 @@
-"""Cloud analysis: regression of ln demand on ln intensity, with collapses censored or modelled separately."""
+"""Cloud analysis: regression of ln(demand) on ln(intensity), with collapses censored or modelled separately."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from warpdyn.answers.fragility.estimators.censored import CensoredRegression
 from warpdyn.answers.fragility.lognormal_fit import NO_EXCEEDANCE
 
 DEMAND_AND_COLLAPSE = "of demand and collapse"  # value of the attribute `fragility_shape`
-_HALVINGS = 80  # of the interval that contains a fractile, to rounding
+_HALVINGS = 80  # bisection steps, after which a fractile is exact to rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +20,13 @@ class CloudFits:
     """Fitted regressions, one per row of weights.
 
     Args:
-        intercept: ln demand at an intensity of 1, shape [row].
-        slope: Slope of ln demand on ln intensity.
-        deviation: Standard deviation of ln demand about the line.
+        intercept: ln(demand) at an intensity of 1, shape [row].
+        slope: Slope of ln(demand) over ln(intensity).
+        deviation: Standard deviation of ln(demand) about the line.
         collapse_median: Median intensity of collapse; infinite without a model of collapse.
         collapse_dispersion: Dispersion of the intensity of collapse.
-        is_censored: Whether collapses are censored demands in the regression; then the model of collapse counts only
-            for infinite limits, which only collapse passes.
+        is_censored: Whether the demands of collapsed samples are lower bounds in the regression. Then the model of
+            collapse is only used for infinite limits, which only collapse exceeds.
     """
 
     intercept: np.ndarray
@@ -40,8 +40,8 @@ class CloudFits:
         """Return the probability that the demand exceeds limits, collapses included.
 
         Args:
-            intensity: 0 or above, of a shape that broadcasts to [row, damage_state, point].
-            limit: Shape [damage_state].
+            intensity: 0 or above, of a shape that broadcasts with [row, damage_state, point].
+            limit: Limits, shape [damage_state].
         """
         parts = (self.intercept, self.slope, self.deviation, self.collapse_median, self.collapse_dispersion)
         intercept, slope, deviation, median, dispersion = (part[:, None, None] for part in parts)
@@ -53,7 +53,7 @@ class CloudFits:
         return 1.0 - stands * survives
 
     def fractile(self, share: float, limit: np.ndarray) -> np.ndarray:
-        """Return the intensity at which a share exceeds each limit, shape [row, damage_state], by bisection."""
+        """Return the intensity at which a share of samples exceeds each limit, shape [row, damage_state]."""
         is_finite = np.isfinite(limit)
         with np.errstate(invalid="ignore"):
             of_collapse = np.log(self.collapse_median)[:, None]
@@ -79,12 +79,12 @@ def fit_censored(
 
     Args:
         intensity: Intensity of each sample, shape [sample].
-        demand: Its demand; of a collapsed sample up to its collapse.
-        collapsed: Whether it collapsed.
-        weights: Its weights, shape [row, sample].
+        demand: Demand of each sample; for a collapsed sample, its value before the collapse.
+        collapsed: Whether each sample collapsed.
+        weights: Weights of the samples, shape [row, sample].
 
     Returns:
-        The fits, and the regression.
+        The fits, and the regression with censored values.
     """
     regression = _regression(intensity, demand, collapsed)
     coefficients, deviation = regression.fit(weights)
@@ -103,8 +103,8 @@ def fit_with_collapse(
     as in pyFragility. Arguments as in `fit_censored`.
 
     Returns:
-        The fits, and the outcome of the fit of collapse, an index into FIT_MEANINGS: penalised if the intensities of
-        collapsed and other samples do not overlap.
+        The fits, and the outcome of the fit of collapse (an index into FIT_MEANINGS): it is penalised if the
+        intensities of collapsed samples do not overlap with those of the others.
     """
     regression = _regression(intensity[~collapsed], demand[~collapsed], np.zeros(int((~collapsed).sum()), dtype=bool))
     coefficients, deviation = regression.fit(weights[:, ~collapsed])

@@ -1,4 +1,4 @@
-"""Curves of ordered damage states with one dispersion, which cannot cross: a cumulative probit."""
+"""Lognormal curves of ordered damage states with one common dispersion, which cannot cross: a cumulative probit."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 def fit_ordinal(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit lognormal curves of one dispersion to all damage states at once, by maximum multinomial likelihood.
+    """Fit lognormal curves with one common dispersion to all damage states, by maximum multinomial likelihood.
 
     The likelihood is that of a cumulative probit with a common slope (McCullagh 1980, Journal of the Royal Statistical
-    Society B 42). A state that no sample or every sample exceeds has no curve; two states that the same samples exceed
-    have the same curve.
+    Society B 42). A damage state has no curve if it is exceeded by no sample or by every sample; two states that are
+    exceeded by the same samples have the same curve.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
         exceeding: Number of exceedances, shape [..., damage_state, im_level], not increasing along `damage_state`.
-        total: Number of trials, broadcast with `exceeding` and the same for every damage state.
+        total: Number of trials, of a shape that broadcasts with `exceeding`; the same for every damage state.
         start: Median and dispersion at which the search starts, shape [..., damage_state], or None.
 
     Returns:
@@ -41,7 +41,10 @@ def fit_ordinal(
     alone = fit_stripes(levels, exceeding, total)  # checks the counts; its outcome shows states without a curve
     exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
     if exceeding.ndim < 2 or np.any(np.diff(exceeding, axis=-2) > 0):
-        raise ValueError("exceeding must have shape [..., damage_state, im_level] and not increase from state to state")
+        raise ValueError(
+            "exceeding must have shape [..., damage_state, im_level], and a heavier damage state must not have more "
+            "exceedances than a lighter one"
+        )
     states, stripes = exceeding.shape[-2:]
     counts = exceeding.reshape(-1, states, stripes)
     trials = total.reshape(-1, states, stripes)[:, 0]
@@ -50,7 +53,7 @@ def fit_ordinal(
     position = (logarithm - centre) / spread
 
     sums = counts.sum(axis=2)
-    # Fit only the first of states that the same samples exceed, and no state that no sample or all exceed.
+    # Fit one of several states that the same samples exceed, and no state that no sample or every sample exceeds.
     is_first = np.diff(sums, axis=1, prepend=-1.0) != 0
     is_kept = is_first & (sums > 0) & (sums < trials.sum(axis=1, keepdims=True))
     median, dispersion = np.full((2, len(counts), states), np.nan)
@@ -77,7 +80,7 @@ def fit_ordinal(
         missing = np.full(good.shape, NO_FINITE_MEDIAN)
         missing[slope <= 0] = NOT_INCREASING
         missing[(outcome[rows][:, kept] == SEPARATED).all(axis=1)] = SEPARATED
-        # A state that the same samples exceed as another one gets the curve of that one.
+        # States that the same samples exceed get the same curve.
         source = np.maximum.accumulate(np.where(pattern, np.arange(states), -1))
         for state in np.flatnonzero(source >= 0):
             of = int(np.searchsorted(kept, source[state]))
@@ -93,7 +96,7 @@ def fit_ordinal(
 def influences_of_cells(
     levels: np.ndarray, exceeding: np.ndarray, valid: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the first-order contribution of each cell of samples to the logarithms of median and dispersion.
+    """Return the first-order contribution of each cell (record, group, level) to ln(median) and ln(dispersion).
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
@@ -103,8 +106,8 @@ def influences_of_cells(
         dispersion: Dispersions of `fit_ordinal`.
 
     Returns:
-        The influences, shape [record, group, 2, ..., damage_state], and the variances if all samples were independent,
-        shape [2, ..., damage_state]; NaN without a fit.
+        The contributions, shape [record, group, 2, ..., damage_state], and the variances if all samples were
+        independent, shape [2, ..., damage_state]; NaN without a fit.
     """
     cells, states = exceeding.shape[:2], exceeding.shape[-1]
     position = np.log(np.asarray(levels, dtype=np.float64))
@@ -128,7 +131,9 @@ def influences_of_cells(
         inverse = np.linalg.pinv(information[0], hermitian=True)
         for state in fitted:
             of = int(np.searchsorted(middle[row, kept], middle[row, state]))
-            change = np.zeros((2, kept.size + 1))  # derivatives of both logarithms by the parameters
+            change = np.zeros(
+                (2, kept.size + 1)
+            )  # derivatives of ln(median) and ln(dispersion) with respect to parameters
             change[0, of], change[0, -1], change[1, -1] = -1.0, -np.log(middle[row, state]), -1.0
             change /= slope
             influences[:, :, :, row, state] = (each @ (change @ inverse).T).reshape(*cells, 2)
@@ -138,24 +143,25 @@ def influences_of_cells(
 
 
 def _in_each_state(exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
-    """Return the samples without damage and in each state, shape [row, damage_state + 1, im_level]."""
+    """Return the number of samples in each damage state, "none" first, shape [row, damage_state + 1, im_level]."""
     with_all = np.concatenate([trials[:, None], exceeding, np.zeros_like(trials[:, None])], axis=1)
     return -np.diff(with_all, axis=1)
 
 
 def _start(position: np.ndarray, exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
-    """Return intercepts and slope of flat curves through the overall fraction of each state."""
+    """Return the slope 0 and the intercepts at which every level has the overall fraction of each state."""
     share = exceeding.sum(axis=2) / trials.sum(axis=1, keepdims=True)
     return np.column_stack([ndtri(share), np.zeros(len(share))])
 
 
 def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> Evaluation:
-    """Return log-likelihood, gradient and negative second derivatives by the intercepts and the slope.
+    """Return log-likelihood, gradient and negative second derivatives with respect to intercepts and slope.
 
     Args:
         position: Logarithm of each level, shape [im_level].
-        parameters: Intercept of each state, from the lightest to the heaviest, and the slope, [row, damage_state + 1].
-        counts: Samples without damage and in each state, shape [row, damage_state + 1, im_level].
+        parameters: Intercept of each state, from the lightest to the heaviest, and slope, shape [row, damage_state +
+            1].
+        counts: Number of samples in each state, "none" first, shape [row, damage_state + 1, im_level].
     """
     rows, states = parameters.shape[0], parameters.shape[1] - 1
     score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
@@ -183,7 +189,7 @@ def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray)
     Args:
         position: Logarithm of each level, shape [im_level].
         parameters: Intercepts and slope, shape [1, damage_state + 1].
-        counts: Samples of each cell without damage and in each state, shape [cell, damage_state + 1, im_level].
+        counts: Number of samples of each cell in each state, "none" first, shape [cell, damage_state + 1, im_level].
     """
     one = np.ones((1, *counts.shape[1:]))
     above, below = _densities(position, parameters, one)[1:]
@@ -194,14 +200,14 @@ def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray)
 def _densities(
     position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ln of the probability of each state, and the densities at its upper and lower edge over the probability.
+    """Return ln(probability) of each state, and the densities at its upper and lower edge divided by the probability.
 
-    The densities are 0 without counts.
+    The densities are 0 for states without samples.
     """
     score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
     edge = np.full((len(parameters), 1, position.size), np.inf)
     high, low = np.concatenate([edge, score], axis=1), np.concatenate([score, -edge], axis=1)
-    # Take the difference of normal probabilities in the tail in which both are small.
+    # Subtract probabilities of the tail in which both are small, to avoid cancellation.
     is_right = low > 0
     upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

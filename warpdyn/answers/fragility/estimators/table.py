@@ -28,12 +28,12 @@ assert FIT_MEANINGS.index("penalised") == PENALISED
 
 @dataclass(frozen=True)
 class CurveShape:
-    """Shape of fragility curves, i.e. the probability as a function of median and dispersion.
+    """Shape of fragility curves, i.e. the probability of exceedance as a function of median and dispersion.
 
     Args:
         name: "lognormal" or "loglogistic", the attribute `fragility_shape` of curves.
-        probability: Function of intensity, median and dispersion, which broadcast; it returns the probability of
-            exceedance. The dispersion is the standard deviation of the logarithm of the capacity.
+        probability: Function of intensity, median and dispersion (arrays that broadcast), which returns the probability
+            of exceedance. The dispersion is the standard deviation of ln(capacity).
     """
 
     name: str
@@ -51,17 +51,17 @@ LOGNORMAL, LOGLOGISTIC = CurveShape("lognormal", probability), CurveShape("loglo
 
 @dataclass(frozen=True)
 class Estimator:
-    """One way to fit curves to stripe counts.
+    """A method of fitting curves to stripe counts.
 
     Args:
         method: Value of the attribute `fragility_method`.
-        shape: Shape of its curves.
-        fit: Function of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with it) and a
-            start (median and dispersion, or None); it returns medians, dispersions and outcomes (indices into
-            FIT_MEANINGS) of shape [..., damage_state].
+        shape: Shape of the curves.
+        fit: Function of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with exceeding)
+            and start (median and dispersion, or None). It returns medians, dispersions and outcomes (indices into
+            FIT_MEANINGS), each of shape [..., damage_state].
         influences: Function of levels, exceeding [record, group, im_level, ..., damage_state], trials
-            [record, group, im_level], medians and dispersions; it returns the first-order contributions of cells to
-            their logarithms, shape [record, group, 2, ..., damage_state], and the variances of the logarithms if all
+            [record, group, im_level], medians and dispersions. It returns the first-order contributions of cells to
+            ln(median) and ln(dispersion), shape [record, group, 2, ..., damage_state], and the variances of both if all
             samples were independent.
     """
 
@@ -97,7 +97,7 @@ ESTIMATORS = {
 
 
 def estimator_of(name: str) -> Estimator:
-    """Return the estimator of a name, or raise a ValueError with the names.
+    """Return the estimator with this name; a ValueError for an unknown name lists the names.
 
     Example:
         >>> estimator_of("ordinal").shape.name

@@ -1,9 +1,9 @@
 """Medians outside the intensities that were run: marked as extrapolations, or NaN.
 
-If all levels are on one side of the median, the curve is extrapolated along its slope, which few exceedances determine
-poorly. The data do not determine the median if 1.96 standard errors of its logarithm are more than ln(4), so that a
-quarter of the median and four times the median are possible, or if leaving out one record leaves no fit. The quantile
-is that of a normal distribution, so that a small number of structures has no effect.
+If all levels are on one side of the median, the curve is extrapolated, and its slope is determined poorly by few
+exceedances. The data do not determine the median if 1.96 standard errors of ln(median) are more than ln(4), so that the
+true median may be 4 times larger or smaller, or if there is no fit without one of the records. The quantile 1.96 is
+that of a normal distribution, so that the result does not depend on the number of structures.
 """
 
 from __future__ import annotations
@@ -18,20 +18,20 @@ from warpdyn.answers.fragility.estimators.binomial import PENALISED, UNDETERMINE
 from warpdyn.answers.fragility.intervals.jackknife import FARTHEST_DRAW, LeftOut, trusted
 from warpdyn.foundations.core.output_variables import EXTRAPOLATED, MEDIAN_MEANINGS, NO_MEDIAN, WITHIN_LEVELS
 
-# Recommended levels reach to a ratio between LEAST_BEYOND and MOST_BEYOND of the end of the levels: three levels
-# within a ratio of 1.25 still differ in two digits.
+# Recommended levels end at LEAST_BEYOND to MOST_BEYOND times the highest run level (or its inverse below): with a
+# factor of 1.25, three levels still differ in two digits.
 LEAST_BEYOND, MOST_BEYOND = 1.25, 4.0
-DIGITS = 2  # of recommended levels
+DIGITS = 2  # significant digits of recommended levels
 REACH = 1.96  # standard errors: the 97.5 % quantile of a normal distribution
 
 
 @dataclass(frozen=True, eq=False)
 class Marked:
-    """Fits in which medians that the data do not determine are NaN.
+    """Fits with the position of each median; medians that the data do not determine are NaN.
 
     Args:
         left: The fits.
-        outcome: Outcome of each, an index into `FIT_MEANINGS`, shape [row ...].
+        outcome: Outcome of each fit, an index into `FIT_MEANINGS`, shape [row ...].
         status: Position of each median, an index into `MEDIAN_MEANINGS`, shape [row ...].
         fitted: All fitted medians, shape [row ...].
     """
@@ -48,12 +48,12 @@ def mark(
     lowest: ArrayLike,
     highest: ArrayLike,
 ) -> Marked:
-    """Return fits with the positions of their medians; medians outside that are not determined are NaN.
+    """Mark the positions of medians; undetermined medians outside the levels become NaN.
 
     Args:
-        left: The fits, whole and with parts left out.
+        left: The full fits, and the fits without each record and each group of structures.
         outcome: Outcome of each fit, an index into `FIT_MEANINGS`, shape [row ...].
-        lowest, highest: Ends of the intensities that were run, which broadcast to [row ...].
+        lowest, highest: Lowest and highest intensity that were run, which broadcast to [row ...].
     """
     fitted = np.exp(left.whole[0])
     is_outside = (fitted < lowest) | (fitted > highest)
@@ -77,7 +77,7 @@ def status_attributes() -> dict[str, Any]:
 
 
 def levels_towards(median: float, lowest: float, highest: float, units: str) -> str:
-    """Return a sentence with levels to add in the direction of a median outside the levels [units]."""
+    """Return a sentence with levels [units] to add beyond the levels that were run, towards the median."""
     begin = highest if median > highest else lowest
     beyond = np.clip(max(median / begin, begin / median), LEAST_BEYOND, MOST_BEYOND)
     end = begin * beyond if median > highest else begin / beyond
@@ -95,14 +95,14 @@ def sentences(
     highest: ArrayLike,
     units: str,
 ) -> list[str]:
-    """Return one sentence per damage state whose median is outside the intensities.
+    """Return one sentence per damage state whose median is outside the intensities that were run.
 
     Args:
         names: Names of the damage states.
         status: Position of each median, shape [damage_state].
         outcome: Outcome of each fit, shape [damage_state].
         fitted: All fitted medians, shape [damage_state].
-        lowest, highest: Ends of the intensities that were run, one for all or shape [damage_state].
+        lowest, highest: Lowest and highest intensity that were run: one value for all states, or shape [damage_state].
         units: Their units.
     """
     lowest, highest = (np.broadcast_to(np.asarray(end, dtype=float), fitted.shape) for end in (lowest, highest))

@@ -1,11 +1,11 @@
 """Standard errors of fragility curves by a jackknife over records and structures (Miller 1974).
 
-Every structure runs under every record, so samples share both. Leaving out one record at a time gives the variance
-among records, leaving out one structure at a time the variance among structures. Both contain the variance of their
-interaction, which is counted once. In nested designs, without common structures, records alone give the variance.
-Records that were selected for one level each are compared with records of their level. The jackknife's bias is removed
-from estimates, and intervals use quantiles of Student's t: bootstrap percentiles for as few as 22 records are too
-narrow and too low, most of all for dispersions (measured coverages: docs/explanation/intervals.md).
+Every structure runs under every record, so samples share both. Fits without one record at a time give the variance
+among records, and fits without one structure at a time the variance among structures. Both contain the variance of the
+interaction, which is counted only once. If structures are not shared by records (nested design), only records are left
+out. Records that were selected for one level each are compared only with records of the same level. The bias estimated
+by the jackknife is subtracted, and intervals use quantiles of Student's t: with 22 records, percentiles of a bootstrap
+are too narrow and too low, above all for dispersions (measured coverages: docs/explanation/intervals.md).
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ from warpdyn.answers.fragility.lognormal_fit import FITTED
 from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_influences
 from warpdyn.answers.fragility.stripe_counts import StripeCounts
 
-FARTHEST_DRAW = float(np.log(4.0))  # of a logarithm from its centre: 4 times the estimate, or 1/4 of it
-FEWEST_KNOWN = 4.0  # degrees of freedom; with fewer, Student's t is far wider than a normal distribution
-# 95 % intervals with 7 degrees of freedom are 1.2 times as wide as with very many.
+FARTHEST_DRAW = float(np.log(4.0))  # largest distance of a draw of a logarithm: 4 or 1/4 times the estimate
+FEWEST_KNOWN = 4.0  # degrees of freedom up to which Student's t is far wider than a normal distribution
+# A 95 % interval with 7 degrees of freedom is 1.2 times as wide as that of a normal distribution.
 ENOUGH_STRUCTURES = "8 groups: 8 structures by Monte Carlo, 32 of a Sobol sequence"
-SOURCES = ("record", "structure", "record and structure")  # of variance, in addition to the integration
+SOURCES = ("record", "structure", "record and structure")  # of variance; the integration is another source
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +34,10 @@ class Spread:
     """Sampling distribution of estimates of any shape.
 
     Args:
-        centre: The estimates less their bias.
+        centre: The estimates minus their bias.
         by_source: Variance from each of `SOURCES`, shape [3, ...].
         freedom: Degrees of freedom of the total variance.
-        deviations: Deviations whose squares sum to the total variance, shape [unit, ...].
+        deviations: Deviations whose squares sum up to the total variance, shape [unit, ...].
     """
 
     centre: np.ndarray
@@ -51,22 +51,22 @@ class Spread:
         return np.sqrt(self.by_source.sum(axis=0))
 
     def interval(self, confidence: float) -> np.ndarray:
-        """Return the lower and the upper bound, shape [2, ...]; NaN without a standard error."""
+        """Return the lower and the upper bound, shape [2, ...]; NaN if the standard error is unknown."""
         half = stdtrit(self.freedom, 0.5 + 0.5 * confidence) * self.standard_error
         return np.stack([self.centre - half, self.centre + half])
 
     def draw(self, count: int, seed: int, confidence: float) -> np.ndarray:
         """Return draws from the joint distribution of all estimates, shape [count, ...].
 
-        Each estimate has Student's t with its own degrees of freedom, as in its interval, and the correlation of the
-        deviations (the grouped t copula, Daul and others 2003, Risk 16(11)). Tails end at the interval's bounds, or at
-        `FARTHEST_DRAW` from the centre if that is farther: values beyond are implausible medians and dispersions, which
-        only the heavy tails of few degrees of freedom give.
+        Each estimate has the Student's t distribution of its interval, with its own degrees of freedom; the correlation
+        is that of the deviations (grouped t copula, Daul and others 2003, Risk 16(11)). Tails are cut off at the bounds
+        of the interval or at `FARTHEST_DRAW` from the centre, whichever is farther: the heavy tails of few degrees of
+        freedom would give implausible medians and dispersions beyond.
 
         Args:
             count: Number of draws.
             seed: Their seed.
-            confidence: Coverage of the interval at which tails end.
+            confidence: Coverage of the interval at whose bounds tails are cut off.
         """
         generator = np.random.default_rng(seed)
         normal = generator.standard_normal((count, len(self.deviations)))
@@ -75,7 +75,7 @@ class Spread:
         probability = generator.uniform(size=count).reshape(-1, *[1] * self.centre.ndim)
         freedom = np.where(np.isfinite(self.freedom), self.freedom, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Chi-squared values with each estimate's degrees of freedom, all at the same probability.
+            # Chi-squared values of all estimates at the same probability, each with the estimate's degrees of freedom.
             stretch = np.sqrt(freedom / (2.0 * gammaincinv(0.5 * freedom, probability)))
             steps = np.where(sums == 0.0, 0.0, sums * stretch)
         lower, upper = self.interval(confidence)
@@ -88,13 +88,13 @@ class LeftOut:
     """A fit, and the same fit without each record and without each group of structures.
 
     Args:
-        whole: Logarithm of the median and of the dispersion, shape [2, row ...].
-        records: Logarithms without each record, shape [record, 2, row ...].
-        groups: Logarithms without each group of structures, shape [group, 2, row ...]; empty if not crossed.
+        whole: ln(median) and ln(dispersion) of the full fit, shape [2, row ...].
+        records: Those of the fits without each record, shape [record, 2, row ...].
+        groups: Those of the fits without each group of structures, shape [group, 2, row ...]; empty for nested designs.
         interaction: Variance of the logarithms from the interaction of record and structure, shape [2, row ...].
         binomial: Variance of the logarithms if all samples were independent, shape [2, row ...].
         influences: First-order contribution of each record to the logarithms, shape [record, 2, row ...].
-        strata: Stratum of each record, shape [record]; None for one stratum. See `strata_of_records`.
+        strata: Stratum of each record, shape [record]; None if all are in one stratum. See `strata_of_records`.
     """
 
     whole: np.ndarray
@@ -107,7 +107,7 @@ class LeftOut:
 
     @cached_property
     def worst(self) -> LeftOut:
-        """The fits at the worst place, which is last."""
+        """The fits at the worst place, which has the last index."""
         at = (slice(None), slice(None), -1)
         parts = self.whole[:, -1], self.records[at], self.groups[at]
         return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at], self.strata)
@@ -126,10 +126,10 @@ class LeftOut:
 def leave_out(
     counts: StripeCounts, estimator: Estimator, *, over_structures: bool = True
 ) -> tuple[LeftOut, np.ndarray]:
-    """Fit all rows of counts, shape [place + 1, damage_state], whole and without each record and group of structures.
+    """Fit curves to all counts, and to the counts without each record and without each group of structures.
 
     Returns:
-        The fits, and the outcome of the whole fit, an index into `FIT_MEANINGS`.
+        The fits, and the outcome of the full fit as an index into `FIT_MEANINGS`, shape [place + 1, damage_state].
     """
     fit = estimator.fit
     median, dispersion, outcome = fit(counts.levels, counts.total, counts.trials, None)
@@ -149,7 +149,7 @@ def leave_out(
 
 
 def leaves_out_structures(counts: StripeCounts, over_structures: bool) -> bool:
-    """Return whether groups of structures are left out as well as records."""
+    """Return whether the jackknife leaves out groups of structures as well as records."""
     return over_structures and counts.is_crossed and counts.valid.shape[1] > 1
 
 
@@ -162,12 +162,14 @@ def without_each(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return an estimate without each record, and without each group of structures, shape [part, ...].
 
+    With a single record, the array without each record is empty.
+
     Args:
         counts: The counts.
         estimate: Function of exceeding samples, shape [part, place + 1, damage_state, im_level], and of counted
-            samples, which broadcast with these.
+            samples, which broadcast with the former.
         shape: Shape of the estimate.
-        is_crossed: Whether groups of structures are left out; otherwise, and for a single record, there are no parts.
+        is_crossed: Whether groups of structures are left out. If not, their array is empty.
     """
 
     def without(exceeding: np.ndarray, valid: np.ndarray) -> np.ndarray:
@@ -185,14 +187,14 @@ def spread_of(
     interaction: np.ndarray,
     strata: np.ndarray | None = None,
 ) -> Spread:
-    """Return the spread of an estimate from its values without each record and each group of structures.
+    """Return the sampling distribution of an estimate from its values without each record and each group.
 
     Args:
         estimate: The estimate, of any shape.
-        records: Its values without each record, shape [record, ...]; without any, the variance is unknown.
+        records: Its values without each record, shape [record, ...]; if this is empty, the variance is unknown.
         groups: Its values without each group of structures, shape [group, ...]; may be empty.
-        interaction: Its variance from the interaction of both.
-        strata: Stratum of each record; None for one stratum.
+        interaction: Variance from the interaction of record and structure.
+        strata: Stratum of each record; None if all are in one stratum.
     """
     if not len(records):
         none = np.full(estimate.shape, np.nan)
@@ -203,7 +205,7 @@ def spread_of(
         return Spread(estimate + centre, by_source, freedom, steps)
     shift, of_groups, steps_of_groups, _ = _jackknife(estimate, groups)
     interaction = np.minimum(interaction, np.minimum(of_records, of_groups))
-    own = of_groups - interaction  # the records' variance contains the interaction
+    own = of_groups - interaction  # the variance among records contains the interaction, too
     by_source = np.stack([of_records - interaction, own, interaction])
     with np.errstate(divide="ignore", invalid="ignore"):
         # Welch (1947) and Satterthwaite (1946).
@@ -216,9 +218,9 @@ def spread_of(
 def _jackknife(
     estimate: np.ndarray, left_out: np.ndarray, strata: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the correction of the bias, the variance, its deviations (with this sum of squares) and its freedom.
+    """Return the bias correction, the variance, deviations whose squares sum up to it, and its degrees of freedom.
 
-    Corrections and variances of strata add up; each stratum compares only its own units.
+    Corrections and variances of strata are added; a unit is compared only with units of its stratum.
     """
     strata = np.zeros(len(left_out), dtype=np.int64) if strata is None else strata
     correction, variance, squares = (np.zeros(estimate.shape) for _ in range(3))
@@ -240,16 +242,16 @@ def _jackknife(
 
 
 def interaction_variance(influences: np.ndarray, strata: np.ndarray | None = None) -> np.ndarray:
-    """Return the variance of a sum over records and groups from their interaction; influences [record, group, ...].
+    """Return the variance from the interaction of record and group, for influences [record, group, ...].
 
-    Variances of strata of records add up.
+    Variances of strata of records are added.
     """
     if strata is not None and strata.any():
         parts = [interaction_variance(influences[strata == number]) for number in np.unique(strata)]
         return np.sum(parts, axis=0)
     records, groups = influences.shape[:2]
     of_records, of_groups = influences.mean(axis=1), influences.mean(axis=0)
-    # The residual sum of squares of a two-way analysis of variance.
+    # Residual sum of squares of a two-way analysis of variance (record and group).
     squares = np.einsum("rg...,rg...->...", influences, influences)
     squares -= groups * (of_records**2).sum(axis=0) + records * (of_groups**2).sum(axis=0)
     squares += records * groups * of_records.mean(axis=0) ** 2
@@ -257,10 +259,10 @@ def interaction_variance(influences: np.ndarray, strata: np.ndarray | None = Non
 
 
 def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...]) -> list[str]:
-    """Return a sentence about intervals from the variance among too few groups of structures, in a list; or [].
+    """Return a list with one sentence if intervals rest on too few groups of structures, otherwise an empty list.
 
     Args:
-        left: The fits at one place, the worst.
+        left: The fits at the worst place.
         has_interval: Whether a damage state has an interval, shape [damage_state].
         states: Names of the damage states.
     """
@@ -270,17 +272,17 @@ def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...])
     if not few or not 0 < groups <= FEWEST_KNOWN:
         return []
     return [
-        f"the variance among structures is known from {groups} groups only, so the intervals of "
-        f"{', '.join(map(repr, few))} are wide, with {np.nanmin(freedom):.2g} degrees of freedom: take at least "
+        f"there are only {groups} groups of structures, so the intervals of "
+        f"{', '.join(map(repr, few))} are wide, with {np.nanmin(freedom):.2g} degrees of freedom: simulate at least "
         f"{ENOUGH_STRUCTURES}"
     ]
 
 
 def trusted(left: LeftOut, outcome: np.ndarray) -> np.ndarray:
-    """Return whether the whole fit and all fits without a part exist, shape [row ...].
+    """Return whether the full fit and all fits without a record or group exist, shape [row ...].
 
-    A penalised fit is not trusted: without one record its stripes are nearly the same, so 95 % intervals covered the
-    median in only 72 % of 134 cases of 11 records at 6 levels.
+    A penalised fit does not count: without one record its stripes are nearly the same, so the jackknife would be too
+    narrow (95 % intervals covered the median in only 72 % of 134 cases of 11 records at 6 levels).
     """
     parts = np.concatenate([left.records, left.groups])
     return (outcome == FITTED) & np.isfinite(parts).all(axis=(0, 1)) & (len(left.records) > 1)

@@ -1,4 +1,4 @@
-"""Record and structure of each observation, and the parts that the jackknife leaves out."""
+"""Record and structure of each observation, and the groups of observations that the jackknife leaves out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from warpdyn.answers.fragility.intervals.jackknife import LeftOut, interaction_variance
 from warpdyn.answers.fragility.stripe_counts import structure_groups
 
-MOST_PARTS = 256  # in which records are left out; more would not make the variance more precise
+MOST_PARTS = 256  # most groups of records to leave out; more would not make the variance more precise
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,10 +18,10 @@ class Observations:
     """Record and structure of each observation.
 
     Args:
-        record: Number of the record of each observation, shape [observation].
-        structure: Number of its structure.
-        sampling: Sampling of the structures, as `Scene.sampling`; "" if unknown.
-        over_structures: Whether intervals are over structures too.
+        record: Index of the record of each observation, shape [observation].
+        structure: Index of its structure.
+        sampling: Sampling method of the structures, as in `Scene.sampling`; "" if unknown.
+        over_structures: Whether intervals include the variability among structures.
     """
 
     record: np.ndarray
@@ -40,7 +40,7 @@ class Observations:
 
     @cached_property
     def _grouped(self) -> tuple[int, np.ndarray]:
-        """Number of groups of structures (0 if only records are left out), and the group of each observation."""
+        """Number of groups of structures (0 if only records are left out), and the group index of each observation."""
         crossed, count, group = structure_groups(self.structure, self._record, self.records, self.sampling)
         return (count, group) if crossed and count > 1 and self.over_structures else (0, np.zeros_like(self._record))
 
@@ -51,12 +51,12 @@ class Observations:
 
     @property
     def parts(self) -> int:
-        """Number of parts in which records are left out: one record each, or several if there are very many."""
+        """Number of fits without records: one per record, or one per group of records if there are many."""
         return min(self.records, MOST_PARTS)
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """Weights [row, observation]: all, without each part of the records, without each group of structures."""
+        """Weights [row, observation] of the full fit and of the fits without each part of records and each group."""
         whole = np.ones((1, self._record.size))
         if self.records < 2:
             return whole
@@ -66,7 +66,7 @@ class Observations:
         return np.concatenate([whole, *without]).astype(np.float64)
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return values of all, without each part of the records, and without each group of structures."""
+        """Split values along rows: the full fit, the fits without each part of the records, and without each group."""
         last = 1 if self.records < 2 else 1 + self.parts
         return values[0], values[1:last], values[last:]
 
@@ -74,9 +74,9 @@ class Observations:
         """Return the fits for all rows of weights, for the jackknife.
 
         Args:
-            logarithms: ln of median and dispersion, shape [row, 2, damage_state].
-            influences: Contribution of each observation to them, shape [observation, 2, damage_state].
-            independent: Their variances if all observations were independent, shape [2, damage_state].
+            logarithms: ln(median) and ln(dispersion) of each fit, shape [row, 2, damage_state].
+            influences: Contribution of each observation to both, shape [observation, 2, damage_state].
+            independent: Variances of both if all observations were independent, shape [2, damage_state].
         """
         whole, records, without_groups = self.split(logarithms)
         groups, group = self._grouped

@@ -1,6 +1,6 @@
-"""Strata of records: in a multiple stripe analysis with a record set per level, only records of one level are compared.
+"""Strata of records: if each level of an MSA has its own records, only records of one level are compared.
 
-Variances of the strata add up (stratified sampling: Cochran 1977, Sampling Techniques, section 5.3).
+Variances of the strata are added (stratified sampling: Cochran 1977, Sampling Techniques, section 5.3).
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ from scipy.sparse.csgraph import connected_components
 
 
 def strata_of_records(is_run: np.ndarray) -> np.ndarray:
-    """Return the stratum of each record, from 0: records are in one if they share a level, directly or through others.
+    """Return the stratum of each record, from 0: two records are in one stratum if they share a level.
 
-    Crossed records, which all run at every level, are one stratum. Single observations, each of another record at
-    its own level, are one stratum too: they are one sample of records and levels. A stratum of a single record is
-    merged with the next higher one (collapsed strata: Cochran 1977, section 5A.12), which is conservative.
+    Sharing is transitive: A and C are in one stratum if A shares a level with B, and B shares a level with C. Records
+    that all run at every level (crossed) are one stratum. Single observations, each of another record at its own level,
+    are one stratum too: they are one sample of records and levels. A stratum with only one record is merged with the
+    next higher one (collapsed strata: Cochran 1977, section 5A.12), which is conservative.
 
     Args:
         is_run: Whether a record has samples at a level, shape [record, im_level], levels increasing.
@@ -36,6 +37,6 @@ def strata_of_records(is_run: np.ndarray) -> np.ndarray:
         waiting += sizes[place]
         if waiting > 1:
             count, waiting = count + 1, 0
-    if waiting == 1:  # the highest level has a single record
+    if waiting == 1:  # the stratum of the highest level has only one record
         merged[order[-1]] = count - 1
     return merged[stratum]

@@ -43,8 +43,8 @@ def likelihood(
         link: Probit or logit.
         position: Logarithm of each level, shape [im_level].
         parameters: Intercept and slope, shape [row, 2].
-        exceeding: Exceeding samples, shape [row, im_level].
-        passing: All others.
+        exceeding: Number of exceeding samples, shape [row, im_level].
+        passing: Number of samples that do not exceed, shape [row, im_level].
     """
     score = parameters[:, :1] + parameters[:, 1:] * position
     above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
@@ -56,11 +56,11 @@ def likelihood(
 
 
 def gradient_in_line(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return the gradient by intercept and slope, shape [row, 2], from derivatives by the scores [row, im_level]."""
+    """Return the gradient with respect to intercept and slope, shape [row, 2], from that with respect to the scores."""
     return np.stack([slope.sum(axis=1), slope @ position], axis=1)
 
 
 def information_in_line(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return second derivatives by intercept and slope [row, 2, 2] from those by the scores [row, im_level]."""
+    """Return second derivatives with respect to intercept and slope, shape [row, 2, 2], from those of the scores."""
     moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
     return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)

@@ -8,20 +8,20 @@ import numpy as np
 
 Evaluation = tuple[np.ndarray, np.ndarray, np.ndarray]
 
-_ITERATIONS = 200  # Newton's method needs 5 to 10; more occur where the information only approximates the curvature
+_ITERATIONS = 200  # usually 5 to 10 are needed; more if the information only approximates the curvature
 _HALVINGS = 40
 _TOLERANCE = 1e-10  # on the step, relative to the parameters
-_RIDGE = 1e-14  # added to a unit diagonal, so that no matrix is singular by rounding
+_RIDGE = 1e-14  # added to a unit diagonal, so that rounding makes no matrix singular
 
 
 def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np.ndarray) -> np.ndarray:
     """Maximise concave functions, one per row, by Newton's method with step halving.
 
     Args:
-        evaluate: Function of parameters, shape [row, parameter], and the indices of their rows; it returns the value,
-            shape [row], its gradient, shape [row, parameter], and the negative of its second derivatives (or a positive
-            definite matrix close to it, such as the expected information), shape [row, parameter, parameter]. A value
-            that is not finite means that parameters are out of bounds.
+        evaluate: Function of parameters, shape [row, parameter], and the indices of their rows. It returns the value,
+            shape [row], the gradient, shape [row, parameter], and the negative second derivatives (or a positive
+            definite matrix close to them, such as the expected information), shape [row, parameter, parameter]. A value
+            that is not finite means that the parameters are out of bounds.
         start: Parameters at which the search starts, shape [row, parameter].
 
     Returns:
@@ -35,7 +35,7 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
     value, gradient, information = evaluate(parameters[active], active)
     for _ in range(_ITERATIONS):
         current, step = parameters[active], _solved(information, gradient)
-        # Accept a step along which the function is constant within rounding.
+        # Accept the step if the function is constant within rounding.
         least = value - 1e-13 * np.abs(value)
         trial = np.arange(active.size)
         for _ in range(_HALVINGS):
@@ -46,7 +46,7 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
             if not trial.size:
                 break
             step[trial] *= 0.5
-        step[trial] = np.nan  # no point along the step is better: no maximum
+        step[trial] = np.nan  # no point along the step is better: there is no maximum
         parameters[active] = current + step
         size, magnitude = np.abs(step).max(axis=1), 1.0 + np.abs(current).max(axis=1)
         arrived = active[size <= _TOLERANCE * magnitude]
@@ -61,12 +61,12 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
 def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
     """Return the cluster-robust covariance of estimates (Liang and Zeger 1986, Biometrika 73).
 
-    It is the sandwich of the inverse information and the sum of the outer products of the clusters' scores, times
-    n / (n - 1) for n clusters. Observations of one cluster, such as those of one record, may depend on each other.
+    It is inverse information x sum of the outer products of the clusters' scores x inverse information (the sandwich),
+    times n / (n - 1) for n clusters. Observations of one cluster, such as those of one record, may be correlated.
 
     Args:
-        influences: First-order contribution of each cluster: its score times the inverse of the whole information,
-            shape [cluster, estimate, ...].
+        influences: First-order contribution of each cluster, i.e. its score times the inverse of the information of all
+            clusters, shape [cluster, estimate, ...].
 
     Returns:
         Shape [estimate, estimate, ...]; NaN for a single cluster.
@@ -77,7 +77,7 @@ def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
 
 
 def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Return the Newton step of each row; NaN if its information is singular."""
+    """Return the Newton step of each row; NaN if the row's information matrix is singular."""
     if gradient.shape[1] == 2:
         return _solved_pairs(information, gradient)
     # Scale to a unit diagonal, because parameters may have very different sizes.

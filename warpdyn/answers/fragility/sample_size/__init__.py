@@ -1,1 +1,1 @@
-"""Sample size: number of structures for a given precision, and levels at which curves rise."""
+"""Sample size: number of structures for a given precision, and levels between which curves rise."""

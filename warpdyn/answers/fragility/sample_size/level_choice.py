@@ -19,15 +19,14 @@ from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.scatter import GivenValues
 from warpdyn.model.scene.scene import Scene
 
-PILOT_PAIRS = 40  # least number of pairs of a structure and a motion in the pilot
+PILOT_PAIRS = 40  # smallest number of pairs of structure and motion in the pilot
 PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1
 # Levels are quantiles of a distribution with SPREAD times the dispersions of the capacities. A factor of 1 would be
-# best for the medians of the curves, but dispersions need levels at the flanks (compared in
-# docs/explanation/intervals.md).
+# best for medians, but dispersions need levels in the tails of the curves (docs/explanation/intervals.md).
 SPREAD = 1.6
-LEAST_DISPERSION = 0.1  # smallest dispersion that is believed from a few pairs
+LEAST_DISPERSION = 0.1  # smaller dispersions, estimated from few pairs, are replaced by this one
 MOST_LEVELS = 1000
-DIGITS = 3  # of levels, so that tables and figures need not round them
+DIGITS = 3  # significant digits of levels, so that tables and figures need not round them
 
 
 @takes_scene
@@ -44,30 +43,30 @@ def levels_for(
 ) -> np.ndarray:
     """Return levels for multiple stripe analysis, at which the fragility curves of all damage states rise.
 
-    Levels at which no sample exceeds any limit, or every sample exceeds all, cost histories without information. A
-    pilot finds the capacities of one structure for each motion (by `capacities`, about twenty histories each). The
-    levels are quantiles, evenly spaced in probability, of the capacities of all damage states together, with 1.6 times
-    their dispersions, because the flanks of a curve determine its dispersion. Structures of the pilot are not those of
-    the run, so the result is independent of chance in the pilot.
+    Histories at levels at which no sample exceeds any limit, or every sample exceeds all limits, give no information. A
+    pilot run therefore finds the capacities of one structure for each motion (by `capacities`, about twenty histories
+    each). The levels are quantiles, evenly spaced in probability, of the capacities of all damage states together, with
+    1.6 times their dispersions, because the tails of a curve determine its dispersion. The structures of the pilot
+    differ from those of the run, so the run is independent of the pilot.
 
     Args:
-        scene: The scene; its excitation is a Cloud or Stripes, whose levels are not used.
+        scene: The scene; its excitation is a Cloud or Stripes (the levels of Stripes are ignored).
         limits: Limit of each damage state, from the lightest to the heaviest [units of the demand]; only collapse
-            passes `math.inf`.
+            exceeds `math.inf`.
         count: Number of levels; two per damage state and at least six in all are enough
             (docs/explanation/intervals.md).
-        demand: Variable that limits are of, as in `capacities`.
+        demand: Variable of the run to compare with the limits, as in `capacities`.
         method: Integration method of the pilot, as in `simulate`.
-        seed: Seed of the run that the levels are for; the pilot has another seed that follows from it.
+        seed: Seed of the later run; the pilot has another seed that is computed from it.
         device: "cpu" or "cuda:0"; None for the first GPU, or the CPU without a GPU.
         threads: CPU threads; None for every core this process may use.
 
     Returns:
-        Levels of the design's measure, increasing, shape [im_level], in the units of `Stripes`: g for an acceleration,
-        otherwise SI units.
+        Levels of the design's intensity measure, increasing, shape [im_level], in the units of `Stripes`: g for an
+        acceleration, otherwise SI units.
 
     Raises:
-        ValueError: If half of the pairs pass no limit, or `count` is below 2, or as in `capacities`.
+        ValueError: If no limit is exceeded by half of the pairs, or `count` is below 2, or as in `capacities`.
         TypeError: If `scene` is not a Scene, or its excitation is not a Cloud or Stripes.
 
     Example:
@@ -84,10 +83,10 @@ def levels_for(
         raise TypeError(f"levels_for() takes a scene of one structure under a Cloud or Stripes of motions, got {given}")
     if isinstance(design, Stripes):
         design.check_scaled_to_all("levels_for")
-    # Given structures belong to the run; the pilot has nominal values instead.
+    # Structures that the user lists belong to the run; the pilot uses median values instead.
     scatter = {name: spread for name, spread in scene.scatter.items() if not isinstance(spread, GivenValues)}
     structures = math.ceil(PILOT_PAIRS / len(design.motions)) if scatter else 1
-    # The search ignores this level; it is low enough to be plausible for any measure.
+    # `capacities` ignores this level, but it must be plausible for any measure.
     low = [1e-3 * float(np.median(design.intensities))]
     stripes = Stripes(design.motions, low, design.measure, structures_per_motion=structures)
     pilot = capacities(
@@ -109,19 +108,21 @@ def levels_for(
 
 
 def _moments(capacity: np.ndarray, states: list[str], design: Cloud | Stripes) -> tuple[np.ndarray, np.ndarray]:
-    """Return median and standard deviation of ln capacity of the states that at least half of the pairs pass."""
+    """Return median and standard deviation of ln(capacity) of the states that at least half of the pairs reach."""
     logarithm = np.log(capacity.reshape(-1, len(states)))
     logarithm = logarithm[~np.isnan(logarithm).any(axis=1)]
     median = np.median(logarithm, axis=0)
     known = np.isfinite(median)
     if not known.any():
         raise ValueError(
-            f"levels_for: up to the highest level half of the pairs pass no limit, of {', '.join(map(repr, states))}: "
+            f"levels_for: fewer than half of the pairs of structure and motion exceed a limit of "
+            f"{', '.join(map(repr, states))}, even at the highest level: "
             "check that the limits are in the unit of the demand"
         )
     for state in np.flatnonzero(~known):
         warn_caller(
-            f"levels_for: half of the pairs do not pass the limit of damage state {states[state]!r}, so the levels "
+            f"levels_for: fewer than half of the pairs exceed the limit of damage state {states[state]!r}, so the "
+            "levels "
             f"[{design.intensity_units}] are for the other states only: check its limit, or remove it"
         )
     finite = np.where(np.isfinite(logarithm), logarithm, np.nan)[:, known]

@@ -1,4 +1,4 @@
-"""Rounds of structures that are added to every motion until the intervals of medians are narrow."""
+"""Rounds that add structures to every motion until the intervals of the medians are narrow enough."""
 
 from __future__ import annotations
 
@@ -20,31 +20,32 @@ from warpdyn.foundations.core.messages import no_warnings, warn_caller
 from warpdyn.model.ground_motions.designs import Cloud, Stripes
 from warpdyn.model.scene.scene import Scene
 
-# Relative width of brackets over the precision, and its bounds. The uncertainty of capacities within brackets averages
+# Relative width of brackets divided by the precision, and limits of the width. The uncertainty within brackets averages
 # out: a width of 50 % adds ln(1.5)^2 / 12 = 0.014 to the variance of ln(capacity), which is usually 0.05 to 0.2.
 WIDTH_OVER_PRECISION, LEAST_WIDTH, LARGEST_WIDTH = 10 / 3, 0.02, 0.5
-LEAST_RATIO = 1.1  # of neighbouring levels; narrower brackets are narrowed between them
-# Brackets determine a dispersion if their logarithmic width is at most WIDEST_OVER_DISPERSION times as large.
+LEAST_RATIO = 1.1  # smallest ratio of neighbouring levels; narrower brackets are found by search between levels
+# Brackets determine a dispersion if their width in ln(intensity) is at most WIDEST_OVER_DISPERSION times the
+# dispersion.
 WIDEST_OVER_DISPERSION, NARROWING = 3.0, 2.0
-# Largest number of rounds, and growth of the number of structures if a prediction was too small.
+# Largest number of rounds, and factor on the number of structures if a prediction was too small.
 MOST_ROUNDS, GROWTH = 6, 1.5
-# Largest error of the integration over the precision, and its bounds.
+# Largest error of the integration divided by the precision, and limits of this error.
 ERROR_SHARE, LEAST_ERROR, LARGEST_ERROR = 0.2, 0.002, 0.02
-PLANNED_LEVELS = 4  # at which the step is chosen
-# Use `plan` from this number of histories: its pilot runs about ten thousand, most of them at shorter steps. With fewer
-# histories the default step has an error of 0.1 % (studies/decision.py), far smaller than that of the answer.
+PLANNED_LEVELS = 4  # number of levels of the pilot that chooses the step
+# Smallest number of histories for which `plan` is called: its pilot runs about ten thousand histories, most of them
+# with shorter steps. The default step has an error of 0.1 % (studies/decision.py), far below that of the curves.
 PLANNED_FROM = 50_000
 
 
 @dataclass(eq=False)
 class Rounds:
-    """Rounds of structures that are added to every motion until the intervals are narrow.
+    """Rounds that add structures to every motion until the intervals are narrow enough.
 
     Args:
         scene: The scene.
         search: `capacities` with its constant arguments.
         precision: Half the relative width of the intervals.
-        confidence: Probability that they cover.
+        confidence: Probability that the intervals cover.
         seed: Seed of the first round.
         integration: Integration arguments of `capacities`.
     """
@@ -55,11 +56,11 @@ class Rounds:
     confidence: float
     seed: int
     integration: dict[str, Any]
-    width: float = field(init=False)  # of brackets, relative
+    width: float = field(init=False)  # relative width of the brackets
     highest: float = math.inf
     rounds: list[xr.Dataset] = field(default_factory=list)
-    begun: int = 0  # rounds, also those that are not part of the answer
-    pilot_histories: int = 0  # that are not part of the answer
+    begun: int = 0  # number of rounds, including discarded ones
+    pilot_histories: int = 0  # number of histories that are not part of the result
 
     def __post_init__(self) -> None:
         self.width = float(np.clip(WIDTH_OVER_PRECISION * self.precision, LEAST_WIDTH, LARGEST_WIDTH))
@@ -73,7 +74,7 @@ class Rounds:
             curves = self._fit(quietly=True)
             if count == 1 and self._narrow_brackets(curves):
                 continue
-            met = ~(curves["half_width"].values > self.precision)  # also true for a state without a fit
+            met = ~(curves["half_width"].values > self.precision)  # also True for a state without a fit
             if met.all() or self.begun >= MOST_ROUNDS:
                 break
             if count == 1:
@@ -107,7 +108,8 @@ class Rounds:
         reached = np.isfinite(found["capacity"].values).any(axis=0).sum(axis=0)
         if not self.begun and reached.max() < 2:
             raise ValueError(
-                f"no limit is passed under two of the motions, up to the highest level {found.attrs['highest']:g} "
+                "fewer than two motions exceed a limit at any level up to the highest one, "
+                f"{found.attrs['highest']:g} "
                 f"{found['capacity'].attrs['units']}: check that the limits are in the unit of the demand"
             )
         self.highest = float(found.attrs["highest"])
@@ -115,7 +117,7 @@ class Rounds:
         self.begun += 1
 
     def _restart(self) -> None:
-        """Discard the rounds so far."""
+        """Discard the rounds that were run so far."""
         self.pilot_histories += sum(each.attrs["histories"] for each in self.rounds)
         self.rounds = []
 
@@ -145,7 +147,7 @@ class Rounds:
         return True
 
     def _plan(self, needed: int, count: int) -> bool:
-        """Choose method and step if many histories are needed; return whether the rounds so far are discarded."""
+        """Choose method and step by `plan` if many histories are needed; return whether it discarded the rounds."""
         expected = sum(each.attrs["histories"] for each in self.rounds) * needed / count
         if expected <= PLANNED_FROM or "longest_step" in self.integration:
             return False
@@ -165,7 +167,7 @@ class Rounds:
         return True
 
     def _label(self, curves: xr.Dataset, bounded_by: str) -> None:
-        """Add the choices and the numbers of histories to the curves."""
+        """Add the method, the step and the numbers of histories to the attributes of the curves."""
         first, motions = self.rounds[0], self.rounds[0].sizes["motion"]
         quantile = stdtrit(motions - 1, 0.5 + 0.5 * self.confidence)
         of_motion = motions * (np.log1p(curves["half_width"].values) / quantile) ** 2
@@ -188,11 +190,11 @@ class Rounds:
         }
 
     def _warn_unless(self, met: np.ndarray, curves: xr.Dataset, is_bound: bool) -> None:
-        """Warn of medians whose precision was not reached, with the number of records needed."""
+        """Warn of medians whose precision was not reached, with the number of records that it needs."""
         if met.all():
             return
         widths = ", ".join(
-            f"{str(state)!r} {100 * width:.3g} % ({count:,} records would do)"
+            f"{str(state)!r} {100 * width:.3g} % ({count:,} records would be enough)"
             for state, width, count in zip(
                 curves["damage_state"].values[~met],
                 curves["half_width"].values[~met],
@@ -203,13 +205,14 @@ class Rounds:
         records, structures = self.rounds[0].sizes["motion"], curves.attrs["structures_per_motion"]
         why = "and more structures do not help" if is_bound else f"after {structures} structures of each"
         warn_caller(
-            f"{records} records bound the precision, {why}: half the interval of the median is {widths}, not "
+            f"the precision is limited by the {records} records, {why}: half the interval of the median is {widths}, "
+            "not "
             f"{100 * self.precision:.3g} %. Add records, or choose a larger precision="
         )
 
 
 def _together(rounds: list[xr.Dataset]) -> xr.Dataset:
-    """Return the capacities of all rounds as those of one, with different structures in each."""
+    """Return the capacities of all rounds in one dataset, with different structures for each round."""
     parts, before = [], 0
     for found in rounds:
         drawn = found["drawn_structure"]
@@ -220,7 +223,7 @@ def _together(rounds: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _nested(scene: Scene, structures: int) -> Scene:
-    """Return the scene with separate structures for each motion; the search ignores its level."""
+    """Return the scene with separate structures for each motion; `capacities` ignores its level."""
     design = scene.excitation
     assert isinstance(design, Cloud | Stripes)
     level = [float(np.median(design.intensities))]
@@ -228,7 +231,7 @@ def _nested(scene: Scene, structures: int) -> Scene:
 
 
 def _where_it_counts(scene: Scene, pilot: xr.Dataset) -> Scene:
-    """Return the scene at levels at which its damage states are passed, for the choice of the step."""
+    """Return the scene at levels at which its damage states are exceeded, for the choice of the step."""
     capacity = pilot["capacity"].values
     lowest, highest = np.nanquantile(capacity[np.isfinite(capacity)], [0.16, 0.84])
     design = scene.excitation

@@ -1,4 +1,4 @@
-"""Fragility curves of a given precision: structures are added to each motion until the intervals are narrow."""
+"""Fragility curves with a given precision: structures are added to each motion until the intervals are narrow."""
 
 from __future__ import annotations
 
@@ -32,36 +32,38 @@ def fragility_to(
     device: str | None = None,
     threads: int | None = None,
 ) -> xr.Dataset:
-    """Find the fragility curves of a scene with intervals of a given width, with few histories.
+    """Find the fragility curves of a scene with a given width of the intervals, with as few histories as possible.
 
-    Each motion gets one structure, whose capacities are bracketed (by `capacities`). If the intervals of all medians
-    have the given width, that is the answer. Otherwise each motion gets a second structure; the variances of capacities
-    among motions and among the structures of one motion then give the number of structures needed, which are added to
-    the first two (an internal pilot: no history is only for planning). If that takes many histories, method and step
-    are those of `plan`, and the rounds so far are discarded.
+    First each motion gets one structure, and `capacities` brackets its capacities. If the intervals of all medians are
+    narrow enough, this is the result. Otherwise each motion gets a second structure. The variances of capacities among
+    motions and among the structures of one motion then give the number of structures needed, and these are added to the
+    first two (internal pilot: all histories are part of the result). If many histories are needed, `plan` chooses
+    method and step, and the rounds so far are discarded.
 
-    Brackets are wider for less precision, at most 50 %: the curves are fitted to brackets, and the intervals include
-    their uncertainty. Levels are as far apart, so a demand that passes a limit and returns between two levels is
-    overlooked more often than by `capacities` with its default, 10 %. With 50 % none of 2,816 capacities of the
-    README's first study is above its bracket from levels 3 % apart, and none of 1,760 of the same frame whose storeys
-    deteriorate. A precision below 0.03 has the levels of `capacities`.
+    The lower the precision, the wider the brackets, at most 50 %: the curves are fitted to brackets, and the intervals
+    include their uncertainty. The levels are as far apart as the brackets are wide, so a demand that exceeds a limit
+    only between two levels is overlooked more often than by `capacities` with its default of 10 %. This was checked
+    with levels 3 % apart: with brackets of 50 %, none of 2,816 capacities of the README's first study and none of 1,760
+    capacities of the same frame with deteriorating storeys was overlooked. A precision below 0.03 uses the levels of
+    `capacities`.
 
-    Stopping once the interval is narrow favours samples with little scatter (optional stopping). The effect on coverage
-    is small, because the records are fixed and only the number of structures is decided in this way: measured in
-    docs/explanation/intervals.md. A GPU runs more histories, because its launches have free capacity.
+    Ending as soon as the interval is narrow favours samples with little scatter (optional stopping). The effect on
+    coverage is small, because the records are fixed and only the number of structures is chosen in this way (measured
+    in docs/explanation/intervals.md). On a GPU more histories are run, because its launches have free capacity.
 
-    Often the number of records limits the precision, whatever the number of structures. Then structures are added only
-    while they help, and a warning gives the number of records needed.
+    Often the number of records limits the precision, whatever the number of structures. Then structures are only added
+    as long as they help, and a warning gives the number of records needed.
 
     Source: Wittes and Brittain (1990), "The role of internal pilot studies in increasing the efficiency of clinical
     trials", Statistics in Medicine 9.
 
     Args:
-        scene: The scene; its excitation is a Cloud or Stripes of at least three motions, whose levels are not used.
+        scene: The scene; its excitation is a Cloud or Stripes with at least three motions (the levels of Stripes are
+            ignored).
         limits: Limit of each damage state, from the lightest to the heaviest [units of the demand]; only collapse
-            passes `math.inf`.
-        precision: Half the width of the interval of each median, relative [1]: 0.1 asks for medians to within 10 %.
-        demand: Variable that limits are of, as in `capacities`.
+            exceeds `math.inf`.
+        precision: Half the relative width of the interval of each median [1]: 0.1 means plus or minus 10 %.
+        demand: Variable of the run to compare with the limits, as in `capacities`.
         method: Integration method; None for the choice of `plan`, or for the default if `plan` would cost more.
         confidence: Probability that the intervals cover [1].
         seed: Seed of every random draw.
@@ -69,14 +71,16 @@ def fragility_to(
         threads: CPU threads; None for every core this process may use.
 
     Returns:
-        The dataset of `fragility_from_capacities`, with the reached `half_width(damage_state)` [1], `records_needed`
-        for the precision with this number of structures per record, and attributes: structures_per_motion,
-        bracket_width, method, dtype, longest_step (by `plan`), histories (of the answer), pilot_histories (discarded),
-        bounded_by ("records" if they limit the precision, otherwise "structures").
+        The dataset of `fragility_from_capacities` with `half_width(damage_state)` [1], the reached precision,
+        `records_needed`, the number of records that the precision needs with this number of structures per record, and
+        the attributes structures_per_motion, bracket_width, method, dtype, longest_step (if chosen by `plan`),
+        histories (number in the result), pilot_histories (number discarded) and bounded_by ("records" if they limit the
+        precision, otherwise "structures").
 
     Raises:
-        ValueError: If the intensity does not grow with the scale, there are fewer than three motions, the precision is
-            not between 0.001 and 1, fewer than two motions reach a limit, or as in `capacities` and `plan`.
+        ValueError: If the intensity is not proportional to the scale factor, there are fewer than three motions, the
+            precision is not from 0.001 to below 1, fewer than two motions exceed a limit, or as in `capacities` and
+            `plan`.
         TypeError: If `scene` is not a Scene, or its excitation is not a Cloud or Stripes.
 
     Example:
@@ -87,7 +91,7 @@ def fragility_to(
     precision = real_number("precision", precision, above=0)
     if not 1e-3 <= precision < 1:
         raise ValueError(
-            f"precision is half the relative width of an interval, from 0.001 to below 1, got {precision:g}"
+            f"precision is half the relative width of an interval; it must be from 0.001 to below 1, got {precision:g}"
         )
     check_confidence(confidence)
     seed = whole_number("seed", seed, 0)
@@ -99,12 +103,13 @@ def fragility_to(
     given = [name for name, spread in scene.scatter.items() if isinstance(spread, GivenValues)]
     if given:
         raise ValueError(
-            f"fragility_to() draws the structures that the precision needs, but scatter[{given[0]!r}] lists given "
-            "ones: use capacities() and fragility_from_capacities()"
+            f"fragility_to() chooses the number of structures, but scatter[{given[0]!r}] lists the values of given "
+            "structures: use capacities() and fragility_from_capacities(), or give a random factor"
         )
     if isinstance(limits, Mapping) and any(isinstance(limit, Mapping) for limit in limits.values()):
         raise ValueError(
-            "fragility_to() takes limits of one demand, given as demand=; for the worst of several use fragility() for "
+            "fragility_to() needs limits of one demand, named by demand=; for limits of several demands use "
+            "fragility() for "
             "a run on stripes"
         )
     motions = len(design.motions)

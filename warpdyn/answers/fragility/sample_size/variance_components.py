@@ -1,4 +1,4 @@
-"""Variances of capacities among motions and structures, and the numbers of both that a precision needs."""
+"""Variances of capacities among motions and structures, and the numbers of both needed for a precision."""
 
 from __future__ import annotations
 
@@ -9,20 +9,21 @@ import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
 
-MOST_STRUCTURES = 256  # per motion
-SAFETY = 0.95  # predicted interval over the precision, because variances are estimates
-# If records limit the precision: variance that structures may add over that of the records (2.5 % of the interval).
+MOST_STRUCTURES = 256  # largest number per motion
+SAFETY = 0.95  # predicted interval divided by the required one, because variances are estimates
+# If records limit the precision: variance that structures may add, divided by that of the records (widens the interval
+# by 2.5 %).
 LEAST_SHARE = 0.05
 MOST_RECORDS = 10**6
 
 
 @dataclass(frozen=True, eq=False)
 class Variances:
-    """Variances of the logarithm of the capacity, of each damage state.
+    """Variances of ln(capacity) for each damage state.
 
     Args:
-        among: Among motions, shape [damage_state].
-        within: Among the structures of one motion, including the uncertainty within brackets.
+        among: Variance among motions, shape [damage_state].
+        within: Variance among the structures of one motion, including the uncertainty within brackets.
         motions: Number of motions.
         confidence: Probability that an interval covers.
     """
@@ -39,7 +40,8 @@ class Variances:
     def structures_for(self, half_width: float) -> tuple[int, np.ndarray]:
         """Return the number of structures per motion, and the damage states whose precision the records limit.
 
-        Structures that would add little are not counted, even if very many would just reach the precision.
+        Structures are not added if they would reduce the interval only little, even if a very large number would reach
+        the precision.
 
         Args:
             half_width: Half the required interval of ln(median).
@@ -68,7 +70,7 @@ def variances_of(capacities: xr.Dataset, confidence: float) -> Variances:
     """
     with np.errstate(invalid="ignore"):
         logarithm = np.log(capacities["capacity"].transpose("structure", "motion", "damage_state").values)
-    known = np.isfinite(logarithm).all(axis=0)  # motions under which every structure passed the limit
+    known = np.isfinite(logarithm).all(axis=0)  # motions under which every structure exceeds the limit
     among, within = np.zeros(known.shape[1]), np.zeros(known.shape[1])
     for state, of_state in enumerate(known.T):
         values = logarithm[:, of_state, state]

@@ -32,12 +32,12 @@ class CurveSet:
         dispersion: Dispersion [1], shape [damage_state]; 1 if the curves are a table.
         units: Units of the intensities.
         measure: Name of the intensity measure; "" if it is unknown.
-        replicate_median: Draws from the sampling distribution of the medians, shape [replicate, damage_state], NaN if a
-            state has no draw; None without draws.
-        replicate_dispersion: Draws of the dispersions.
-        table: Intensities, shape [point], and probabilities, shape [damage_state, point], of curves that are given as
-            points; the limits are applied.
-        limits: Limits of the intensities, as in OpenQuake's NRML files.
+        replicate_median: Draws from the sampling distribution of the medians, shape [replicate, damage_state], NaN for
+            states without draws; None if there are no draws.
+        replicate_dispersion: Draws of the dispersions, of the same shape.
+        table: For curves given as points: intensities, shape [point], and probabilities, shape [damage_state, point],
+            to which the limits have been applied.
+        limits: Limits of the intensities (noDamageLimit, minIML and maxIML in OpenQuake's NRML files).
     """
 
     names: tuple[str, ...]
@@ -59,16 +59,18 @@ class CurveSet:
 
         Args:
             function: The public function, for messages.
-            curves: The dataset that `fragility`, another function of fragility curves or `read_nrml_fragility`
-                returned; or medians and dispersions, or a table, as `annual_rates` describes them.
-            hazard: A hazard that must be of the same units and intensity measure.
-            points: The variable to read as a table, even if the dataset has medians, such as "exceedance_fraction"; the
-                limits are not applied to it.
+            curves: The result of `fragility`, of another function that returns fragility curves, or of
+                `read_nrml_fragility`;
+                or medians and dispersions, or a table, as `annual_rates` describes them.
+            hazard: A hazard that must have the same units and intensity measure.
+            points: A variable to read as a table, even if the dataset has medians, such as "exceedance_fraction"; the
+                limits
+                of the intensities are not applied to it.
 
         Raises:
             TypeError: If `curves` is not a Dataset.
-            ValueError: If a variable is missing, two states have one name, a state has no fit, or the hazard has other
-                units or another measure.
+            ValueError: If a variable is missing, two states have the same name, a state has no fit, or the hazard has
+                other units or another measure.
         """
         check_dataset(function, curves, "damage_state", advice=ADVICE, argument="curves")
         if not curves["damage_state"].ndim:  # a single state, as from curves.sel(damage_state="complete")
@@ -78,7 +80,9 @@ class CurveSet:
         if not names:
             raise ValueError(f"{function}: the fragility curves have no damage state: select at least one")
         if len(set(names)) < len(names):
-            raise ValueError(f"{function}: two damage states have one name: {', '.join(names)}")
+            raise ValueError(
+                f"{function}: two damage states have the same name: {', '.join(names)}; names must be different"
+            )
         limits, table = IntensityLimits.of(function, curves), points_of(function, curves, names, points)
         draws: tuple[np.ndarray | None, np.ndarray | None] = (None, None)
         if table is not None:
@@ -105,7 +109,7 @@ class CurveSet:
 
     @property
     def rising_range(self) -> tuple[float, float]:
-        """Lowest and highest intensity between which the curves rise [units]."""
+        """Lowest and highest intensity of the range in which the curves rise [units]."""
         low, high = self.limited.usual(self.median, self.dispersion)
         return low.min(), high.max()
 
@@ -114,13 +118,13 @@ class CurveSet:
         return self.limited.probability(intensity, self.median, self.dispersion)
 
     def replicate_probability(self, intensity: np.ndarray) -> np.ndarray | None:
-        """Return the probability by each replicate, shape [replicate, damage_state, point]; None without replicates."""
+        """Return the probability of each replicate, shape [replicate, damage_state, point]; None without replicates."""
         if self.replicate_median is None or self.replicate_dispersion is None:
             return None
         return self.limited.probability(intensity, self.replicate_median, self.replicate_dispersion)
 
     def rates(self, hazard: HazardLogicTree, *, ordered: bool = False) -> np.ndarray:
-        """Return the annual rates of the states by each branch of a hazard [1/year], shape [branch, damage_state].
+        """Return the annual rates of the states for each branch of a hazard [1/year], shape [branch, damage_state].
 
         Args:
             hazard: The hazard.
@@ -136,9 +140,9 @@ class CurveSet:
         return np.stack(found)
 
     def sampled_rates(self, hazard: HazardLogicTree, *, ordered: bool = False) -> np.ndarray:
-        """Return the rates by each replicate and branch, shape [replicate, branch, damage_state]; NaN if infinite.
+        """Return the rates for each replicate and branch, shape [replicate, branch, damage_state]; NaN if infinite.
 
-        Without replicates the curves themselves are the only one.
+        Without replicates, the curves themselves are the only replicate.
         """
         if self.replicate_median is None or self.replicate_dispersion is None:
             return self.rates(hazard, ordered=ordered)[None]
@@ -149,7 +153,7 @@ class CurveSet:
         return np.where(np.isfinite(found), found, np.nan).swapaxes(0, 1)
 
     def rates_by_bin(self, hazard: HazardCurve, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the rates from the intensities of each bin, shape [damage_state, bin], and from below and above."""
+        """Return the rates from each bin, shape [damage_state, bin], and from intensities below and above all bins."""
         parts = self.limited.rates_by_bin(hazard, edges, self.median, self.dispersion)
         self._check_bounded(hazard, parts[1])
         return parts
@@ -164,7 +168,7 @@ class CurveSet:
             )
 
     def shares_beyond(self, hazard: HazardLogicTree) -> np.ndarray:
-        """Return the shares of the rates from intensities below and above the hazard's points, shape [2, state]."""
+        """Return the shares of the rates from beyond the hazard's points, below and above, shape [2, damage_state]."""
         parts = 0.0
         for weight, each in zip(hazard.weights, hazard.curves, strict=True):
             within, below, above = self.rates_by_bin(each, each.intensity[[0, -1]])
@@ -172,14 +176,14 @@ class CurveSet:
         return np.asarray(parts)[:2] / np.sum(parts, axis=0)
 
     def place_of(self, function: str, damage_state: str | None) -> int:
-        """Return the index of a damage state; None is the heaviest."""
+        """Return the index of a damage state; None means the heaviest."""
         if damage_state is None:
             return len(self.names) - 1
         one_of(f"damage state of {function}", damage_state, self.names)
         return self.names.index(damage_state)
 
     def interval_attributes(self, branches: int, confidence: float) -> dict[str, Any]:
-        """Return the attributes `confidence` and `interval_method` of answers with this many branches of a hazard."""
+        """Return the attributes `confidence` and `interval_method` of results, for a number of hazard branches."""
         parts = []
         if self.replicate_median is not None:
             parts.append(f"{len(self.replicate_median)} replicates of the fragility curves")
@@ -207,7 +211,7 @@ def _parameters(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> tu
 
 
 def _replicates(curves: xr.Dataset, states: int) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Return the draws of medians and dispersions, shape [replicate, damage_state], NaN without one; None if absent."""
+    """Return the draws of medians and dispersions, shape [replicate, damage_state]; None without draws."""
     if "replicate_median" not in curves or "replicate_dispersion" not in curves:
         return None, None
     median, dispersion = (
@@ -221,7 +225,7 @@ def _replicates(curves: xr.Dataset, states: int) -> tuple[np.ndarray | None, np.
 
 
 def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> None:
-    """Raise a ValueError unless a hazard has these units and this intensity measure."""
+    """Raise a ValueError unless the hazard has these units and this intensity measure."""
     if hazard.units != units:
         advice = f"convert the hazard's intensities to {units!r}"
         if hazard.units == "g" and hazard.measure in UNNAMED:  # perhaps the user forgot the units
@@ -250,7 +254,7 @@ def extrapolated(curves: xr.Dataset, names: tuple[str, ...]) -> list[str]:
 
 
 def warn_of_unsure_fits(curves: xr.Dataset, names: tuple[str, ...]) -> None:
-    """Warn of states with a penalised fit, whose dispersion is uncertain, and of extrapolated medians."""
+    """Warn of extrapolated medians, and of states with a penalised fit, whose dispersion is uncertain."""
     if "fit_status" in curves and curves["fit_status"].dims == ("damage_state",):
         place = FIT_MEANINGS.index("penalised")
         found = [repr(name) for name, each in zip(names, curves["fit_status"].values, strict=True) if each == place]

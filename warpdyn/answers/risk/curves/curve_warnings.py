@@ -9,9 +9,9 @@ from warpdyn.answers.risk.hazard_curves import HazardCurve, HazardLogicTree
 from warpdyn.answers.risk.integrals.linear import begin_of
 from warpdyn.foundations.core.messages import warn_caller
 
-CUT_SHARE = 0.05  # largest share of a rate or loss that the ends of a table may decide without a warning
-EXTRAPOLATED_SHARE = 0.01  # largest share of an answer from beyond the points of the hazard curve without a warning
-CROSSING = 0.01  # largest probability by which a heavier state may be likelier than a lighter one without a warning
+CUT_SHARE = 0.05  # a warning is given if the ends of a table decide a larger share of a rate or loss
+EXTRAPOLATED_SHARE = 0.01  # a warning is given if a larger share of a result is from beyond the hazard's points
+CROSSING = 0.01  # a warning is given if a heavier state is likelier than a lighter one by more than this
 AS_LIKELY = "the lower probability counts for both"
 
 
@@ -20,7 +20,7 @@ def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
 
     Args:
         curves: The curves.
-        consequence: Treatment of the crossing states by the calling function.
+        consequence: How the calling function treats crossing states.
     """
     levels = np.unique(np.geomspace(*curves.limited.usual(curves.median, curves.dispersion), 61))
     excess = np.diff(curves.probability(levels), axis=0).max(axis=1, initial=0.0)
@@ -35,13 +35,13 @@ def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
 def warn_of_extrapolation(
     names: tuple[str, ...], shares: np.ndarray, curves: tuple[HazardCurve, ...], what: str
 ) -> None:
-    """Warn of shares of an answer that come from beyond the points of the hazard.
+    """Warn if shares of a result come from beyond the points of the hazard.
 
     Args:
         names: Damage states, or other names that begin with "the".
-        shares: Their shares from below and from above, shape [2, name].
+        shares: Their shares from below and from above the points, shape [2, name].
         curves: The branches of the hazard.
-        what: The answer.
+        what: Name of the result.
     """
     units = curves[0].units
     ends = (
@@ -62,7 +62,7 @@ def warn_of_extrapolation(
 
 
 def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree, rate: np.ndarray) -> None:
-    """Warn of tables whose first or last probability decides more than `CUT_SHARE` of the annual rates."""
+    """Warn if the first or last probability of a table decides more than `CUT_SHARE` of an annual rate."""
     _warn_of_minimum(function, curves, hazard, rate)
     if curves.table is None:
         return
@@ -81,10 +81,10 @@ def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree,
                 else "the hazard curve has no point there; give a hazard curve that begins lower"
             )
             warn_caller(
-                f"{function}: the fragility curve of {name!r} begins at {begin:g} {curves.units} with a probability of "
-                f"{np.interp(begin, levels, row):.3g}, and 0 is assumed below: {advice}"
+                f"{function}: for intensities below {begin:g} {curves.units} the fragility curve of {name!r} counts as "
+                f"0, although its probability there is {np.interp(begin, levels, row):.3g}: {advice}"
             )
-        is_maximum = levels[-1] >= curves.limits.maximum  # the curve is constant above by definition
+        is_maximum = levels[-1] >= curves.limits.maximum  # constant above by definition
         if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole and not is_maximum:
             warn_caller(
                 f"{function}: the fragility curve of {name!r} ends at {levels[-1]:g} {curves.units} with a probability "
@@ -93,7 +93,7 @@ def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree,
 
 
 def _warn_of_minimum(function: str, curves: CurveSet, hazard: HazardLogicTree, rate: np.ndarray) -> None:
-    """Warn of curves whose probability below their minimum intensity decides more than `CUT_SHARE` of the rates."""
+    """Warn if the constant probability below the minimum intensity decides more than `CUT_SHARE` of a rate."""
     least, below = curves.limits.minimum, curves.limits.rate_below_minimum(hazard)
     if below == 0:
         return

@@ -19,14 +19,14 @@ Shape: TypeAlias = LognormalShape | NumericalShape
 
 
 class Table(NamedTuple):
-    """Curves given as points: the variable that they are from, intensities [point], probabilities [state, point]."""
+    """Curves given as points: name of the variable, intensities [point], probabilities [damage_state, point]."""
 
     name: str
     levels: np.ndarray
     probability: np.ndarray
 
 
-# Decrease of a table from a point to the next that causes no warning: fractions of samples scatter.
+# A table may decrease from a point to the next by this much without a warning: fractions of samples scatter.
 MOST_FALL = {"fragility_curve": 1e-3, "exceedance_fraction": 0.1}
 TABLES = {"fragility_curve": "intensity", "exceedance_fraction": "stripe"}
 # Dispersions from the median beyond which the probability is 0 or 1 to rounding, of a normal and a logistic
@@ -49,11 +49,11 @@ def points_of(function: str, curves: xr.Dataset, names: tuple[str, ...], name: s
         function: The public function, for messages.
         curves: The dataset.
         names: Damage states.
-        name: The variable to read in any case, such as "exceedance_fraction".
+        name: A variable to read as points, even if the curves have parameters, such as "exceedance_fraction".
 
     Raises:
-        ValueError: If the points have other dimensions, are fewer than two or not finite, intensities do not increase
-            or are below 0, or probabilities are not from 0 to 1.
+        ValueError: If the dimensions of the points are wrong, there are fewer than two points, a value is not finite,
+            intensities are negative or do not increase, or probabilities are not from 0 to 1.
     """
     known = curves.attrs.get("fragility_shape", LOGNORMAL.name) in (
         LOGNORMAL.name,
@@ -93,8 +93,9 @@ def points_of(function: str, curves: xr.Dataset, names: tuple[str, ...], name: s
         if row[place] - row[place + 1] > MOST_FALL[name] and not is_chosen:
             warn_caller(
                 f"{function}: {name} of damage state {state!r} falls from {row[place]:.3g} at {levels[place]:g} to "
-                f"{row[place + 1]:.3g} at {levels[place + 1]:g}, as the probability of being in a state does: give "
-                "the probability of reaching or exceeding it, which grows with the intensity"
+                f"{row[place + 1]:.3g} at {levels[place + 1]:g}, so it may be the probability of being in the state: "
+                "give "
+                "the probability of reaching or exceeding the state, which grows with the intensity"
             )
     return Table(name, levels, probable)
 
@@ -102,18 +103,7 @@ def points_of(function: str, curves: xr.Dataset, names: tuple[str, ...], name: s
 def shape_of(
     function: str, curves: xr.Dataset, table: Table | None, median: np.ndarray, dispersion: np.ndarray
 ) -> Shape:
-    """Return the shape of curves.
-
-    Args:
-        function: The public function, for messages.
-        curves: The dataset.
-        table: Points of curves that are a table.
-        median: Medians, shape [damage_state].
-        dispersion: Dispersions.
-
-    Raises:
-        ValueError: If the shape is unknown and there are no points.
-    """
+    """Return the shape of curves from their dataset, points, medians and dispersions; unknown shapes need points."""
     if table is not None:
         return _of_table(table)
     name, states = curves.attrs.get("fragility_shape", LOGNORMAL.name), median.size
@@ -126,7 +116,7 @@ def shape_of(
     if name == DEMAND_AND_COLLAPSE:
         return _of_cloud(function, curves, median, dispersion, drawn)
     raise ValueError(
-        f"{function}: the curves are of the shape {name!r}; known are {LOGNORMAL.name!r}, {LOGLOGISTIC.name!r} and "
+        f"{function}: unknown shape {name!r} of the curves; allowed: {LOGNORMAL.name!r}, {LOGLOGISTIC.name!r} and "
         f"{DEMAND_AND_COLLAPSE!r}. Give other curves as points: fragility_curve(damage_state, intensity)"
     )
 
@@ -147,7 +137,7 @@ def _of_table(table: Table) -> NumericalShape:
 def _of_cloud(
     function: str, curves: xr.Dataset, median: np.ndarray, dispersion: np.ndarray, drawn: np.ndarray
 ) -> NumericalShape:
-    """Return the shape of curves of demand and collapse; replicates shift and stretch it in ln(intensity)."""
+    """Return the shape of curves of demand and collapse; replicates shift and stretch it along ln(intensity)."""
     missing = [name for name in CLOUD_VARIABLES if name not in curves]
     if missing:
         raise ValueError(
@@ -165,7 +155,7 @@ def _of_cloud(
         return fits.probability(np.exp(moved), limit).reshape(moved.shape)
 
     intercept, slope, deviation, of_collapse, spread = (float(part[0]) for part in parts)
-    # The demand and the collapse part each end _NORMAL_REACH deviations from the median of the part.
+    # The demand part and the collapse part each end _NORMAL_REACH deviations from the part's median.
     alone = (np.log(limit) - intercept) / slope  # an infinite limit is exceeded only by collapse
     middles, widths = [np.where(np.isfinite(limit), alone, np.log(of_collapse))], [deviation / slope]
     if np.isfinite(of_collapse):

@@ -54,8 +54,8 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     intensity = np.array([_number(name, f"{path}, line 2") for _, name in columns])
     probability = np.array([_number(row[i], where) if i < len(row) else np.nan for i, _ in columns])
     if not np.all((probability >= 0) & (probability <= 1)):
-        raise ValueError(f"{where}: probabilities must lie from 0 to 1")
-    # A probability of 1, to the digits of the file, has no rate.
+        raise ValueError(f"{where}: probabilities must be from 0 to 1")
+    # A probability that the file rounds to 1 has no annual rate.
     kept = (probability > 0) & (probability < 1)
     time = real_number(f"{path}: investigation_time", _number(years[1], f"{path}, line 1"), above=0)
     rate = -np.log1p(-probability[kept]) / time
@@ -135,7 +135,7 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
 
 
 def _csv_lines(path: str | Path, lines: Sequence[str]) -> list[list[str]]:
-    """Return the rows of a file without blanks around values; column names must differ."""
+    """Return the rows of a file without blanks around values; raise an error for repeated column names."""
     try:
         check_separator(lines[0] if lines else "")
         rows = [[value.strip() for value in row] for row in csv.reader(lines) if any(row)]
@@ -150,7 +150,7 @@ def _row_of_site(
 ) -> int:
     """Return the index of the row of a site, found by coordinates or name, or of the only row."""
     if not rows:
-        raise ValueError(f"{path}: the file has no site")
+        raise ValueError(f"{path}: the file has no row after the column names; it needs one row per site")
     if site is None:
         if len(rows) > 1:
             raise ValueError(f"{path} has {len(rows)} sites: give site=(longitude, latitude)")
@@ -189,7 +189,7 @@ def _row_of_site(
 
 
 def _positive(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
-    """Remove the points without hazard, beyond the largest motion."""
+    """Remove the points with rate 0, above the largest possible motion."""
     if not np.all(rate >= 0):
         raise ValueError(f"{path}: annual rates must be numbers of at least 0")
     kept = rate > 0

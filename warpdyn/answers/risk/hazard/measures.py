@@ -7,7 +7,7 @@ from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.measures.names import measure_named
 
-# Units that are converted: the unit that a curve is kept in, and the factor to it.
+# Units that are converted: the unit in which a curve is stored, and the factor to this unit.
 _READ_AS = {
     **dict.fromkeys(("m s-1", "m s^-1", "m/s", "m/sec"), ("m s-1", 1.0)),
     **dict.fromkeys(("cm s-1", "cm s^-1", "cm/s", "cm/sec"), ("m s-1", 0.01)),
@@ -22,14 +22,14 @@ _KEPT = ("g", "m s-2", "m s-1", "m", "s")
 
 
 def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
-    """Return the units in which a hazard curve keeps its intensities, and the factor to them.
+    """Return the units in which a hazard curve stores its intensities, and the factor to these units.
 
     Args:
         measure: Name of the intensity measure.
-        units: Units in which the intensities are given; None for g, which only accelerations may use.
+        units: Units in which the intensities are given; None means g, which is only allowed for accelerations.
 
     Raises:
-        ValueError: If the measure is never in these units, or `units` is missing and the measure is not an
+        ValueError: If the measure cannot have these units, or `units` is missing and the measure is not an
             acceleration.
     """
     found = measure_named(measure)

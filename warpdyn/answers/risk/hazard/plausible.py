@@ -1,8 +1,8 @@
-"""Plausibility of hazard curves: above the highest hazard of any site, or nearly constant at a rate near 1 per year.
+"""Plausibility of hazard curves: is the hazard above that of any site, or nearly constant at a rate near 1 per year?
 
-The highest hazard is a generous bound, not a map: a PGA of 0.1 g once in 5 years, and 1.45 g in 475 years (GEM's global
-map of 2018, Pagani and others 2020, Earthquake Spectra 36(1 suppl.), shows PGA up to about 1.5 g for that return
-period). Between and beyond these points it is a power law. Other measures have the rate of the corresponding PGA.
+The highest hazard is a generous bound: a PGA of 0.1 g once in 5 years, and 1.45 g in 475 years (the global map of GEM
+from 2018, Pagani and others 2020, Earthquake Spectra 36(1 suppl.), has PGA up to about 1.5 g for 475 years). The bound
+is the power law through these two points. Other measures are converted to the corresponding PGA.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from warpdyn.foundations.core.plausibility.table import HIGHEST_HAZARD_SLOPE
 from warpdyn.model.ground_motions.measures.names import measure_named
 
 HIGHEST_RATE, AT_INTENSITY = 0.2, 0.1  # rate [1/year] at a PGA [g]
-# Spectral over peak ground acceleration on the plateau of design spectra, and the period at its end [s], for soft
-# ground.
+# Spectral acceleration divided by PGA on the plateau of design spectra, and the period at the end of the plateau, for
+# soft ground.
 PLATEAU, END_OF_PLATEAU = 2.5, 0.7
 # Measures that are not accelerations, by OpenQuake's name: name in the plausibility bands, unit, value at a PGA of 0.1
 # g, power of the PGA, and largest plausible first and last intensity of a curve. The value at 0.1 g is 2.5 times (the
@@ -28,22 +28,22 @@ OTHERS = {
     "IA": ("arias", "m s-1", 0.30, 2.0, 5.0, 200.0),
 }
 NEAR_ONE = 0.9  # rate [1/year]
-LEVEL = 0.25  # slope in logarithms; a curve of probabilities is nearly constant at probabilities near 1
+LEVEL = 0.25  # a curve is nearly constant if its slope in logarithms is smaller, as where probabilities are near 1
 
 
 def warn_of_implausible_hazard(intensity: np.ndarray, rate: np.ndarray, measure: str, units: str) -> None:
-    """Warn of a hazard curve that is probably in another unit, or has probabilities or percent instead of rates.
+    """Warn if a hazard curve seems to be in another unit, or to contain probabilities or percent instead of rates.
 
     Args:
         intensity: Intensities [units], shape [point].
         rate: Annual rates of exceedance [1/year], shape [point].
         measure: Name of the intensity measure; an unknown measure has the bound of spectral accelerations.
-        units: Units of the intensity; accelerations in g and other measures in SI units are compared with the highest
-            hazard.
+        units: Units of the intensity; only accelerations in g and other measures in SI units are compared with the
+            highest hazard.
     """
     findings = PlausibilityFindings()
     findings.add("annual_rate", rate)
-    # Probabilities in many years approach 1; rates do not.
+    # Probabilities in many years approach 1 at low intensities; rates do not.
     slope = -np.log(rate[1] / rate[0]) / np.log(intensity[1] / intensity[0])
     if rate.size > 2 and NEAR_ONE < rate[0] <= 1.0 and (rate[1] > NEAR_ONE or slope < LEVEL):
         findings.add("annual_rate_near_one", rate[0])
@@ -58,7 +58,7 @@ def warn_of_implausible_hazard(intensity: np.ndarray, rate: np.ndarray, measure:
     else:
         has_warning = units != "g" or findings.add("hazard_intensity", intensity[0])
     if not has_warning:
-        # Rates above 1 per year have their own warning.
+        # Another warning covers rates above 1 per year.
         over = np.where(rate <= 1, rate, 0.0) / highest_rate(intensity, measure)
         worst = int(np.argmax(over))
         where = f" ({rate[worst]:.3g} per year at {intensity[worst]:.3g} {units})"
@@ -67,7 +67,7 @@ def warn_of_implausible_hazard(intensity: np.ndarray, rate: np.ndarray, measure:
 
 
 def highest_rate(intensity: np.ndarray, measure: str) -> np.ndarray:
-    """Return the annual rate at an intensity that no site is known to exceed [1/year].
+    """Return the annual rate of an intensity at the site with the highest plausible hazard [1/year].
 
     Args:
         intensity: Intensities [g, or SI for a measure that is not an acceleration], any shape.

@@ -1,8 +1,8 @@
 """Limits of the intensities of fragility curves, as in OpenQuake's NRML files: noDamageLimit, minIML and maxIML.
 
-The engine clips intensities to minIML and maxIML, and sets the probability to 0 at or below noDamageLimit
-(openquake.risklib.scientific, FragilityFunctionContinuous). If curves are points, noDamageLimit is one more point of
-probability 0, provided that it lies below the first point.
+The OpenQuake engine clips intensities to minIML and maxIML, and sets the probability to 0 at or below noDamageLimit
+(openquake.risklib.scientific, FragilityFunctionContinuous). For curves given as points, noDamageLimit is an additional
+point with probability 0, if it is below the first point.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from warpdyn.foundations.core.checks import real_number
 
 NO_DAMAGE, MINIMUM, MAXIMUM = "no_damage_limit", "minimum_intensity", "maximum_intensity"
 REACH = 9.0  # dispersions from the median beyond which a lognormal curve is 0 or 1 to rounding
-ABOVE = 1 + 1e-9  # the next intensity after the limit without damage, over this limit, in functions with a step there
+ABOVE = 1 + 1e-9  # factor from noDamageLimit to the next point, in functions that jump at the limit
 
 
 @dataclass(frozen=True)
 class IntensityLimits:
-    """The limits of the intensities of one dataset of curves.
+    """Limits of the intensities of one dataset of curves.
 
     Args:
-        no_damage: Intensity up to which there is no damage [units of the curves]; 0 without this limit.
-        minimum: Intensity below which curves are constant [units of the curves]; 0 without this limit.
-        maximum: Intensity above which curves are constant [units of the curves]; infinite without this limit.
+        no_damage: Largest intensity without damage [units of the curves]; 0 if there is no such limit.
+        minimum: Intensity below which curves are constant [units of the curves]; 0 if there is no such limit.
+        maximum: Intensity above which curves are constant [units of the curves]; infinite if there is no such limit.
     """
 
     no_damage: float = 0.0
@@ -38,15 +38,7 @@ class IntensityLimits:
 
     @classmethod
     def of(cls, function: str, curves: xr.Dataset) -> IntensityLimits:
-        """Return the limits in the attributes of a dataset, as `read_nrml_fragility` sets them.
-
-        Args:
-            function: The public function, for messages.
-            curves: The dataset.
-
-        Raises:
-            ValueError: If a limit is not a number of at least 0, or the maximum is not above the minimum.
-        """
+        """Return the limits in the attributes of a dataset, as set by `read_nrml_fragility`; check their values."""
         given = {
             name: real_number(f"{function}: attribute {name!r} of the curves", curves.attrs[name], least=0)
             for name in (NO_DAMAGE, MINIMUM, MAXIMUM)
@@ -62,7 +54,7 @@ class IntensityLimits:
 
     @property
     def begin(self) -> float:
-        """Intensity below which curves are constant: 0, or their value at the minimum."""
+        """Intensity below which the probability is constant: 0, or the probability at the minimum."""
         return max(self.no_damage, self.minimum)
 
     def __bool__(self) -> bool:
@@ -74,28 +66,21 @@ class IntensityLimits:
         return found, found > self.no_damage
 
     def rate_below_minimum(self, hazard: HazardLogicTree) -> float:
-        """Return the annual rate of intensities from the hazard's first point to the minimum, if they cause damage."""
+        """Return the annual rate of damaging intensities between the first point of the hazard and the minimum."""
         if self.minimum <= self.no_damage:
             return 0.0
         parts = [max(0.0, each.annual_rate[0] - float(each.rate_of(self.minimum))) for each in hazard.curves]
         return float(hazard.weights @ parts)
 
     def with_step(self, levels: np.ndarray) -> np.ndarray:
-        """Return intensities with both sides of the step at the limit without damage, if it lies among them."""
+        """Return intensities with both sides of the jump at noDamageLimit, if the limit is between them."""
         if self.no_damage < self.minimum or not levels[0] <= self.no_damage < levels[-1]:
             return levels
         return np.union1d(levels, [self.no_damage, self.no_damage * ABOVE])
 
 
 def limited_shape(shape: Shape, limits: IntensityLimits, median: np.ndarray, dispersion: np.ndarray) -> NumericalShape:
-    """Return the shape of curves with limits of the intensities.
-
-    Args:
-        shape: The shape without limits.
-        limits: The limits.
-        median: Medians [units of the curves], shape [damage_state].
-        dispersion: Dispersions [1].
-    """
+    """Return the shape of curves with limits of the intensities, from the shape without limits."""
 
     def curve(intensity: np.ndarray, medians: np.ndarray, dispersions: np.ndarray) -> np.ndarray:
         clipped, is_damaged = limits.clipped(intensity)
@@ -107,7 +92,7 @@ def limited_shape(shape: Shape, limits: IntensityLimits, median: np.ndarray, dis
     ends = np.array([limits.begin, limits.maximum])
     kinks = np.array([each for each in {limits.no_damage, limits.minimum, limits.maximum} if 0 < each < np.inf])
     if limits.begin > 0:
-        # Constant below: a value above 0 counts down to the first point of the hazard curve, as for tables.
+        # A constant probability above 0 counts down to the first point of the hazard curve, as for tables.
         begin = np.log(limits.begin / median) / dispersion
         reach, tail = np.stack([begin, np.maximum(reach[1], begin)]), np.inf
     low, high = shape.usual(median, dispersion)

@@ -1,4 +1,4 @@
-"""Integrals of loss ratios that are linear between intensities over hazard curves, in closed form."""
+"""Integrals over hazard curves, in closed form, of loss ratios that are linear between intensities."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 
 def begin_of(curve: HazardCurve, levels: np.ndarray) -> float:
-    """Return the intensity at which the integral of a function that is linear between levels begins.
+    """Return the intensity at which the integral of a piecewise linear function begins.
 
-    A function that begins at 0 counts from the first point of the hazard curve, or from its own second level if that is
-    lower: below, the rate of the extrapolated hazard is unbounded.
+    If the first level is 0, this is the first point of the hazard curve or the second level, whichever is lower: the
+    extrapolated hazard would give an unbounded rate near 0.
     """
     return float(levels[0] if levels[0] > 0 else min(curve.intensity[0], levels[1]))
 
 
 def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a function above an intensity; it begins with the loss at this intensity."""
+    """Return the part of a function above an intensity, whose first value is the loss at this intensity."""
     if start <= levels[0]:
         return levels, mean
     above = levels > start
@@ -26,7 +26,7 @@ def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.n
 
 
 def loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> float:
-    """Return the integral of a function that is linear between levels over a hazard curve, exact on each segment."""
+    """Return the integral of a piecewise linear function over a hazard curve, exact on each segment."""
     begin = begin_of(curve, levels)
     if levels[0] == 0:
         mean = np.append(np.interp(begin, levels, mean), mean[levels > begin])
@@ -36,8 +36,8 @@ def loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> fl
     low, log_ratio = edges[:-1], np.diff(np.log(edges))
     segment = np.clip(np.searchsorted(curve.intensity, low, side="right") - 1, 0, curve.slopes.size - 1)
     power = 1 - curve.slopes[segment]
-    is_one = power == 0  # then the integral of 1 / x is a logarithm
+    is_one = power == 0  # the integral of 1 / x is a logarithm
     width = np.where(is_one, log_ratio, np.expm1(power * log_ratio) / np.where(is_one, 1.0, power))
-    # Integration by parts: the loss at the first level, and its rise between edges times the rates in between.
+    # Integration by parts: the loss at the first level, plus its increase between edges times the rates there.
     rise = np.diff(np.interp(edges, levels, mean)) / np.diff(edges)
     return float(mean[0] * curve.rate_of(levels[0]) + rise @ (curve.rate_of(low) * low * width))

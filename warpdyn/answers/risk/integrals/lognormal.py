@@ -18,11 +18,11 @@ from warpdyn.answers.fragility.estimators import LOGNORMAL
 from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for each power-law segment of the hazard"
-_FARTHEST = 40.0  # in ln(intensity) from the hazard's points; crossings farther out do not matter
+_FARTHEST = 40.0  # crossings farther from the hazard's points, in ln(intensity), are ignored
 
 
 class LognormalShape:
-    """Lognormal fragility curves, integrated in closed form; with the functions of `NumericalShape`."""
+    """Lognormal fragility curves, integrated in closed form; it has the same functions as `NumericalShape`."""
 
     name, method = LOGNORMAL.name, SOURCE
 
@@ -47,7 +47,7 @@ class LognormalShape:
         """
         if not ordered:
             return rates_by_segment(hazard, median, dispersion).sum(axis=-1)
-        # Between two crossings the same curve is the lowest.
+        # Between two crossings, one curve is the lowest.
         mean = np.log(median)
         first, second = np.triu_indices(median.shape[-1], 1)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -55,7 +55,7 @@ class LognormalShape:
                 dispersion[..., second] - dispersion[..., first]
             )
         points = np.log(hazard.intensity)
-        # Curves that never cross have an edge at the first point, where it has no effect.
+        # For curves that never cross, add an edge at the first point, where it has no effect.
         crossing = np.where(np.isfinite(crossing), crossing, points[0])
         crossing = np.clip(crossing, points[0] - _FARTHEST, points[-1] + _FARTHEST)
         merged = np.sort(
@@ -73,15 +73,9 @@ class LognormalShape:
 
 
 def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-    """Return the rates at which capacities below, between and above the points of a hazard curve are exceeded.
+    """Return the annual rates at which capacities below, between and above the hazard points are exceeded.
 
-    Args:
-        hazard: The curve.
-        median: Median capacity [units of the hazard], any shape.
-        dispersion: Dispersion of the capacity [1], of the same shape, above 0.
-
-    Returns:
-        Rates [1/year], shape [..., point + 1].
+    The rates [1/year] have the shape [..., point + 1].
     """
     return _rates_of_pieces(hazard, np.log(hazard.intensity), median, dispersion)
 
@@ -89,24 +83,16 @@ def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.nda
 def rates_by_bin(
     hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the integral of the fragility curve over the rate of occurrence of each bin's intensities.
+    """Return the rates from the intensities of each bin, and from intensities below and above all bins.
 
-    Args:
-        hazard: The curve.
-        edges: Edges of the bins [units of the hazard], increasing, shape [bin + 1].
-        median: Median capacity [units of the hazard], any shape.
-        dispersion: Dispersion of the capacity [1], of the same shape.
-
-    Returns:
-        Rates [1/year] of the bins, shape [..., bin], and of intensities below and above all bins, each of the median's
-        shape.
+    Medians and dispersions have any common shape [...]; the rates of the bins [1/year] have the shape [..., bin].
     """
     log_edges = np.log(edges)
     merged = np.unique(np.concatenate([np.log(hazard.intensity), log_edges]))
     below, whole = _rates_below(hazard, merged, median, dispersion)
     by_parts = below[..., np.searchsorted(merged, log_edges)]
     parts = np.diff(by_parts, axis=-1), by_parts[..., 0], whole - by_parts[..., -1]
-    # A negative difference of two rates is rounding.
+    # A difference of two rates can only be negative by rounding.
     within, under, over = (np.maximum(part, 0.0) for part in parts)
     return within, under, over
 
@@ -114,9 +100,9 @@ def rates_by_bin(
 def _rates_below(
     hazard: HazardCurve, log_edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rates from intensities below each edge of `_rates_of_pieces`, shape [..., edge], and all rates."""
+    """Return the rates from intensities below each edge of `_rates_of_pieces`, shape [..., edge], and the total."""
     pieces = _rates_of_pieces(hazard, log_edges, median, dispersion)
-    # The rate at which capacities below an edge are exceeded gives, by parts, the rate from intensities below it.
+    # Integration by parts: from the rate of capacities below an edge to the rate from intensities below it.
     below = np.cumsum(pieces[..., :-1], axis=-1)
     probable = ndtr((log_edges - np.log(median)[..., None]) / dispersion[..., None])
     return below - probable * hazard.rate_of(np.exp(log_edges)), pieces.sum(axis=-1)
@@ -127,7 +113,7 @@ def _rates_of_pieces(
 ) -> np.ndarray:
     """Return the rates of capacities below, between and above edges, which include all points of the hazard curve.
 
-    Edges increase along the last axis and broadcast with the medians' shape [..., 1].
+    Edges increase along the last axis and broadcast with the medians, whose last axis has the size 1.
     """
     mean, spread = np.log(median)[..., None], np.asarray(dispersion)[..., None]
     log_x, log_rate = np.log(hazard.intensity), np.log(hazard.annual_rate)
@@ -137,12 +123,12 @@ def _rates_of_pieces(
     slope = hazard.slopes[segment]
     scale = log_rate[segment] + slope * (log_x[segment] - mean) + 0.5 * (slope * spread) ** 2
     low, high = ((part - mean) / spread + slope * spread for part in (edges[..., :-1], edges[..., 1:]))
-    # The probability between two values of the standard normal, from the smaller tail and in logarithms, because
-    # `scale` grows as fast as the tail falls.
+    # Probability between two standard normal values: use the smaller tail and logarithms, because `scale` grows as fast
+    # as the tail falls.
     mirrored = low > 0
     low, high = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
     larger, smaller = log_ndtr(high), log_ndtr(low)
     with np.errstate(divide="ignore", invalid="ignore"):
         mass = np.where(smaller == -np.inf, larger, larger + np.log1p(-np.exp(smaller - larger)))
-    with np.errstate(over="ignore"):  # the rate of a very wide curve is infinite
+    with np.errstate(over="ignore"):  # the rate is infinite for a very large dispersion
         return np.exp(scale + mass)

@@ -1,9 +1,9 @@
 """Integrals of fragility curves of any shape over hazard curves, by Gauss-Legendre quadrature.
 
-The annual rate of a damage state is the integral of its fragility curve P over the rate of occurrence of intensities,
-P(u) k lambda(u) du with u = ln(intensity) and the slope k of the hazard curve. Panels end at the points of the hazard
-curve and the kinks of the fragility curve, so the integrand is smooth on each panel. On panels as wide as a dispersion
-16 nodes are exact to rounding: the nearest poles, of loglogistic curves, are sqrt(3) dispersions away.
+The annual rate of a damage state is the integral over u = ln(intensity) of P(u) k lambda(u), with the fragility curve
+P, the hazard curve lambda and its slope k. Panels end at the points of the hazard curve and at the kinks of the
+fragility curve, so the integrand is smooth on each panel. On panels as wide as one dispersion, 16 nodes are exact to
+rounding: the nearest poles (those of loglogistic curves) are sqrt(3) dispersions away.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from warpdyn.answers.risk.hazard_curves import HazardCurve
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _STEEPEST = 8.0  # largest decrease of ln(hazard) on a panel
 _WIDEST = 1.0  # widest panel, in ln(intensity)
-_AT_A_TIME = 1 << 21  # probabilities in memory at a time
+_AT_A_TIME = 1 << 21  # number of probabilities in memory at a time
 
 
 @dataclass(frozen=True, eq=False)
 class NumericalShape:
-    """A shape of fragility curves that is integrated numerically; its curves differ by medians and dispersions.
+    """A shape of fragility curves that is integrated numerically; each curve has a median and a dispersion.
 
     Args:
         name: Name of the shape.
-        curve: Returns the probability of exceedance for intensities, shape [point], and medians and dispersions, shape
-            [..., damage_state, 1].
-        reach: Dispersions from the median between which the curves rise, shape [2, damage_state]: below, the
-            probability follows the tail; above, it is constant.
-        drawn: Dispersions from the median between which curves are drawn, shape [2, damage_state].
-        width: Smallest scale of the curves, in dispersions; infinite for straight lines between kinks.
-        tail: Power of the intensity, times the dispersion, with which the probability falls below the reach; infinite
-            if the probability is 0 there.
+        curve: Function of intensities, shape [point], and of medians and dispersions, shape [..., damage_state, 1],
+            that returns the probability of exceedance.
+        reach: Range in which the curves rise, in dispersions from the median, shape [2, damage_state]: below it, the
+            probability follows the tail; above it, it is constant.
+        drawn: Range in which curves are drawn, in dispersions from the median, shape [2, damage_state].
+        width: Smallest length over which the curves change, in dispersions; infinite for straight lines between kinks.
+        tail: The probability below the reach is proportional to intensity^(tail / dispersion); infinite if the
+            probability is 0 there.
         kinks: Intensities at which the curves have kinks.
-        first_line: Intensity up to which curves are a line from 0; 0 without such a line. The part of the line below
-            the first point of the hazard curve does not count, because the rate of the extrapolated hazard is
-            unbounded there.
+        first_line: Intensity up to which curves are a line from 0; 0 if there is no such line. The part of the line
+            below the first point of the hazard curve is not counted, because the extrapolated hazard would give an
+            unbounded rate there.
     """
 
     name: str
@@ -73,7 +73,8 @@ class NumericalShape:
             ordered: Whether a heavier state is at most as likely as a lighter one at every intensity.
 
         Returns:
-            The rates; infinite if the tail of a curve does not fall faster than the extrapolated hazard rises.
+            The rates; infinite if the probability falls more slowly than the extrapolated hazard rises, towards
+            intensity 0.
         """
         within, below, above = self._by_bin(hazard, hazard.intensity[[0, -1]], median, dispersion, ordered)
         return within.sum(axis=-1) + below + above
@@ -81,17 +82,7 @@ class NumericalShape:
     def rates_by_bin(
         self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the annual rates from the intensities of each bin.
-
-        Args:
-            hazard: The curve.
-            edges: Edges of the bins [units of the hazard], increasing, shape [bin + 1].
-            median: Medians [units of the hazard], shape [..., damage_state].
-            dispersion: Dispersions [1], of the same shape.
-
-        Returns:
-            Rates [1/year] of the bins, shape [..., bin], and of intensities below and above all bins.
-        """
+        """Return the annual rates from each bin, shape [..., bin], and from intensities below and above all bins."""
         return self._by_bin(hazard, edges, median, dispersion, False)
 
     def _by_bin(
@@ -100,11 +91,11 @@ class NumericalShape:
         shape, states = median.shape, median.shape[-1]
         middle, spread = median.reshape(-1, states), dispersion.reshape(-1, states)
         parts = np.full((len(middle), states, edges.size + 1), np.nan)
-        # A state without a curve in a replicate stays NaN; until then it gets the curve of another state.
+        # A state without a curve in a replicate gets NaN; until then, use the curve of another state.
         known = np.isfinite(middle) & np.isfinite(spread)
         first = np.argmax(known, axis=1)[:, None]
         middle, spread = (np.where(known, part, np.take_along_axis(part, first, 1)) for part in (middle, spread))
-        # Rows of similar dispersions need panels of similar width.
+        # Rows with similar dispersions share panels.
         rows = np.flatnonzero(known.any(axis=1))
         rows = rows[np.argsort(spread[rows].min(axis=1))]
         while rows.size:
@@ -117,7 +108,7 @@ class NumericalShape:
         return parts[..., 1:-1], parts[..., 0], parts[..., -1]
 
     def _panels(self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-        """Return the ends of the panels, in logarithms of the intensity."""
+        """Return the ends of the panels in ln(intensity)."""
         points = np.log(hazard.intensity)
         reach = np.log(median) + self.reach[:, None] * dispersion
         low, high = reach[0].min(), reach[1].max()
@@ -152,7 +143,7 @@ class NumericalShape:
         points = np.log(hazard.intensity)
         segment = np.clip(np.searchsorted(points, panels[:-1], side="right") - 1, 0, points.size - 2)
         slope = hazard.slopes[segment][:, None]
-        # Take the slope of the panel: its ends are rounded to either side of a point of the hazard curve.
+        # Use the slope of the panel, because rounding may move its ends across a point of the hazard curve.
         occurring = slope * hazard.annual_rate[segment][:, None] * np.exp(-slope * (nodes - points[segment][:, None]))
         at_nodes = np.append(nodes.ravel(), panels[[0, -1]])
         probable = np.where(known[..., None], self.probability(np.exp(at_nodes), median, dispersion), np.nan)

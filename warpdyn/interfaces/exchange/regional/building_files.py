@@ -1,4 +1,4 @@
-"""Files with the results of each building: GeoParquet, CSV, GeoJSON and netCDF."""
+"""Files with the results of each building, as GeoParquet, CSV, GeoJSON or netCDF."""
 
 from __future__ import annotations
 
@@ -43,15 +43,19 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
 def write_building_results(results: pd.DataFrame, path: str | os.PathLike, *, overwrite: bool = False) -> Path:
     """Write damage probabilities and losses of each building as GeoParquet, CSV, GeoJSON or netCDF.
 
-    The ending of the name selects the format. ".parquet": GeoParquet 1.1 with points on WGS 84, for GIS programs,
-    geopandas and pandas; the smallest file and the fastest to write. ".csv": the columns of the table. ".geojson" (RFC
-    7946): points with the columns as properties, with ten digits after the decimal point. ".nc": netCDF by the CF
-    conventions, with the dimensions `building` and `damage_state`.
+    The ending of the name selects the format:
+
+    - ".parquet": GeoParquet 1.1 with points on WGS 84, for GIS programs, geopandas and pandas; the smallest file and
+      the fastest to write;
+    - ".csv": the columns of the table;
+    - ".geojson" (RFC 7946): points with the columns as properties, with ten digits after the decimal point;
+    - ".nc": netCDF with CF conventions and the dimensions `building` and `damage_state`.
 
     Args:
         results: Result of `building_results`, or some of its rows.
-        path: The file. A netCDF file is replaced only if warpdyn wrote it.
-        overwrite: Whether a CSV, Parquet or GeoJSON file that does not have the same columns is replaced.
+        path: The file. An existing netCDF file is replaced only if warpdyn wrote it.
+        overwrite: Whether to replace an existing CSV, Parquet or GeoJSON file even if it does not have the same
+            columns.
 
     Returns:
         The path.
@@ -124,7 +128,7 @@ def _dataset(table: pd.DataFrame, states: list[str]) -> xr.Dataset:
 
 
 def _values(column: pd.Series) -> np.ndarray:
-    """Return a column as netCDF stores it; missing text is ""."""
+    """Return the values of a column as netCDF stores them; missing text is ""."""
     if isinstance(column.dtype, pd.CategoricalDtype):
         names = np.append(column.cat.categories.astype(str).to_numpy(), "").astype(object)
         return names[column.cat.codes.to_numpy()]  # code -1: missing

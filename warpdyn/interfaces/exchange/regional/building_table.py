@@ -10,7 +10,7 @@ import pandas as pd
 from warpdyn.answers.fragility.building_results import PROBABILITY, STANDARD_ERROR, damage_states
 from warpdyn.foundations.core.checks import check_kind
 
-ROWS_AT_A_TIME = 2**16  # rows converted to text at once: about 10 MB
+ROWS_AT_A_TIME = 2**16  # number of rows converted to text at a time: about 10 MB
 ROUNDING = 1e-9  # averages of probabilities may exceed 1 by rounding
 AT_LEAST_ZERO = (
     "number",
@@ -24,7 +24,7 @@ ADVICE = "pass the result of building_results(counted, stock, inventory)"
 
 
 def checked_results(function: str, results: object, *names: str) -> tuple[pd.DataFrame, list[str]]:
-    """Return a table of results and the damage states for which it has probabilities, no damage first.
+    """Return a table of results, and the damage states for which it has probabilities, "none" first.
 
     Args:
         function: The public function.
@@ -33,8 +33,9 @@ def checked_results(function: str, results: object, *names: str) -> tuple[pd.Dat
 
     Raises:
         TypeError: If `results` is not a DataFrame.
-        ValueError: If a column or a location is missing, or a value is impossible: a location that is not on Earth, a
-            probability outside 0 to 1, a negative standard error or number of buildings, or an infinite value.
+        ValueError: If a column or a location is missing, or a value is impossible: a longitude or latitude out of
+            range, a probability not from 0 to 1, a negative standard error or number of buildings, or an infinite
+            value.
     """
     check_kind(function, "a DataFrame", results, pd.DataFrame, ADVICE, argument="results")
     assert isinstance(results, pd.DataFrame)

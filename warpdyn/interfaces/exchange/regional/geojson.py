@@ -10,7 +10,7 @@ import pandas as pd
 
 from warpdyn.interfaces.exchange.regional.building_table import parts_of
 
-DIGITS = 10  # after the decimal point of properties; 1e-10 degree is a hundredth of a millimetre
+DIGITS = 10  # digits after the decimal point of properties; 1e-10 degree is 0.01 mm
 
 
 def write_points(name: str, properties: pd.DataFrame, places: pd.DataFrame, head: Mapping[str, Any]) -> None:

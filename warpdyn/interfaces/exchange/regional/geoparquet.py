@@ -1,4 +1,4 @@
-"""Writer of points as GeoParquet 1.1: Parquet with a column of geometries and metadata on it."""
+"""Writer of points as GeoParquet 1.1: Parquet with a column of geometries and metadata that describe it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from warpdyn.interfaces.exchange.regional.building_table import parts_of
 
 FUNCTION = "write_building_results"
 VERSION, GEOMETRY = "1.1.0", "geometry"
-LOOKED_AT = 10_000  # rows by which a column with many repeated values is recognised
+LOOKED_AT = 10_000  # number of rows in which repeated values are counted
 # A point in well-known binary (OGC 06-103r4): byte order (little-endian), type 1, and two coordinates.
 POINT = np.dtype([("order", "u1"), ("type", "<u4"), ("x", "<f8"), ("y", "<f8")])
 
@@ -39,7 +39,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
         b"PANDAS_ATTRS": json.dumps(table.attrs).encode(),
     }
     schema = plain.schema.append(pa.field(GEOMETRY, pa.binary(), nullable=False)).with_metadata(said)
-    # Use dictionary encoding only for columns with many repeated values; otherwise it takes time and saves nothing.
+    # Use dictionary encoding only for columns with many repeated values; for others it takes time and saves nothing.
     few = [column for column in table if table[column].iloc[:LOOKED_AT].nunique() <= LOOKED_AT / 10]
     first = 0
     with pq.ParquetWriter(name, schema, use_dictionary=few) as writer:
@@ -50,7 +50,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
 
 
 def _converted(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
-    """Return the table as an Arrow table, without copying numbers; errors name the column that Arrow cannot store."""
+    """Return the table as Arrow table, without copying numbers; an error names the column that Arrow cannot store."""
     import pyarrow as pa
 
     try:
@@ -68,7 +68,7 @@ def _converted(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow 
 
 
 def _binary(part: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
-    """Return the locations of a part of the table in well-known binary."""
+    """Return the locations of a part of the table as well-known binary."""
     import pyarrow as pa
 
     points = np.empty(len(part), dtype=POINT)

@@ -24,14 +24,14 @@ LOSS_TYPES = ("structural", "nonstructural", "contents", "business_interruption"
 def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, loss_type: str = "structural") -> Path:
     """Write the mean damage of each asset in the format of `avg_damages` of OpenQuake's scenario damage calculation.
 
-    Columns are `asset_id`, `taxonomy`, `lon`, `lat` and `structural-no_damage`, `structural-slight` and so on: the
-    expected number of buildings of the asset in each damage state (`number` times the probability). With losses,
-    `structural-losses` is the expected loss in the currency of the replacement cost. The first line is a comment that
-    names the program. The format is that of OpenQuake 3.26.
+    Columns are `asset_id`, `taxonomy`, `lon`, `lat` and, for each damage state, `structural-no_damage`,
+    `structural-slight` and so on: the expected number of buildings of the asset in this state (`number` times the
+    probability). With losses, `structural-losses` is the expected loss in the currency of the replacement cost. The
+    first line is a comment with the name of the program. The format is that of OpenQuake 3.26.
 
     Args:
         results: Result of `building_results`. The taxonomy is the column `structure_type` (as `read_openquake` reads
-            it), or the archetype without such a column.
+            it); if there is no such column, it is the archetype.
         path: The file; its name ends in ".csv". An existing file is replaced.
         loss_type: Loss type of the damage states in OpenQuake.
 

@@ -32,12 +32,12 @@ NAMES = R2D_NAMES | {"id": ASSET_ID} | LOSSES
 def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_unit: str = "ft2") -> Path:
     """Write the results of each building as `R2D_results.geojson`, the file that SimCenter's R2D tool displays.
 
-    Each building is a point. Columns have R2D's names if R2D has them (`NumberOfStories`, `ReplacementCost`), otherwise
-    their names in the table. Further properties are `assetType` and R2D's results:
-    `R2Dres_MostLikelyCriticalDamageState` is the number of the most frequent damage state (0: no damage; the mean if
-    several are equally frequent). With losses there are `R2Dres_mean_RepairCost_loss_ratio`,
-    `R2Dres_std_RepairCost_loss_ratio` and, in currency, `R2Dres_mean_RepairCost` and `R2Dres_std_RepairCost`. The names
-    are those of SimCenterBackendApplications in July 2026.
+    Each building is a point. If R2D has a name for a column (`NumberOfStories`, `ReplacementCost`), it is used; other
+    columns have their names in the table. Further properties are `assetType` and R2D's results.
+    `R2Dres_MostLikelyCriticalDamageState` is the index of the most frequent damage state (0: no damage); if several are
+    equally frequent, it is the mean of their indices. With losses there are `R2Dres_mean_RepairCost_loss_ratio` and
+    `R2Dres_std_RepairCost_loss_ratio` [1] and, in currency, `R2Dres_mean_RepairCost` and `R2Dres_std_RepairCost`. The
+    names are those of SimCenterBackendApplications in July 2026.
 
     Args:
         results: Result of `building_results`.
