@@ -100,7 +100,6 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
     folder = folder_of(module, block_size)
     if folder.is_dir() and _is_damaged(folder):
         _discard(folder, "files differ from what was compiled")
-
     if not is_compiled_in(folder, device):
         check_room(folder.parent)
     try:
