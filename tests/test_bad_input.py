@@ -279,7 +279,7 @@ RUNS = {
     "history of every nothing": (lambda: run(histories=wd.Histories((0,), 0)), "histories.every", "at least 1, got 0"),
     "gamma above beta": (
         lambda: run({"structure": building(law="bouc_wen"), "scatter": {"beta": wd.GivenValues([0.25])}}),
-        "gamma is 0.5 where beta is 0.25 (structure 0, storey 1)",
+        "gamma is 0.5 and beta is 0.25 (structure 0, storey 1)",
     ),
     "velocity not finite": (lambda: wd.FreeVibration(1.0, velocity=NAN), "velocity is nan"),
     "histories of nothing": (lambda: wd.Histories(()), "histories.samples", "at least one sample"),

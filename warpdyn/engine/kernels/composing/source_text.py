@@ -179,7 +179,7 @@ def _root(target: ast.expr) -> str | None:
 
 
 def _changed(statement: ast.stmt) -> list[str | None]:
-    """Return the variables that an assignment changes, None for other targets; [] if it is no assignment."""
+    """Return the variables that an assignment changes, None for other targets; [] for other statements."""
     if isinstance(statement, ast.AugAssign):
         return [_root(statement.target)]
     if not isinstance(statement, ast.Assign):

@@ -1,7 +1,7 @@
-"""Bouc-Wen storeys that degrade and pinch with the energy they dissipated (Baber and Wen 1981, Baber and Noori 1985).
+"""Bouc-Wen storeys with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
 
-F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`. The energy e that z dissipates, the integral of
-(1 - alpha) Fy z dd, is divided by Fy dy, with the yield drift dy = Fy / k. With A = 1 - deltaA e,
+F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`. e is the energy dissipated by z, that is the integral of
+(1 - alpha) Fy z dd, divided by Fy dy, where dy = Fy / k is the yield drift. With A = 1 - deltaA e,
 nu = 1 + deltaNu e and eta = 1 + deltaEta e,
 
     dy dz/dt = h v (A - nu |z|^n (gamma + beta sign(v z))) / eta,
@@ -14,7 +14,8 @@ divided by Fy dy; Shi is multiplied by dy, and deltaShi divided by Fy.
 
 Intended differences from OpenSees:
 
-- A is at least 0. In OpenSees it becomes negative, z changes against the velocity, and the storey supplies energy.
+- A is at least 0. In OpenSees A can become negative; then z decreases while the drift increases, and the storey
+  supplies energy.
 - The bound zu of z degrades with A and nu as in Foliente (1995), so that degradation and pinching can be combined.
 - OpenSees integrates a step by the backward Euler method, which is of first order.
 """
@@ -31,7 +32,7 @@ from warpdyn.engine.laws.law import Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; those from TOTAL_SLIP on only for storeys that pinch."""
+    """Coefficients of the device functions; storeys without pinching have only the coefficients before TOTAL_SLIP."""
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
@@ -54,10 +55,10 @@ class Coefficient(Layout):
 
 
 class BaberNoori(BoucWen):
-    """A Bouc-Wen storey that degrades and pinches with the dissipated energy (OpenSees: BoucWen and BWBN).
+    """A Bouc-Wen storey with degradation and pinching by dissipated energy (OpenSees: BoucWen and BWBN).
 
-    The equations are those of Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module
-    has them, and the differences from OpenSees. Losses and rates refer to the energy divided by Fy dy (OpenSees: in J).
+    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the docstring of its module lists
+    the equations and the differences from OpenSees. Losses and rates are per energy divided by Fy dy (OpenSees: per J).
 
     Example:
         >>> wd.laws.BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)
@@ -103,7 +104,7 @@ class BaberNoori(BoucWen):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the quickest variant: without exponentials if none pinches, without powers if all exponents are 1."""
+        """Return the fastest variant: no exponentials if no storey pinches, no powers if all exponents are 1."""
         name = "baber_noori_pinching" if np.any(p["total_slip"] > 0) else "baber_noori"
         return f"{name}_1" if np.all(p["exponent"] == 1) else name
 
