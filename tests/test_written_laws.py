@@ -326,7 +326,7 @@ FAULTS = {
     "name of a built-in law": (law(GOOD, "Bilinear"), "warpdyn has a law 'bilinear' already: give .* another name"),
     "name of a built-in device": (law(GOOD, "Gap"), "warpdyn has a device 'gap' already"),
     "reversed bounds": (
-        law(STRENGTH.format("'N', 'strength', low=2.0, high=1.0") + GOOD), "low is 2 and high is 1; exchange them"
+        law(STRENGTH.format("'N', 'strength', low=2.0, high=1.0") + GOOD), "low is 2 and high is 1; give low below high"
     ),
     "no unit": (law(STRENGTH.format("'', 'strength'") + GOOD), "'strength' has no unit: give one"),
     "a default without a parameter": (law("\n    strength: float = 2.0" + GOOD), "strength is not a parameter: write"),

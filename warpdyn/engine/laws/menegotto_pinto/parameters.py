@@ -12,7 +12,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; the last two only with isotropic hardening."""
+    """Coefficients of the device functions; the last two exist only with isotropic hardening."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     TRANSITION_FORCE = enum.auto()  # at h = 1
@@ -85,12 +85,12 @@ class MenegottoPinto(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the variant; isotropic hardening needs another power and another memory value."""
+        """Return the variant: isotropic hardening needs one more power and one more memory value."""
         return "menegotto_pinto_isotropic" if np.any(p["isotropic_hardening"]) else "menegotto_pinto"
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """With isotropic hardening, each reversal shifts the line that the next branch approaches."""
+        """Return whether there is isotropic hardening: then each reversal shifts the line of the next branch."""
         return cls.spring(p) == "menegotto_pinto_isotropic"
 
     @staticmethod
@@ -113,7 +113,7 @@ class MenegottoPinto(Law):
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on exponents below 1, with which the storey would yield at once, or None."""
+        """Return a sentence on an exponent that may fall below 1 (the storey would yield at once), or None."""
         exponent, reduction = p["transition_curvature"], p["curvature_reduction"]
         least = 1 / (1 - reduction)
         reason = "1 / (1 - curvature_reduction): the exponent of later transitions must be at least 1"
