@@ -345,7 +345,7 @@ FAULTS = {
     "a path without return": (law(function("if drift > 0:", "    return drift")), "does not return a value on ev"),
     "two ways to follow": (
         law(GOOD + function("return velocity", name="rate", arguments="velocity: Any, memory: Any, c: Any")),
-        "follow already gives force and memory: remove rate",
+        "follow already returns force and memory: remove rate",
     ),
     "a device without a stiffness": (law(GOOD, kind="Device"), "device Mine: .*must define stiffest"),
     "an unknown parameter in derived": (

@@ -4,10 +4,11 @@ The drift x is in yield drifts and the force f in yield forces. The backbone con
 origin, the cracking point and the yield point; the smallest of their forces counts. Unloading follows a straight line;
 reloading after partial unloading returns to the point where unloading began.
 
-`peak_oriented` unloads with the initial stiffness. `takeda` unloads towards the opposite cracking point before yield,
-and with x^-a of that stiffness after it, but at least with the slope to the origin. If one side has yielded and the other
-side has not cracked, the other side is loaded with the unloading slope up to the cracking force, then along a line to
-the yield point. If a line can be followed in one direction only, its other end is the drift of the last step.
+`peak_oriented` unloads with the initial stiffness. `takeda` unloads towards the opposite cracking point before yield.
+After yield, it unloads with x^-a times the slope at yield, but at least with the slope to the origin. If one side has
+yielded and the other side has not cracked, the other side is loaded with the unloading slope up to the cracking force,
+then along a line to the yield point. If a line can be followed in one direction only, its other end is the drift of the
+last step.
 """
 
 import enum
