@@ -328,7 +328,7 @@ FAULTS = {
     "reversed bounds": (
         law(STRENGTH.format("'N', 'strength', low=2.0, high=1.0") + GOOD), "low is 2 and high is 1; give low below high"
     ),
-    "no unit": (law(STRENGTH.format("'', 'strength'") + GOOD), "'strength' has no unit: give one"),
+    "no unit": (law(STRENGTH.format("'', 'strength'") + GOOD), "'strength' has no unit: give a unit"),
     "a default without a parameter": (law("\n    strength: float = 2.0" + GOOD), "strength is not a parameter: write"),
     "undeclared name": (law(function("return c.stiffness * drift * factor")), "reads factor, which is not defined"),
     "numpy in a kernel": (law(function("return c.stiffness * np.sin(drift)")), r"np.sin .*use wp.sin"),

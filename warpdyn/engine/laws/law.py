@@ -156,7 +156,7 @@ class StoreyElement:
         variants: The sets as objects; a class that uses the sets of another law defines `variants` instead of `rows`.
         device_functions: Module with the table SPRINGS of device functions; "" for the module `device_functions` in the
             package of the class.
-        written: Source of the device functions in the class body; "" if there are none.
+        written: Source of the device functions in the class body; "" without such functions.
         opensees: Names of OpenSees' materials or elements with the same rules; a scene may use these names.
         is_linear: Whether the force is the stiffness times the drift.
         is_linear_until_yield: Whether a storey is linear until its drift first exceeds `yield_force` (or

@@ -118,7 +118,7 @@ def _dips(
 ) -> list[tuple[int, int, float]]:
     """Find conditions that are violated only between two scanned steps: (column, scanned step before, unstable step).
 
-    The unstable step is the minimum of the parabola through three scanned values, of which the middle one is lowest.
+    The unstable step is the minimum of the parabola through three scanned values; the middle value is the lowest.
     """
     before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
     low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))

@@ -178,7 +178,7 @@ _ROWS: tuple[Method, ...] = (
         _DORMAND_PRINCE_C,
         error=_DORMAND_PRINCE_ERROR,
     ),
-    # Nystroem 1925, for forces that also depend on the velocity; and methods with the displacements of Newmark's beta = 0.
+    # Nystroem 1925, for forces that also depend on the velocity; and methods with Newmark's beta = 0.
     ExplicitMethod(
         "nystroem4",
         4,

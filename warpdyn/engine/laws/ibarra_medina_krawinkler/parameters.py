@@ -23,7 +23,7 @@ Differences from OpenSees:
   single excursion increases E beyond Lambda Fy, the storey continues without further deterioration.
 - The reloading stiffness is at most the initial stiffness. In OpenSees the force jumps if the target peak is close to
   the point where the force changed its sign, or behind this point.
-- The force of a backbone is nowhere below the residual force. In OpenSees' IMKPeakOriented and IMKPinching this holds
+- The residual force is a lower bound of the whole backbone. In OpenSees' IMKPeakOriented and IMKPinching this holds
   only beyond the capping point, and the force jumps if deterioration has lowered the hardening part below it.
 - Lambda = 0 means no deterioration; OpenSees needs a large Lambda instead. An excursion that returns more energy than
   it took causes no deterioration; OpenSees raises the negative energy to the exponent, which gives NaN for 1.5.

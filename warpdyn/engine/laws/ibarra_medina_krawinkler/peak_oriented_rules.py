@@ -57,8 +57,8 @@ class M(Layout):
     PINCHING_FORCE = enum.auto()
 
 
-# Peaks are stored as they are: subtracting the yield drift would make equal peaks differ by rounding. 0 means that the
-# peak is the first yield point.
+# Peaks are stored without subtracting the yield drift, which would make equal peaks differ by rounding. 0 means that
+# the peak is the first yield point.
 @wp.func
 def recalled(value: Any, yields: Any):
     return wp.where(value == type(value)(0.0), yields, value)
