@@ -231,8 +231,8 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
             f"yields); these fit: {', '.join(fitting)}"
         )
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
-    reasons = {"exact": linear, "implicit": "its steps have no time in which a force relaxes"}
-    reason = reasons.get(METHODS[method].kind, "its velocities lag behind")
+    reasons = {"exact": linear, "implicit": "it cannot integrate a force that relaxes with time"}
+    reason = reasons.get(METHODS[method].kind, "its velocities lag half a step behind")
     raise ValueError(
         f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); these fit: {', '.join(fitting)}"
     )

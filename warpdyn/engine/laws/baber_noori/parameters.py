@@ -57,7 +57,7 @@ class Coefficient(Layout):
 class BaberNoori(BoucWen):
     """A Bouc-Wen storey with degradation and pinching by dissipated energy (OpenSees: BoucWen and BWBN).
 
-    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the docstring of its module lists
+    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module has
     the equations and the differences from OpenSees. Losses and rates are per energy divided by Fy dy (OpenSees: per J).
 
     Example:
@@ -66,25 +66,29 @@ class BaberNoori(BoucWen):
     """
 
     growth_loss: ArrayLike = parameter(
-        "1", "Baber-Wen deltaA: loss of A by energy over that of yield", low=0.0, default=0.0, opensees="deltaA"
+        "1", "deltaA: decrease of A per normalised energy", low=0.0, default=0.0, opensees="deltaA"
     )
     strength_loss: ArrayLike = parameter(
-        "1", "deltaNu: growth of nu, by which strength falls", low=0.0, default=0.0, opensees="deltaNu"
+        "1", "deltaNu: growth of nu (loss of strength) per normalised energy", low=0.0, default=0.0, opensees="deltaNu"
     )
     stiffness_loss: ArrayLike = parameter(
-        "1", "deltaEta: growth of eta, by which stiffness falls", low=0.0, default=0.0, opensees="deltaEta"
+        "1",
+        "deltaEta: growth of eta (loss of stiffness) per normalised energy",
+        low=0.0,
+        default=0.0,
+        opensees="deltaEta",
     )
     total_slip: ArrayLike = parameter(
         "1", "zetas: largest pinching", low=0.0, high=1.0, high_open=True, default=0.0, opensees="zetas"
     )
     pinching_rate: ArrayLike = parameter(
-        "1", "p: rate at which pinching begins, by energy", low=0.0, default=0.0, opensees="p"
+        "1", "p: rate at which pinching grows with normalised energy", low=0.0, default=0.0, opensees="p"
     )
     pinching_spread: ArrayLike = parameter(
         "1", "psi: breadth of pinching", low=0.0, low_open=True, default=0.1, opensees="Shi"
     )
     pinching_spread_rate: ArrayLike = parameter(
-        "1", "deltaPsi: growth of that breadth, by energy", low=0.0, default=0.0, opensees="deltaShi"
+        "1", "deltaPsi: growth of psi per normalised energy", low=0.0, default=0.0, opensees="deltaShi"
     )
     pinching_coupling: ArrayLike = parameter(
         "1", "lambda: breadth without pinching", low=0.0, low_open=True, default=0.5, opensees="lamda"

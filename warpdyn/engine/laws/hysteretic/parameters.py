@@ -70,7 +70,7 @@ STIFFNESS_RATIO = Parameter(
 class Hysteretic(Law):
     """A trilinear storey with pinching, damage and softer unloading (OpenSees: Hysteretic).
 
-    The docstring of its module lists the rules and the differences from OpenSees.
+    The help of its module lists the rules and the differences from OpenSees.
 
     Example:
         >>> wd.laws.Hysteretic(yield_force=1e6, ductility_2=4, force_ratio_2=1.2, ductility_3=10, force_ratio_3=0.6)
@@ -89,13 +89,13 @@ class Hysteretic(Law):
         "1", "pinching of force in reloading (1: none)", low=0.0, high=1.0, default=1.0, opensees="pinchY"
     )
     damage_by_ductility: ArrayLike = parameter(
-        "1", "growth of the drift aimed at, by ductility", low=0.0, default=0.0, opensees="damage1"
+        "1", "growth of the reloading target drift by ductility", low=0.0, default=0.0, opensees="damage1"
     )
     damage_by_energy: ArrayLike = parameter(
-        "1", "growth of the drift aimed at, by energy", low=0.0, default=0.0, opensees="damage2"
+        "1", "growth of the reloading target drift by energy", low=0.0, default=0.0, opensees="damage2"
     )
     unloading_exponent: ArrayLike = parameter(
-        "1", "power of ductility by which unloading softens", low=0.0, high=1.0, default=0.0, opensees="beta"
+        "1", "exponent of ductility in the unloading stiffness", low=0.0, high=1.0, default=0.0, opensees="beta"
     )
 
     yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="s1n")

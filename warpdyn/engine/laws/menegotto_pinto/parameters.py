@@ -46,7 +46,7 @@ class MenegottoPinto(Law):
     )
     curvature_reduction: ArrayLike = parameter(
         "1",
-        "largest share cR1 that the exponent loses",
+        "largest relative decrease cR1 of the exponent",
         low=0.0,
         high=1.0,
         high_open=True,
@@ -55,7 +55,7 @@ class MenegottoPinto(Law):
     )
     curvature_reduction_ductility: ArrayLike = parameter(
         "1",
-        "plastic excursion cR2 over yield drift at half that loss",
+        "plastic excursion over yield drift, cR2, at which half of the largest decrease occurs",
         low=0.0,
         low_open=True,
         default=0.15,
@@ -63,14 +63,14 @@ class MenegottoPinto(Law):
     )
     isotropic_hardening: ArrayLike = parameter(
         "1",
-        "rise of the yield force over itself at the isotropic hardening ductility",
+        "relative rise of the yield force at the isotropic hardening ductility",
         low=0.0,
         default=0.0,
         opensees="a1 and a3",
     )
     isotropic_hardening_ductility: ArrayLike = parameter(
         "1",
-        "half the range of drift over yield drift of that rise",
+        "half the range of drifts over yield drift at which the isotropic hardening ratio is reached",
         low=0.0,
         low_open=True,
         default=1.0,

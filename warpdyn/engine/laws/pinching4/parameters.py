@@ -48,7 +48,7 @@ from warpdyn.engine.laws.parameter import Parameter
 NEVER = 1e16  # yield drifts
 DAMAGE = {
     "stiffness": "loss of unloading stiffness",
-    "reloading": "growth of the drift aimed at",
+    "reloading": "growth of the reloading target drift",
     "strength": "loss of strength",
 }
 #: The damage that GEM's vulnerability toolkit gives Pinching4, by parameter: `Pinching4(..., **GEM_DAMAGE)`.
@@ -69,7 +69,9 @@ GEM_DAMAGE = {
 _BY_DRIFT = {
     kind: Parameter("1", f"{name} at the last drift of the backbone", low=0.0) for kind, name in DAMAGE.items()
 }
-_BY_USE = {kind: Parameter("1", f"{name} by all energy, or a cycle", low=0.0) for kind, name in DAMAGE.items()}
+_BY_USE = {
+    kind: Parameter("1", f"{name} at exhausted energy capacity, or per cycle", low=0.0) for kind, name in DAMAGE.items()
+}
 _DRIFT_EXPONENT = {kind: Parameter("1", f"power of drift in {name}", low=0.0) for kind, name in DAMAGE.items()}
 _USE_EXPONENT = {kind: Parameter("1", f"power of energy or cycles in {name}", low=0.0) for kind, name in DAMAGE.items()}
 _LIMIT = {
@@ -132,14 +134,14 @@ class Coefficient(Layout):
 
 _NEGATIVE = tuple(f"{name}_negative" for name in Negative.names())
 RELOADING_DRIFT = Parameter(
-    "1", "drift where reloading stiffens over that aimed at", low=0.0, high=1.0, high_open=True, opensees="rDispP"
+    "1", "drift at which reloading stiffens over the target drift", low=0.0, high=1.0, high_open=True, opensees="rDispP"
 )
 RELOADING_FORCE = Parameter(
-    "1", "force where reloading stiffens over that aimed at", low=0.0, high=1.0, opensees="rForceP"
+    "1", "force at which reloading stiffens over the target force", low=0.0, high=1.0, opensees="rForceP"
 )
 UNLOADING_FORCE = Parameter(
     "1",
-    "force at the end of unloading over that at the third corner, or fourth",
+    "force at the end of unloading over the force at the third or fourth corner",
     low=-1.0,
     high=1.0,
     opensees="uForceP",
@@ -193,14 +195,14 @@ class Pinching4(Law):
     strength_damage_limit: ArrayLike = shared(_LIMIT["strength"], default=0.0, opensees="gFLim")
     energy_factor: ArrayLike = parameter(
         "1",
-        "energy that can be spent over that under the backbone",
+        "energy capacity over the energy under the backbone",
         low=0.0,
         low_open=True,
         default=10.0,
         opensees="gE",
     )
     counts_cycles: ArrayLike = parameter(
-        "1", "whether damage goes by cycles (1) or energy (0)", low=0, high=1, default=0.0, opensees="dmgType"
+        "1", "whether damage depends on cycles (1) or energy (0)", low=0, high=1, default=0.0, opensees="dmgType"
     )
 
     yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="eNf1")
