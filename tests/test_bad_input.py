@@ -257,11 +257,11 @@ RUNS = {
     "no threads": (lambda: run(threads=0), "threads must be a whole number of at least 1, got 0"),
     "no memory": (lambda: run(memory=0), "memory [bytes] must be a whole number of at least 1, got 0"),
     "too little memory": (lambda: run(memory=1000), "memory must be at least", "bytes for this scene, got 1000"),
-    "device twice": (lambda: run(device=["cpu", "cpu"]), "device must be one device, or several GPUs named once each"),
-    "no device at all": (lambda: run(device=[]), "device must be one device, or several GPUs"),
+    "device twice": (lambda: run(device=["cpu", "cpu"]), "device must be one device or several different GPUs"),
+    "no device at all": (lambda: run(device=[]), "device must be one device or several different GPUs"),
     "unknown method": (lambda: run(method="euler"), "unknown method 'euler'", "'rk4'"),
     "unknown dtype": (lambda: run(dtype="float16"), "unknown dtype 'float16'", "'float32', 'float64'"),
-    "unknown device": (lambda: run(device="tpu"), "no device 'tpu' here", "cpu"),
+    "unknown device": (lambda: run(device="tpu"), "no device 'tpu'", "cpu"),
     "zero step": (lambda: run(step=0.0), "step [s] must be a finite number above 0, got 0.0"),
     "step not finite": (lambda: run(step=NAN), "step [s] must be a finite number above 0, got nan"),
     "step that divides nothing": (
@@ -279,7 +279,7 @@ RUNS = {
     "history of every nothing": (lambda: run(histories=wd.Histories((0,), 0)), "histories.every", "at least 1, got 0"),
     "gamma above beta": (
         lambda: run({"structure": building(law="bouc_wen"), "scatter": {"beta": wd.GivenValues([0.25])}}),
-        "gamma is 0.5 where beta is 0.25 (structure 0, storey 1)",
+        "gamma is 0.5 and beta is 0.25 (structure 0, storey 1)",
     ),
     "velocity not finite": (lambda: wd.FreeVibration(1.0, velocity=NAN), "velocity is nan"),
     "histories of nothing": (lambda: wd.Histories(()), "histories.samples", "at least one sample"),

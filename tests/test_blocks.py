@@ -235,13 +235,13 @@ def test_devices_by_name(monkeypatch):
     assert devices.checked_devices(["cuda:1", "cuda:0"]) == ("cuda:1", "cuda:0")
     assert devices.checked_devices(("cpu",)) == ("cpu",)
     for wrong in (["cuda:0", "cuda:0"], ["cpu", "cuda:0"], []):
-        with pytest.raises(ValueError, match="several GPUs named once each"):
+        with pytest.raises(ValueError, match="several different GPUs"):
             devices.checked_devices(wrong)
-    with pytest.raises(ValueError, match="no device 'cuda:3' here; available: cpu, cuda:0, cuda:1, cuda:2"):
+    with pytest.raises(ValueError, match="no device 'cuda:3'; available: cpu, cuda:0, cuda:1, cuda:2"):
         devices.checked_devices("cuda:3")
     monkeypatch.setattr(wp, "get_cuda_device_count", lambda: 0)
     assert devices.checked_devices(None) == ("cpu",)
-    with pytest.raises(ValueError, match="no device 'cuda' here; available: cpu"):
+    with pytest.raises(ValueError, match="no device 'cuda'; available: cpu"):
         devices.checked_devices("cuda")
 
 

@@ -261,7 +261,7 @@ def test_workers_of_another_version_are_refused_by_name(package, client, tmp_pat
 
 def test_what_workers_cannot_do_is_said_before_anything_runs(client, tmp_path, monkeypatch):
     scene, path = make_scene(), tmp_path / "run.zarr"
-    with pytest.raises(ValueError, match=r"2 workers \(tcp.*\): no device 'cuda:7' here"):
+    with pytest.raises(ValueError, match=r"2 workers \(tcp.*\): this computer has no device 'cuda:7'"):
         wd.simulate(scene, structures=3, cluster=client, device="cuda:7", path=path)
     with pytest.raises(ValueError, match="device must be one device with cluster="):
         wd.simulate(scene, structures=3, cluster=client, device=["cuda:0", "cuda:1"])

@@ -162,7 +162,7 @@ def test_bad_input_is_named():
     }  # fmt: skip
     for change, message in (
         ({"beta": 0.0}, "beta is 0 at storey 1; it must be finite and above 0"),
-        ({"gamma": [0.5, 0.6, 0.5]}, r"gamma is 0.6 where beta is 0.5 \(storey 2\)"),
+        ({"gamma": [0.5, 0.6, 0.5]}, r"gamma is 0.6 and beta is 0.5 \(storey 2\)"),
         ({"exponent": [1.0, 2.0]}, r"exponent must be one value or one per storey, shape \[3\], got \(2,\)"),
         ({"initial_velocity": np.nan}, "initial_velocity is nan"),
     ):

@@ -193,7 +193,7 @@ def test_tangents_and_precision(rules):
 @pytest.mark.parametrize(
     ("parameters", "message"),
     [
-        ({"gamma": 0.6}, r"gamma is 0.6 where beta is 0.5 \(storey 1\)"),
+        ({"gamma": 0.6}, r"gamma is 0.6 and beta is 0.5 \(storey 1\)"),
         ({"stiffness_loss": -0.1}, r"stiffness_loss is -0.1 at storey 1; it must be finite and at least 0"),
         ({"total_slip": 1.0}, r"total_slip is 1 at storey 1; it must be finite and at least 0 and below 1"),
         ({"pinching_spread": 0.0}, r"pinching_spread is 0 at storey 1; it must be finite and above 0"),

@@ -238,8 +238,8 @@ def test_trials_tangents_and_precision(damage):
         ({"strength_damage_limit": 1.0}, r"strength_damage_limit is 1 at storey 1; .* at least 0 and below 1"),
         ({"stiffness_damage_by_use": 0.1}, r"stiffness_damage_by_use is 0.1 where stiffness_damage_limit is 0"),
         ({"energy_factor": 0.0}, r"energy_factor is 0 at storey 1; it must be finite and above 0"),
-        ({"counts_cycles": 0.5}, r"counts_cycles is 0.5 \(storey 1\); it must be 0 or 1, alike in all storeys"),
-        ({"counts_cycles": [0.0, 1.0]}, r"counts_cycles is 1 \(storey 2\); it must be 0 or 1"),
+        ({"counts_cycles": 0.5}, r"counts_cycles is 0.5 \(storey 1\); give 0 in all storeys or 1 in all storeys"),
+        ({"counts_cycles": [0.0, 1.0]}, r"counts_cycles is 1 \(storey 2\); give 0 in all storeys"),
     ],
 )
 def test_bad_input(parameters, message):

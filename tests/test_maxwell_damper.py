@@ -154,7 +154,7 @@ def test_methods_rows_and_bad_input():
     for method in ("newmark_average", "central_difference", "exact"):
         with pytest.raises(ValueError, match=f"method '{method}' does not fit .*maxwell_damper"):
             wd.simulate(scene, method=method, device="cpu")
-    with pytest.raises(ValueError, match=r"brace_stiffness is 0 where damper_coefficient is 100000 \(storey 2\)"):
+    with pytest.raises(ValueError, match=r"brace_stiffness is 0 and damper_coefficient is 100000 \(storey 2\)"):
         wd.ShearBuilding([1e5, 1e5], 4e6, 3.0, devices=(damper(damper_coefficient=1e5, brace_stiffness=[1e7, 0.0]),))
     # Quasi-static paths leave the damper without force.
     push = wd.storey_hysteresis(building, np.linspace(0, 0.1, 5))

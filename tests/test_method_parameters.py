@@ -92,9 +92,9 @@ def test_names_and_bounds():
         "generalised_alpha(radius=0.5)": "has the parameter spectral_radius, not 'radius'",
         "wilson_theta(theta=1.2)": "theta .* from 1.37 to 2",
         "newmark_average(beta=0.3)": "unknown method .*: 'newmark_average' has no parameter, give method='newma",
-        "hht_alpha(-0.3)": r"of method 'hht_alpha' is given as method=\"hht_alpha\(alpha=-0.1\)\", without blanks, and",
-        "hht_alpha( alpha = -0.3 )": "without blanks, and 'hht_alpha",
-        "hht_alpha(alpha=-0.3": "without blanks, and 'hht_alpha",
+        "hht_alpha(-0.3)": r"parameter of 'hht_alpha' without blanks, as in method=\"hht_alpha\(alpha=-0.1\)\"",
+        "hht_alpha( alpha = -0.3 )": "unknown method 'hht_alpha.*without blanks",
+        "hht_alpha(alpha=-0.3": "unknown method 'hht_alpha.*without blanks",
         "euler(alpha=-0.3)": "unknown method 'euler.*allowed: 'heun'",
     }.items():
         with pytest.raises(ValueError, match=words):

@@ -30,7 +30,7 @@ def test_energies_beyond_float32_are_blank():
 @pytest.mark.meant_as_given("yield_base_shear_coefficient", "yield_drift_ratio", "no_damping")
 def test_a_parameter_beyond_float32_is_refused():
     scene = wd.Scene(storey("bouc_wen", 1e39), MOTION, recorders=("drift",))
-    with pytest.raises(ValueError, match=r"is beyond the largest number of float32, 3\.4e\+38: .* dtype='float64'"):
+    with pytest.raises(ValueError, match=r"exceeds the largest number of float32, 3\.4e\+38: .* dtype='float64'"):
         wd.simulate(scene, device="cpu")
 
 

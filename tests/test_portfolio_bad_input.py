@@ -74,7 +74,7 @@ RUNS = {
     ),
     "between parameters": (
         {"portfolio": wd.Portfolio({"bad": wd.Archetype(smooth(1), scatter={"gamma": wd.GivenValues([0.1, 0.9])})})},
-        "archetype 'bad': .*gamma is 0.9 where beta is 0.5",
+        "archetype 'bad': .*gamma is 0.9 and beta is 0.5",
     ),
     # Settings are judged before anything is drawn, and are no archetype's fault.
     "step": ({"step": 0.007}, "^step 0.007 s does not divide"),

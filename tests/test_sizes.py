@@ -125,7 +125,9 @@ def test_a_size_is_refused_by_name(case):
 def test_memory_counts_histories(monkeypatch):
     """10 histories of some 400 steps of 2 storeys, with the variables of a chain, in 24 bytes a value."""
     monkeypatch.undo()
-    with pytest.raises(ValueError, match=r"histories= of 10 samples .* needs .* MB of memory, but memory=\d+ .* allows"):
+    with pytest.raises(
+        ValueError, match=r"histories= of 10 samples .* needs .* MB of memory, but memory=\d+ .* allows"
+    ):
         wd.simulate(
             wd.Scene(BUILDING, wd.Cloud([wd.GroundMotion(np.tile(WAVE, 100), 0.02)] * 10), recorders=("drift",)),
             histories=wd.Histories(range(10)),

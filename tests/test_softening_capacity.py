@@ -169,7 +169,11 @@ def test_missing_corners_are_where_gem_has_them(points: tuple, corners: tuple) -
         (RISING, f"{IMK}_bilinear", "does not fall after its second corner"),
         (FALLING, f"{IMK}_bilinear", "falls after its yield point"),
         (FLAT_TOP, f"{IMK}_pinching", "does not fall after its second corner"),
-        (([0.02, 0.1, 0.2, 0.3], [1e6, 1.5e6, 1.2e6, 1.2e6]), f"{IMK}_bilinear", "residual strength .* is 1.2 times the"),
+        (
+            ([0.02, 0.1, 0.2, 0.3], [1e6, 1.5e6, 1.2e6, 1.2e6]),
+            f"{IMK}_bilinear",
+            "residual strength .* is 1.2 times the",
+        ),
         (
             ([0.02, 0.1, 0.2, 0.3, 0.4], [1e6, 1.5e6, 0.9e6, 0.5e6, 0.3e6]),
             "pinching4",

@@ -326,9 +326,9 @@ FAULTS = {
     "name of a built-in law": (law(GOOD, "Bilinear"), "warpdyn has a law 'bilinear' already: give .* another name"),
     "name of a built-in device": (law(GOOD, "Gap"), "warpdyn has a device 'gap' already"),
     "reversed bounds": (
-        law(STRENGTH.format("'N', 'strength', low=2.0, high=1.0") + GOOD), "low is 2 and high is 1; exchange them"
+        law(STRENGTH.format("'N', 'strength', low=2.0, high=1.0") + GOOD), "low is 2 and high is 1; give low below high"
     ),
-    "no unit": (law(STRENGTH.format("'', 'strength'") + GOOD), "'strength' has no unit: give one"),
+    "no unit": (law(STRENGTH.format("'', 'strength'") + GOOD), "'strength' has no unit: give a unit"),
     "a default without a parameter": (law("\n    strength: float = 2.0" + GOOD), "strength is not a parameter: write"),
     "undeclared name": (law(function("return c.stiffness * drift * factor")), "reads factor, which is not defined"),
     "numpy in a kernel": (law(function("return c.stiffness * np.sin(drift)")), r"np.sin .*use wp.sin"),
@@ -345,7 +345,7 @@ FAULTS = {
     "a path without return": (law(function("if drift > 0:", "    return drift")), "does not return a value on ev"),
     "two ways to follow": (
         law(GOOD + function("return velocity", name="rate", arguments="velocity: Any, memory: Any, c: Any")),
-        "follow already gives force and memory: remove rate",
+        "follow already returns force and memory: remove rate",
     ),
     "a device without a stiffness": (law(GOOD, kind="Device"), "device Mine: .*must define stiffest"),
     "an unknown parameter in derived": (

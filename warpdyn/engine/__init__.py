@@ -1,4 +1,4 @@
-"""The kernels: devices, integration methods, storey laws, and the composition and compilation of kernels."""
+"""Storey laws, integration methods, and the composition, compilation and launch of kernels."""
 
 import lazy_loader
 

@@ -1,8 +1,8 @@
-"""Device functions that any kernel may call: processor intrinsics, exponentials, random numbers."""
+"""Functions that any kernel may call: extrema, exponentials, random numbers, access to neighbouring threads."""
 
 import warp as wp
 
-# Warp prints what it compiles and caches only at log level INFO, so that a terminal shows results.
-# Another level is the user's own.
+# At log level INFO, Warp prints a line for each module that it loads. Show warnings only, unless the user has chosen
+# another level.
 if wp.config.log_level == wp.LOG_INFO:
     wp.config.log_level = wp.LOG_WARNING

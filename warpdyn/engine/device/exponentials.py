@@ -1,13 +1,14 @@
-"""Exponentials and logarithms that a processor vectorises in single precision; those of its library it does not.
+"""Exponentials and logarithms in single precision whose loops over lanes the CPU compiler vectorises.
 
-Logarithms and powers take 0 and positive normal numbers. On a GPU and in double precision the library is used.
+The compiler does not vectorise calls of the library functions. On a GPU and in double precision the library functions
+are used. Arguments of logarithms and powers are 0 or positive normal numbers.
 """
 
 from typing import Any
 
 import warp as wp
 
-# e^r of |r| <= log(2) / 2, as `sum`.
+# e^r for |r| <= log(2) / 2, in the variable `sum`.
 _E_TO_R = """float sum = 1.9875691500e-4f;
 sum = sum * r + 1.3981999507e-3f;
 sum = sum * r + 8.3334519073e-3f;
@@ -43,7 +44,7 @@ def exponential(x: wp.float32) -> wp.float32: ...
 def exponential(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 
-# The same for x >= 0, which needs only one bound.
+# e^-x for x >= 0, which needs only one bound.
 @wp.func_native(
     """
 #if defined(__CUDA_ARCH__)
@@ -98,7 +99,7 @@ def natural_logarithm(x: wp.float32) -> wp.float32: ...
 def natural_logarithm(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 
-# log(1 + x) over x by a polynomial through Chebyshev's points, within two ulps; in double precision within an ulp of 1.
+# log(1 + x) / x by a polynomial through Chebyshev points. Error: 2 ulp; in double precision 1 ulp of 1.
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
 return log1pf(x);

@@ -1,23 +1,23 @@
-"""Native functions that Warp lacks: maxima in one instruction, aligned rows, values of other threads."""
+"""Native functions that Warp lacks: maxima of absolute values, aligned variables, values of other threads."""
 
 import functools
 
 import numpy as np
 import warp as wp
 
-FEWEST_LANES = 8  # of a thread that has several
+FEWEST_LANES = 8  # smallest number of lanes of a CPU thread with more than one lane
 
 
 def cpu_flags(keeps_lanes: bool = True) -> str:
-    """Return the compiler's flags for kernels on a processor: those of Warp's configuration, and warpdyn's.
+    """Return the compiler flags for kernels on a CPU: the flags of Warp's configuration, then the flags of warpdyn.
 
-    Products and sums are fused, as on a GPU. Rows use 512-bit registers if there are any; on some processors the
-    compiler does not use them by default, at half the speed.
+    Products and sums are fused, as on a GPU. Vectors use 512-bit registers if the CPU has them; for some CPUs the
+    compiler would use 256-bit registers by default, at half the speed.
 
     Args:
         keeps_lanes: Whether only loops over lanes have 8 or more iterations. Then these loops are not unrolled, so that
-            LLVM's loop vectoriser sees them; its SLP vectoriser would produce code from unrolled loops that takes up to
-            1/5 longer to run and long to compile.
+            LLVM's loop vectoriser handles them. From unrolled loops, its SLP vectoriser would produce code that takes
+            up to 20 % longer to run and long to compile.
     """
     configured = wp.config.cpu_compiler_flags
     # Without configured flags, Warp compiles for the processor of this machine.
@@ -34,7 +34,7 @@ def has_wide_registers() -> bool:
 
 @functools.cache
 def _has_512_bits() -> bool:
-    # NumPy omits empty lists; "baseline" contains the extensions that it was built for.
+    # NumPy omits empty lists. "baseline" lists the CPU extensions that this build of NumPy requires.
     known = np.show_config("dicts").get("SIMD Extensions", {})
     names = [*known.get("baseline", []), *known.get("found", [])]
     return any(name == "X86_V4" or name.startswith("AVX512") for name in names)
@@ -48,10 +48,10 @@ def module_options(max_unroll: int, keeps_lanes: bool = True) -> dict[str, objec
     return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes)}
 
 
-# The stack frame of a function is aligned for its most demanding variable. Without a variable that is aligned to a
-# cache line, each row of lanes would straddle two lines and take twice as long to read. LLVM places first the variables
-# that are large in relation to their use, and the matrices after them, so that they are aligned, too, if the first one
-# is this. It stays large because the compiler does not know which of its bytes is written.
+# The compiler aligns the stack frame of a function to the strictest alignment among its variables. Without a variable
+# that is aligned to a cache line, each row of lanes would cross a line boundary and take twice as long to read. LLVM
+# places large, rarely used variables first and the kernel's matrices after them. `lines` is such a variable, so the
+# matrices after it are aligned, too. The compiler cannot shrink it, because the index of the written byte is volatile.
 @wp.func_native("""
 #if !defined(__CUDA_ARCH__)
 alignas(64) volatile char lines[32768];
@@ -63,9 +63,9 @@ def align_rows():
     """Align the calling kernel's variables to cache lines."""
 
 
-# The larger of two values that are not negative: one instruction on a GPU, two on a processor, where Warp's maximum
-# takes three. Without the absolute value LLVM would write peaks by masked stores, which took 1/4 of the time of a
-# kernel on an AMD processor without AVX-512.
+# The larger of two values that are not negative: one instruction on a GPU and two on a CPU (`wp.max`: three). Without
+# the absolute value LLVM would write peaks by masked stores, which took 1/4 of the time of a kernel on an AMD CPU
+# without AVX-512.
 def _larger(absolute_value: str) -> str:
     on_processor = f"a = {absolute_value}(a);\nreturn b > a ? b : a;"
     return f"#if defined(__CUDA_ARCH__)\nreturn fmax(a, b);\n#else\n{on_processor}\n#endif\n"
@@ -82,7 +82,8 @@ def larger_float64(a: wp.float64, b: wp.float64) -> wp.float64: ...
 LARGER = {"float32": larger_float32, "float64": larger_float64}
 
 
-# Read an element of a contiguous array of one dimension, without its stride and without a test for a negative index.
+# Read an element of a contiguous one-dimensional array, without reading its stride and without a test for a negative
+# index.
 @wp.func_native("return values.data[index];")
 def element_float32(values: wp.array(dtype=wp.float32), index: wp.int32) -> wp.float32: ...
 
@@ -98,8 +99,8 @@ def _on_gpu(cuda: str) -> str:
     return f"#if defined(__CUDA_ARCH__)\n{cuda}\n#else\nreturn value;\n#endif\n"
 
 
-# Values of the other threads that share a sample; 0 below the first and above the last section. All threads of a warp
-# must call these functions.
+# Values of the other threads that share a sample: of the section below, of the section above (0 if there is no such
+# section), the maximum and the sum. All threads of a warp must call these functions.
 _BELOW = _on_gpu("""
 value = __shfl_up_sync(0xffffffff, value, 1, threads);
 return section == 0 ? 0 : value;""")
@@ -167,7 +168,8 @@ def see_neighbours():
     """Make the values visible that other threads of the warp have written to memory."""
 
 
-# dtype -> functions for the value of the section below, of the section above, and the maximum and sum of all.
+# dtype -> functions that return the value of the section below, the value of the section above, the maximum over all
+# sections and the sum over all sections.
 NEIGHBOURS = {
     "float32": (below_float32, above_float32, across_float32, together_float32),
     "float64": (below_float64, above_float64, across_float64, together_float64),

@@ -1,7 +1,7 @@
 """Random numbers for kernels: functions of seed, sample, purpose and counter.
 
-They equal those of `warpdyn.foundations.core.random_numbers`. All arithmetic is in whole numbers and float64, so that
-the numbers are the same on each device and for each dtype.
+They are equal to the numbers of `warpdyn.foundations.core.random_numbers`. All arithmetic is in integers and float64,
+so that the numbers are the same on each device and for each dtype.
 """
 
 import numpy as np
@@ -15,7 +15,8 @@ Polynomial = wp.types.vector(length=8, dtype=wp.float64)
 FIRST_MULTIPLIER, SECOND_MULTIPLIER = (wp.constant(wp.uint64(value)) for value in MULTIPLIERS)
 FIRST_INCREMENT, SECOND_INCREMENT = (wp.constant(wp.uint32(value)) for value in KEY_INCREMENTS)
 
-# ln 2 in two parts; the first has few digits, so that integer multiples of it are exact; and 2 / (2k + 1).
+# ln 2 as a sum of two constants: the first has few digits, so that integer multiples of it are exact. And the
+# coefficients 2 / (2k + 1).
 HIGH_LN2 = wp.constant(wp.float64(float.fromhex("0x1.62e42feep-1")))
 LOW_LN2 = wp.constant(wp.float64(float.fromhex("0x1.a39ef35793c76p-33")))
 ROOT_HALF = wp.constant(wp.int64(int(np.sqrt(0.5).view(np.int64))))
@@ -67,8 +68,8 @@ def uniform_pair(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.ui
     return wp.vec2d(uniform_of(words[0], words[1]), uniform_of(words[2], words[3]))
 
 
-# Wichura 1988, Algorithm AS 241 (PPND16), Applied Statistics 37(3), 477-484: ratios of polynomials, lowest power first,
-# near the median, in the tails, and in the far tails.
+# Wichura 1988, Algorithm AS 241 (PPND16), Applied Statistics 37(3), 477-484: numerators and denominators of rational
+# functions, lowest power first, for numbers near the median, in the tails, and in the far tails.
 A, B, C, D, E, F = (wp.constant(Polynomial(*row)) for row in (
     (
         3.3871328727963666080e0, 1.3314166789178437745e2, 1.9715909503065514427e3, 1.3731693765509461125e4,
@@ -97,7 +98,7 @@ A, B, C, D, E, F = (wp.constant(Polynomial(*row)) for row in (
 ))  # fmt: skip
 
 
-# Written out: a loop inside the loop over lanes would prevent its vectorisation.
+# Without a loop: a loop inside the loop over lanes would prevent the vectorisation over lanes.
 @wp.func
 def polynomial(c: Polynomial, x: wp.float64):
     return ((((((c[7] * x + c[6]) * x + c[5]) * x + c[4]) * x + c[3]) * x + c[2]) * x + c[1]) * x + c[0]

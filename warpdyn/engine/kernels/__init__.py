@@ -16,7 +16,7 @@ def source(scene, *, method: str | None = None, dtype: str | None = None, device
         device: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is no GPU.
 
     Returns:
-        The text of the function that Warp compiles. It names the device functions that it calls.
+        The source of the kernel. Device functions that it calls, such as the storey law, appear only by name.
 
     Raises:
         ValueError: If the method, the dtype or the device is unknown, or does not fit the scene.
@@ -27,6 +27,6 @@ def source(scene, *, method: str | None = None, dtype: str | None = None, device
         >>> text.splitlines()[0]
         'def integrate_chain('
     """
-    # A later package knows which kernel a scene needs; it may be imported only when this function is called.
+    # `campaigns` decides which kernel a scene needs. That package comes after this one, so it is imported here.
     reader = importlib.import_module("warpdyn.campaigns.integration.model")
     return reader.kernel_text(scene, method, dtype, device)

@@ -1,4 +1,4 @@
-"""The structs of kernels' arguments, filled from NumPy arrays."""
+"""Fill the structs that kernels take as arguments from NumPy arrays."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -11,7 +11,7 @@ from warpdyn.foundations.core.output_variables import DIVERGED
 
 
 def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -> Any:
-    """Return a struct of `structs` with these arrays on a device, after the copies have finished."""
+    """Copy arrays to a device, wait for the copies, and return a struct of `structs` that contains them."""
     struct = getattr(structs(dtype), kind)
     instance = struct()
     for name, values in arrays.items():
@@ -21,7 +21,7 @@ def brought(kind: str, arrays: dict[str, np.ndarray], dtype: str, device: str) -
 
 
 def with_part(instance: Any, kind: str, names: Iterable[str], dtype: str, **parts: slice) -> Any:
-    """Return a struct with the same arrays, or slices of them if `parts` has their names."""
+    """Return a copy of a struct in which the arrays named in `parts` are replaced by slices of them."""
     whole = getattr(structs(dtype), kind)()
     for name in names:
         array = getattr(instance, name)
@@ -30,7 +30,7 @@ def with_part(instance: Any, kind: str, names: Iterable[str], dtype: str, **part
 
 
 def control(dtype: str, **values: float) -> Any:
-    """Return the struct of a launch's scalars."""
+    """Return the struct Control, which contains the scalar arguments of a launch."""
     instance = structs(dtype).Control()
     for name, value in values.items():
         setattr(instance, name, value)
@@ -38,32 +38,32 @@ def control(dtype: str, **values: float) -> Any:
 
 
 def output_dtype(name: str, dtype: str) -> np.dtype:
-    """Return the NumPy type of an output."""
+    """Return the NumPy dtype of an output."""
     return np.dtype(wp.dtype_to_numpy(output_struct(dtype, (name,)).vars[name].type.dtype))
 
 
 def blank_value(struct: Any, name: str) -> float:
-    """Return the value of an output that is not written: NaN, -1, or the status diverged."""
+    """Return the initial value of an output: NaN for real numbers, -1 for integers, DIVERGED for the status."""
     if name == "status":
         return DIVERGED
     return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")
 
 
 def as_fields(kind: str, arrays: dict[str, np.ndarray], dtype: str) -> dict[str, np.ndarray]:
-    """Return arrays with the types of the fields of a struct of `structs`."""
+    """Return the arrays, converted to the dtypes of the fields of a struct of `structs`."""
     struct = getattr(structs(dtype), kind)
     return {name: as_field(struct, name, values) for name, values in arrays.items()}
 
 
 def as_field(struct: Any, name: str, values: np.ndarray) -> np.ndarray:
-    """Return values with the type of a struct's array, contiguous in C order."""
+    """Return the values, converted to the dtype of a field of a struct, contiguous in C order."""
     dtype = wp.dtype_to_numpy(struct.vars[name].type.dtype)
     check_held(name, values, dtype)
     return np.ascontiguousarray(values, dtype=dtype)
 
 
 def check_held(name: str, values: np.ndarray, dtype: Any) -> None:
-    """Raise a ValueError if a finite value exceeds the largest number of float32; infinity means no limit."""
+    """Raise a ValueError if a finite value exceeds the range of float32; infinite values are allowed (no limit)."""
     if np.dtype(dtype) != np.float32 or values.dtype == dtype:
         return
     largest = np.finfo(np.float32).max
@@ -72,20 +72,21 @@ def check_held(name: str, values: np.ndarray, dtype: Any) -> None:
     bad = ((values > largest) | (values < -largest)) & np.isfinite(values)
     if bad.any():
         raise ValueError(
-            f"{name.replace('_', ' ')} of {np.abs(values[bad]).max():.3g} is beyond the largest number of float32, "
+            f"{name.replace('_', ' ')} of {np.abs(values[bad]).max():.3g} exceeds the largest number of float32, "
             f"{largest:.3g}: correct the structure's or the motion's values, or choose dtype='float64'"
         )
 
 
 def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
-    """Return values as an array of a struct, without copying them."""
+    """Return a Warp array for a field of a struct that uses the memory of these values."""
     return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
 
 
 def lane_rows(rows: int, count: int, lanes: int, value: float) -> np.ndarray:
-    """Return rows of `count` doubles, padded with `value` to a multiple of `lanes`.
+    """Return an array [rows, length] of float64; the length is the first odd multiple of `lanes` from `count` on.
 
-    The multiple is odd: rows with a length of a power of 2 would displace each other in a processor's cache.
+    Elements from `count` on are `value`. If the length were a power of 2, the rows would displace each other in the
+    cache of a CPU.
     """
     array = np.empty((rows, (-(-count // lanes) | 1) * lanes))
     array[:, count:] = value

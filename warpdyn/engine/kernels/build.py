@@ -1,4 +1,4 @@
-"""Build the kernel of a plan; choose lanes, unrolling and threads per sample for a device."""
+"""Build the kernel of a plan; choose the number of lanes, the unrolling and the threads per sample for a device."""
 
 import functools
 import gc
@@ -23,7 +23,7 @@ from warpdyn.engine.laws.spring import Spring
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS
 
-# (structure's family, method's kind) -> the skeleton that the kernel is composed from.
+# (family of the structure, kind of the method) -> skeleton of the kernel.
 SKELETONS = {
     ("chain", "explicit"): integrate_chain,
     ("chain", "implicit"): integrate_implicit_chain,
@@ -35,7 +35,7 @@ SKELETONS = {
 
 
 def composed(plan: Plan) -> Composed:
-    """Return the text of a plan's kernel, and the values of the names in it."""
+    """Return the source of a plan's kernel, and the values of the names in it."""
     return compose(SKELETONS[plan.family, plan.kind], plan)
 
 
@@ -44,38 +44,39 @@ def _composed_kernel(plan: Plan, users: tuple[type[Recorder], ...]) -> wp.Kernel
     return kernel_of(composed(plan), options(plan), _known_block(plan), is_lean=_is_lean(plan))
 
 
-# Threads build kernels one after another, so that each plan has one kernel, and because Python 3.11 cannot parse in two
-# threads at once (SystemError: AST constructor recursion depth mismatch).
+# Only one thread at a time builds a kernel, so that each plan has one kernel, and because Python 3.11 cannot parse in
+# two threads at once (SystemError: AST constructor recursion depth mismatch).
 BUILDING = threading.Lock()
 
-# Measured with AVX-512 and AVX2: 16 samples fill the vector registers (32 for a single storey, whose operations wait
-# for each other). Storey loops may be unrolled if the loops over lanes are not. On a GPU a thread runs one sample with
-# all loops unrolled, so that the state is in registers. If a chain needs more registers than a thread has, several
-# threads share it.
+# Measured with AVX-512 and AVX2: 16 lanes fill the vector registers (32 lanes for a single storey, where each operation
+# waits for the last one). Storey loops may be unrolled if the loops over lanes are not. On a GPU a thread runs one
+# sample with all loops unrolled, so that the state is in registers. If a chain needs more registers than a thread has,
+# several threads share the chain.
 CPU_LANES, CPU_LANES_OF_ONE_STOREY, CPU_UNROLL = 16, 32, 8
 # Above 8 storeys, 8 samples fit in the L1 cache and fill 256-bit registers; 16 floats fill 512-bit registers. Measured
 # for 10 and 20 storeys with peak drifts, 16 instead of 8 lanes: 1.5 to 1.7 times as fast on an Intel Xeon; on an AMD
 # EPYC 1.5 times as fast (bilinear) to 1/7 slower (Bouc-Wen). Up to 12 storeys the storey loop is unrolled: elastic
-# storeys run 1.5 times as fast and compile in 3 to 4 s instead of 2 s. A law with straight branches has its rules twice
-# per storey and stage. Above 5 storeys its loop is rolled: it runs 0.5 to 0.75 times as fast, and compiles in 2 s
-# instead of 20 s.
+# storeys run 1.5 times as fast and compile in 3 to 4 s instead of 2 s. The kernel of a law with straight branches
+# contains the code of the law twice per storey and stage. Above 5 storeys the storey loop of such laws is not unrolled:
+# they run 0.5 to 0.75 times as fast, but compile in 2 s instead of 20 s.
 LONG_CHAIN, CPU_LONG_LANES, CPU_LONG_UNROLL, CPU_WIDE_UNROLL, CHAIN_OF_BRANCHES = 8, 8, 7, 12, 5
 GPU_LANES, GPU_UNROLL = 1, 64
-# Registers per thread, measured for compiled kernels of 1 to 60 storeys; registers that storeys do not use, by dtype;
-# and words for the sums of energies. Laws that read only the accepted state leave more registers free.
+# Registers of a thread; registers that are not available to storeys, for each dtype; and words for the sums of
+# energies. Measured with compiled kernels of 1 to 60 storeys. Laws that read only the accepted state leave more
+# registers free.
 GPU_REGISTERS, BESIDE_STOREYS, BESIDE_ENERGIES = 246, {"float32": 45, "float64": 60}, 10
 REGISTERS_OF_A_SIMPLE_LAW = 264
 # Above this size the n x n loops of the dense kernel would take 30 s and more to compile for a GPU. On a processor
-# rolled loops run 1/4 faster to 1/3 slower, and compile in 0.5 s instead of up to 4 s.
+# loops that are not unrolled run 1/4 faster to 1/3 slower, and compile in 0.5 s instead of up to 4 s.
 GPU_UNROLLED_MATRIX = 8
-UNROLLED_SLOPES = 40  # storeys times stages up to which methods that keep all slopes are unrolled
+UNROLLED_SLOPES = 40  # methods that keep all slopes: largest storeys times stages for which loops are unrolled
 # If the GPU's compiler knows the number of threads per block, it uses more registers and waits less: from 3 storeys on
 # kernels run 2 to 6 % faster. Below 3 storeys they lose as much, because registers then limit how many threads run.
 STOREYS_OF_KNOWN_BLOCKS = 3
 
 
 def fitted(plan: Plan, is_gpu: bool) -> Plan:
-    """Return the plan with lanes, unrolling and threads per sample that suit a processor or a GPU."""
+    """Return the plan with the number of lanes, the unrolling and the threads per sample for a CPU or a GPU."""
     row = METHODS[plan.method]
     lanes, unroll, sections = (GPU_LANES, GPU_UNROLL, 1) if is_gpu else (CPU_LANES, CPU_UNROLL, 1)
     if plan.family == "dense" or SKELETONS[plan.family, row.kind] is advance_linear:
@@ -83,9 +84,9 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
     else:
         unrolls = row.kind != "explicit" or not keeps_slopes(row) or plan.dofs * row.stages <= UNROLLED_SLOPES
         if not is_gpu and row.kind == "explicit" and row.is_adaptive:
-            unrolls = False  # unrolled it would run 1/3 faster, and compile in 5 s instead of 1 s
+            unrolls = False  # unrolled loops run 1/3 faster, but compile in 5 s instead of 1 s
         if not is_gpu and row.kind == "implicit" and straight_branches.wanted(plan):
-            # Unrolled it runs 1/5 faster to 1/5 slower, and compiles in 5 to 8 s instead of 3 s.
+            # Unrolled loops run 1/5 faster to 1/5 slower, and compile in 5 to 8 s instead of 3 s.
             unrolls = False
         if row.kind == "explicit" and not keeps_slopes(row):
             spring = spring_row(plan.law)
@@ -103,9 +104,9 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
 
 
 def undivided(plan: Plan) -> Plan:
-    """Return the plan for samples with one step per interval of their motions.
+    """Return the plan for samples whose step equals the time step of their motion.
 
-    On a GPU their kernel has no loop over the steps of an interval, which for one storey is 1/10 of the instructions.
+    On a GPU their kernel has no loop over the steps of an interval; for one storey this saves 1/10 of the instructions.
     """
     is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
     gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive
@@ -113,21 +114,21 @@ def undivided(plan: Plan) -> Plan:
 
 
 def _known_block(plan: Plan) -> int | None:
-    """Return the threads per block that the compiler may assume; None: no assumption."""
+    """Return the number of threads per block that the compiler may assume, or None."""
     return THREADS_OF_A_BLOCK if _is_alone_on_gpu(plan) and plan.dofs >= STOREYS_OF_KNOWN_BLOCKS else None
 
 
 def _is_lean(plan: Plan) -> bool:
-    """Return whether a thread processes one row of a launch, without Warp's loop over further rows.
+    """Return whether the kernel omits Warp's loop in which a thread processes several rows of a launch.
 
-    Measured on an H200 with RK4, peak drifts and 1 to 20 storeys: kernels of simple laws run 2 % slower to 6 % faster
-    without the loop; Bouc-Wen storeys run 2 to 3 % slower.
+    Measured on an H200 with RK4, peak drifts and 1 to 20 storeys: without the loop, kernels of simple laws run 2 %
+    slower to 6 % faster; kernels of Bouc-Wen storeys run 2 to 3 % slower.
     """
     return _is_alone_on_gpu(plan) and _is_simple(spring_row(plan.law))
 
 
 def _is_alone_on_gpu(plan: Plan) -> bool:
-    """Return whether a plan is for a chain on a GPU with one thread per sample."""
+    """Return whether the plan is for a chain on a GPU with one thread per sample."""
     return plan.family == "chain" and (plan.lanes, plan.max_unroll, plan.sections) == (GPU_LANES, GPU_UNROLL, 1)
 
 
@@ -139,7 +140,7 @@ def _is_simple(spring: Spring) -> bool:
 def _sections(plan: Plan) -> int:
     """Return the number of threads that share a chain's storeys, so that the values of each fit in registers."""
     if plan.damping == "modal":
-        return 1  # the damping force of each floor depends on all floors
+        return 1  # modal damping: the damping force of each floor depends on all floors
     words = 2 if plan.dtype == "float64" else 1
     storey = words * sum(values_held(plan).values()) / plan.dofs
     beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)
@@ -157,14 +158,14 @@ def _sections(plan: Plan) -> int:
 
 
 def build_kernel(plan: Plan) -> wp.Kernel:
-    """Return the kernel of a plan; equal plans have one kernel, in all threads."""
+    """Return the kernel of a plan; equal plans share one kernel."""
     with BUILDING, _without_collection():
         return _composed_kernel(plan, users_of(plan.recorders))
 
 
 @contextmanager
 def _without_collection() -> Iterator[None]:
-    """Pause the garbage collector: it would search the syntax trees, which have no cycles, again and again."""
+    """Pause the garbage collector, which would repeatedly search the syntax trees; they contain no cycles."""
     was_enabled = gc.isenabled()
     gc.disable()
     try:
@@ -183,7 +184,8 @@ def load_kernel(plan: Plan, device: str) -> wp.Kernel:
 
 def history_plan(plan: Plan) -> Plan:
     """Return the plan that records only whole histories of the same samples, one sample per thread."""
-    # A chain that several threads shared does not fit in the registers of one. On a processor histories have few
-    # samples: rolled loops take up to 1.5 times as long, some milliseconds, and compile up to 2 s sooner.
+    # One thread has too few registers for a chain that several threads share, so its loops are not unrolled. On a CPU
+    # only a few samples have histories: without unrolling, they take up to 1.5 times as long (some milliseconds more),
+    # and the kernel compiles up to 2 s faster.
     unroll = GPU_UNROLL if plan.max_unroll == GPU_UNROLL and plan.sections == 1 else 1
     return replace(plan, recorders=("history",), lanes=1, sections=1, max_unroll=unroll)

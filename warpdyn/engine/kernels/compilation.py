@@ -1,9 +1,9 @@
 """Compile the kernels of several plans in parallel: before the first launch or, on a GPU, during it.
 
-Warp generates code in Python, which holds the interpreter's lock, so that threads wait for each other. Many kernels are
-therefore compiled by processes, which write their results to the kernel cache. The processes are started by loky,
-because those of the standard library run the user's script again if it has no `__main__` guard. A few kernels for a
-processor are compiled by threads, which is faster than starting a process.
+Warp generates code in Python and holds the interpreter lock, so that threads wait for each other. Many kernels are
+therefore compiled by processes, which write compiled kernels to the kernel cache. The processes are started by loky:
+processes of the standard library would run the user's script again if it has no `__main__` guard. A few kernels for a
+CPU are compiled by threads, which is faster than starting a process.
 """
 
 import os
@@ -23,10 +23,10 @@ from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.thread_pool import as_finished, result_of
 
-# A process needs 3 to 4 s for its first kernel, as much as two further kernels, and 0.5 GB of a GPU's memory until it
-# ends. More than 8 processes were not faster on 16 processor cores.
+# A process needs 3 to 4 s for its first kernel, as long as for two further kernels, and 0.5 GB of GPU memory until it
+# ends. On 16 CPU cores, more than 8 processes were not faster.
 MOST_PROCESSES, FEWEST_KERNELS = 8, 3
-# The compiler for processors releases the interpreter's lock for 3/4 of the time of a large kernel.
+# While a large kernel is compiled for a CPU, the interpreter lock is released for 3/4 of the time.
 MOST_KERNELS_OF_THREADS = 4
 ONE_BY_ONE = "kernels are compiled one by one: a process that compiled them in parallel failed"
 LOOKS_FOR_PARENT = 0.5  # seconds between checks that the parent process still runs
@@ -34,17 +34,17 @@ CONFIGURATION = (bool, int, float, str, type(None))  # types of the settings of 
 
 
 def is_compiled(plan: Plan, device: str) -> bool:
-    """Return whether the kernel cache contains the kernel of a plan for a kind of device."""
+    """Return whether the kernel cache contains the kernel of a plan for a device such as "cpu" or "cuda:0"."""
     return is_compiled_in(folder_of(build_kernel(plan).module, block_size(device)), device)
 
 
 def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> None:
-    """Compile the kernels of plans that are not in the kernel cache, on several processor cores.
+    """Compile the kernels that are missing in the kernel cache, on several CPU cores.
 
     Args:
         plans: The plans; equal plans are compiled once.
         device: Device that will run them, such as "cpu" or "cuda:0".
-        threads: Processor cores to use.
+        threads: Number of CPU cores to use.
     """
     missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)]
     if device == "cpu" and len(missing) <= MOST_KERNELS_OF_THREADS:
@@ -58,8 +58,8 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
     try:
         processes = ProcessPoolExecutor(helpers, initializer=_configure, initargs=(_settings(), os.getpid()))
         with ThreadPoolExecutor(helpers) as threads_that_wait:
-            # Processes begin with the kernels that take longest. This process is ready at once and begins with the
-            # others. Each takes its next kernel when it has finished one, so that all end at about the same time.
+            # Worker processes take the kernels from one end of the list, the slowest ones first. This process is ready
+            # at once and takes kernels from the other end. All finish at about the same time.
             helping = [threads_that_wait.submit(_hand_out, left, processes, device) for _ in range(helpers)]
             try:
                 while (plan := _taken(left.popleft)) is not None:
@@ -72,21 +72,21 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
                 raise
         processes.shutdown()
     except (BrokenExecutor, OSError) as error:
-        # Each is compiled when it is first launched.
+        # The other kernels are compiled when they are first launched.
         warn_caller(f"{ONE_BY_ONE} ({error})")
 
 
 @contextmanager
 def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Callable[[Iterable[Plan]], None]]:
-    """Compile the kernels of plans that are not in the kernel cache; yield a function that waits for some of them.
+    """Compile missing kernels; yield `wait_for(plans)`, which returns when the kernels of these plans are compiled.
 
-    For a processor all are compiled first, because a run uses all cores. For a GPU the first kernels run while
-    processes compile the others, in the order of the plans.
+    For a CPU, all kernels are compiled before the run starts, because a run uses all cores. For a GPU, the first
+    kernels run while processes compile the others, in the order of the plans.
 
     Args:
         plans: The plans; equal plans are compiled once.
         device: Device that will run them, such as "cpu" or "cuda:0".
-        threads: Processor cores to use.
+        threads: Number of CPU cores to use.
     """
     if device == "cpu" or threads < FEWEST_KERNELS:
         compile_side_by_side(plans, device, threads)
@@ -102,7 +102,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
     def compile_missing(plan: Plan) -> Future[None] | None:
         return None if is_compiled(plan, device) else processes.submit(_compile, plan, device)
 
-    # A thread finds the missing kernels, which takes 0.1 s for each; the first kernel is compiled by the caller.
+    # A thread looks for missing kernels, which takes 0.1 s per kernel. The caller compiles the first kernel.
     with ThreadPoolExecutor(1) as looking:
         tasks = {plan: looking.submit(compile_missing, plan) for plan in others}
 
@@ -126,7 +126,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
 
 
 def _compile_in_threads(plans: list[Plan], threads: int) -> None:
-    """Compile kernels for a processor in threads of this process, those that take longest first."""
+    """Compile kernels for a CPU in threads of this process, the slowest kernels first."""
     if min(threads, len(plans)) < 2:
         return  # each is compiled when it is first launched
     longest = sorted(plans, key=lambda plan: -plan.dofs * plan.max_unroll)
@@ -140,7 +140,7 @@ def _compile_in_threads(plans: list[Plan], threads: int) -> None:
 
 
 def _hand_out(left: deque[Plan], processes: Executor, device: str) -> None:
-    """Let a process compile the remaining plans one after another, from the last on."""
+    """Let a process compile the remaining plans one after another, from the end of the list."""
     while (plan := _taken(left.pop)) is not None:
         processes.submit(_compile, plan, device).result()
 
@@ -154,7 +154,7 @@ def _taken(take: Callable[[], Plan]) -> Plan | None:
 
 
 def _settings() -> dict[str, object]:
-    """Return the configuration of Warp in this process."""
+    """Return the settings of Warp in this process that can be passed to another process."""
     return {
         name: value
         for name, value in vars(wp.config).items()
@@ -167,10 +167,10 @@ def _configure(settings: dict[str, object], parent: int) -> None:
 
     Args:
         settings: The result of `_settings` in the parent process.
-        parent: Number of the parent process; this process ends with it.
+        parent: Process ID of the parent; this process ends when the parent ends.
     """
     Thread(target=_end_with, args=(parent,), daemon=True, name="warpdyn parent").start()
-    wp.init()  # before the settings: it appends the version to the cache's folder, which the settings contain already
+    wp.init()  # first: it appends Warp's version to the cache folder, and the folder in `settings` has it already
     for name, value in settings.items():
         setattr(wp.config, name, value)
 
@@ -178,15 +178,15 @@ def _configure(settings: dict[str, object], parent: int) -> None:
 def _end_with(parent: int) -> None:
     """End this process when its parent has ended or was killed.
 
-    The signal of Linux for this (PR_SET_PDEATHSIG) is sent as soon as the *thread* ends that started the process, and
-    loky starts processes in threads that end before the processes have finished.
+    Linux has a signal for this purpose (PR_SET_PDEATHSIG), but it is sent when the *thread* that started the process
+    ends, and loky starts processes in threads that end early.
     """
     if os.name == "nt":
         _wait_on_windows(parent)
     else:
         while os.getppid() == parent:  # if the parent ends, the system assigns another parent
             time.sleep(LOOKS_FOR_PARENT)
-    os._exit(1)  # the only way that stops another thread that compiles
+    os._exit(1)  # the only call that ends the process while another thread compiles
 
 
 def _wait_on_windows(parent: int) -> None:

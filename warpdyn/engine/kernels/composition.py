@@ -1,30 +1,31 @@
 """Compose the source text of a kernel from a skeleton and the parts that a scene needs.
 
-A skeleton is a function that is never called. Its text is the course of an integration, with statements `slot("name")`.
-Each is replaced by the bodies of the functions `name` of all wanted parts, one after another, at its indentation. The
-bodies become statements of the kernel and share its variables; nothing is called or copied. `slot("name", i=0)` writes
-0 for the variable `i` in these bodies and in the slots inside them. Parts, and the module of a skeleton, may contain
-slots.
+A skeleton is a function that is never called. Its text is a time loop with statements `slot("name")`. The bodies of the
+functions `name` of all wanted parts, one after another, replace such a statement at its indentation. They become
+statements of the kernel and share its variables; these functions are never called. `slot("name", i=0)`
+writes 0 for the variable `i` in these bodies and in the slots inside them. Parts, and the module of a skeleton, may
+contain slots.
 
 A part is a module in one of FOLDERS, or a class. It contains
 
 - `wanted(plan)`: whether the kernel of a plan has the part;
 - a function without arguments for each slot that it fills, with the name of the slot (slots.py lists all slots);
-- `names(plan)`, optional: constants, types and device functions that depend on the plan. A string replaces the name.
-  Names that do not depend on the plan are imported or defined in the part's module;
-- `order`, optional: a number that sorts the parts of a folder in a slot (default 0; equal numbers by name). Folders
-  have the order of FOLDERS;
-- `BORROWS`, optional: variables of other parts that it reads or changes, by the name of the part;
-- `FIELDS`, optional: fields of the kernel's arguments, by struct.
+- `names(plan)`, optional: a dictionary of constants, types and device functions that depend on the plan. If a value is
+  a string, it replaces the name in the text. Names that do not depend on the plan are imported or defined in the
+  module of the part;
+- `order`, optional: a number that sorts the parts of a folder within a slot (default 0; parts with equal numbers are
+  sorted by name). Folders have the order of FOLDERS;
+- `BORROWS`, optional: variables of other parts that the part reads or changes: {part: names};
+- `FIELDS`, optional: fields of the kernel's arguments that the part needs: {struct: {field: type}}.
 
-Names in capitals are conditions with a known value: those of `names`; the name of each part (P_DELTA: true if the part
-is wanted); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD: true if a wanted
-part fills it). An `if` on them, alone or with other conditions, is decided in the text. Loops over empty ranges are
-removed, and a `while` whose condition is known to be true runs once.
+Names in capitals are conditions whose value is known: names of `names`; the name of each part (P_DELTA: true if the
+part is wanted); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD: true if a
+wanted part fills the slot). Branches of an `if` that never run are removed; so are loops over empty ranges. A `while`
+whose condition is known to be true runs once.
 
-Finally, assignments to variables that are never read are removed, including their declarations; so are empty loops and
-branches. Therefore a function that is called in an assignment must have no effect except its value, unless `output` or
-`history` is among its arguments.
+Finally, assignments to variables that are never read are removed, with their declarations; so are empty loops and
+branches. Therefore a function that is called in an assignment must have no side effects, unless `output` or `history`
+is among its arguments.
 """
 
 import ast
@@ -73,7 +74,7 @@ def compose(
         slots: The table of slots.
 
     Raises:
-        ValueError: If a part has a fault; the message names the part, the file and the line.
+        ValueError: If a part breaks a rule; the message names the part, the file and the line.
     """
     parts = all_parts() if parts is None else tuple(parts)
     wanted = [part for part in parts if part.wanted(plan)]
@@ -107,7 +108,7 @@ def _text(
     known: tuple[tuple[str, Any], ...],
     written: Pairs,
 ) -> tuple[str, frozenset[str], frozenset[str]]:
-    """Return the text of a kernel, the names in it, and those of them that it does not set."""
+    """Return the text of a kernel, all names in it, and the names that it reads without setting them."""
     text = spliced(source_of(skeleton), holders, written)
     text = without_unread(folded(text, dict(known)))
     [function] = ast.parse(text).body
@@ -131,8 +132,8 @@ def kernel_of(
     digest = hashlib.sha256(composed.text.encode()).hexdigest()[:16]
     name = composed.text.partition("(")[0].removeprefix("def ")
     file = f"<{name} {digest}>"
-    # Tracebacks, inspect and Warp read sources from this cache. Without a modification time Python does not look for a
-    # file on disk.
+    # Tracebacks, inspect and Warp read the source from linecache. Without a modification time Python does not look for
+    # a file on disk.
     linecache.cache[file] = (len(composed.text), None, composed.text.splitlines(keepends=True), file)
     namespace = {"wp": wp, **composed.names, "__name__": __name__}
     exec(compile(composed.text, file, "exec"), namespace)
@@ -147,7 +148,7 @@ def kernel_of(
 
 
 def _add(values: dict[str, Any], more: Mapping[str, Any]) -> None:
-    """Add values by name; two different values of a name are an error."""
+    """Add values to a dictionary; a name with two different values is an error."""
     for name, value in more.items():
         if name in values and values[name] is not value and values[name] != value:
             raise ValueError(f"parts of a kernel disagree on {name}: {values[name]!r} and {value!r}")

@@ -1,4 +1,4 @@
-"""Warp's kernel cache: files are verified by digests, and damaged kernels are compiled again.
+"""Warp's kernel cache: digests reveal damaged files, and damaged kernels are compiled again.
 
 The cache also contains precompiled headers, which Warp would otherwise compile in each process.
 """
@@ -22,11 +22,11 @@ from warpdyn.foundations.core.messages import say, warn_caller
 from warpdyn.foundations.core.thread_pool import in_background
 from warpdyn.foundations.files.part_files import whole_file
 
-SEAL = "warpdyn.json"  # digests of the files of a module, in the module's folder
+SEAL = "warpdyn.json"  # file in the folder of a module with the digests of the other files
 THREADS_OF_A_BLOCK = 128
-SECONDS_UNTIL_MESSAGE = 1.0  # a compilation that takes longer prints a message
+SECONDS_UNTIL_MESSAGE = 1.0  # if a compilation takes longer, a message is printed
 
-COMPILED = {"cpu": (".o",), "cuda": (".ptx", ".cubin")}  # endings of binaries
+COMPILED = {"cpu": (".o",), "cuda": (".ptx", ".cubin")}  # file name extensions of compiled kernels
 SEALED = (*COMPILED["cpu"], *COMPILED["cuda"], ".meta", ".pch")
 
 _headers_checked: set[Path] = set()  # folders of headers that this process has verified
@@ -60,9 +60,9 @@ def is_compiled_in(folder: Path, device: str) -> bool:
 
 
 def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.Kernel:
-    """Compile and load a kernel for a device, and return it; a long compilation prints a message, and Ctrl-C works.
+    """Compile and load a kernel for a device, and return it; a long compilation prints a message.
 
-    Several threads may load kernels at once, also a kernel whose compilation continues after an interrupted call.
+    Ctrl-C interrupts the call, but the compilation continues. Several threads may call this function at once.
 
     Args:
         kernel: The kernel.
@@ -86,7 +86,8 @@ def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.
 def load_module(module: wp.Module, device: str, block_size: int) -> None:
     """Load a module, compiled for a device; if its files in the cache are damaged, warn and compile it again.
 
-    Warp would load the rest of a file that a full disk or a broken transfer left, or refuse it each time.
+    Warp does not detect a file that is incomplete, for example after a full disk: it loads the file, or fails each
+    time.
 
     Args:
         module: The module.
@@ -94,7 +95,7 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
         block_size: Threads of a block.
 
     Raises:
-        OSError: If it must be compiled and the disk of the cache has too little room.
+        OSError: If it must be compiled and the disk of the cache has too little free space.
     """
     folder = folder_of(module, block_size)
     if folder.is_dir() and _is_damaged(folder):
@@ -103,7 +104,7 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
         check_room(folder.parent)
     try:
         _load(module, device, block_size)
-    except Exception as error:  # Warp raises Exception itself
+    except Exception as error:  # Warp raises the class Exception, not a subclass
         if not folder.is_dir():
             raise
         _discard(folder, f"{type(error).__name__}: {error}")
@@ -114,7 +115,7 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
 
 
 def _load(module: wp.Module, device: str, block_size: int) -> None:
-    """Load a module; compile into a folder for this process alone if the cache cannot be written."""
+    """Load a module; if the cache cannot be written, compile into a temporary folder of this process."""
     folder = folder_of(module, block_size)
     try:
         with nullcontext() if is_compiled_in(folder, device) else noted(folder), _kept_headers(device, folder):
@@ -130,15 +131,15 @@ def _load(module: wp.Module, device: str, block_size: int) -> None:
 
 @contextmanager
 def _kept_headers(device: str, folder: Path) -> Iterator[None]:
-    """Let the calling thread read precompiled headers from the kernel cache while it compiles, and write them there.
+    """Keep precompiled headers in the kernel cache while the calling thread compiles.
 
-    Otherwise Warp precompiles its headers in each thread of each process that compiles for a processor, which takes
-    nearly 2 s, as long as a large kernel. Each file is renamed when it is complete. The compiler refuses a file whose
-    headers have changed. Versions of Warp without this mechanism compile as usual.
+    Otherwise Warp precompiles its headers in each thread of each process that compiles for a CPU, which takes nearly
+    2 s, as long as a large kernel. A file gets its final name when it is complete. The compiler refuses a file whose
+    headers have changed. If the installed version of Warp does not support this, it compiles as usual.
 
     Args:
-        device: Device to compile for; only headers for a processor are kept.
-        folder: Folder of the module; if it contains the kernel, nothing is compiled.
+        device: Device to compile for; nothing is done for a GPU.
+        folder: Folder of the module; nothing is done if it contains the compiled kernel.
     """
     of_threads = getattr(getattr(wp._src.context, "runtime", None), "_pch_dirs", None)
     if device != "cpu" or is_compiled_in(folder, device) or not isinstance(of_threads, dict):
@@ -149,7 +150,7 @@ def _kept_headers(device: str, folder: Path) -> Iterator[None]:
         _discard(headers, "files differ from what was compiled")
     try:
         headers.mkdir(parents=True, exist_ok=True)
-    except OSError:  # Warp reports this when it writes to the same folder
+    except OSError:  # the folder cannot be written: Warp will report this
         yield
         return
     thread, before = threading.get_ident(), {path.name for path in headers.iterdir()}
@@ -167,7 +168,7 @@ def _kept_headers(device: str, folder: Path) -> Iterator[None]:
 
 
 def _folder_of_headers() -> Path:
-    """Return the folder of precompiled headers of this installation of Warp; other installations need other headers."""
+    """Return the folder of precompiled headers, which differs for each installation of Warp."""
     header = Path(wp.__file__).parent / "native" / "builtin.h"
     about = header.stat()
     installation = hashlib.sha256(f"{header} {about.st_size} {about.st_mtime_ns}".encode()).hexdigest()[:16]
@@ -175,7 +176,7 @@ def _folder_of_headers() -> Path:
 
 
 def _move_elsewhere(error: OSError) -> None:
-    """Let this process compile its kernels into a temporary folder, and warn."""
+    """Warn, and compile the kernels of this process into a temporary folder from now on."""
     cache = wp.config.kernel_cache_dir or os.environ.get("WARP_CACHE_PATH", "of this user")
     wp.config.kernel_cache_dir = str(folder_of_this_process())
     warn_caller(
@@ -200,7 +201,7 @@ def _discard(folder: Path, reason: str) -> None:
 
 
 def _is_damaged(folder: Path) -> bool:
-    """Return whether a file differs from its digest; files that another process is adding have no digest yet."""
+    """Return whether a file differs from its digest; files without a digest, which may be new, are ignored."""
     try:
         sealed = json.loads((folder / SEAL).read_text())
     except FileNotFoundError:
@@ -212,7 +213,7 @@ def _is_damaged(folder: Path) -> bool:
 
 
 def _seal(folder: Path) -> None:
-    """Write the digests of a module's files to its folder; compiling for another device adds files later."""
+    """Write the digests of a module's files to its folder; files for other devices may follow later."""
     try:
         text = json.dumps(_digests(folder))
         if (folder / SEAL).is_file() and (folder / SEAL).read_text() == text:
@@ -224,6 +225,6 @@ def _seal(folder: Path) -> None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the digests of binaries and their descriptions, by name."""
+    """Return the digests of the compiled files and of Warp's descriptions of them, by file name."""
     files = (path for path in sorted(folder.iterdir()) if path.suffix in SEALED)
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}

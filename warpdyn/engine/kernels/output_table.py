@@ -1,6 +1,6 @@
 """The recorders and the variables that they write.
 
-Demands are evaluated at every step, not between steps. Forces and accelerations are those of the equation of motion.
+Demands are evaluated at every step, not between steps. Forces and accelerations satisfy the equation of motion.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
 from warpdyn.engine.kernels.registry import recorders
 from warpdyn.foundations.core.output_variables import Variable
 
-# Family -> recorder -> the kernel's outputs, named as the dataset names them.
+# Family -> recorder -> name in the dataset -> variable.
 RECORDERS = recorders()
 # Variables that `parts/collapse.py` writes. They are here because that module imports Warp, which a Scene does not
 # need.
@@ -22,12 +22,12 @@ COLLAPSE = {
         (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
     ),
 }
-# The recorder of the final state, from which the next event of a sequence starts; it is not in the dataset.
+# The recorder of the final state, with which the next event of a sequence starts; the dataset does not contain it.
 STATE = "state"
 
 
 def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool) -> dict[str, Variable]:
-    """Return the variables that some recorders write, with those of collapses and of an adaptive method, by name."""
+    """Return all variables that a run writes: those of its recorders, of collapses and of an adaptive method."""
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
     }

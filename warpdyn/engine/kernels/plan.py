@@ -1,6 +1,6 @@
-"""Plan: the properties that decide a kernel's source; and the structs of a kernel's arguments."""
+"""`Plan`, the properties that decide the source of a kernel; and the structs that a kernel takes as arguments."""
 
-# No `from __future__ import annotations` in this folder: warp reads annotations as live types.
+# No `from __future__ import annotations` in this folder: Warp needs the types of annotations, not their text.
 
 import functools
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ from warpdyn.engine.methods.kinds import ExplicitMethod, product
 from warpdyn.engine.methods.stability_limits import relaxation_limit
 from warpdyn.engine.methods.table import METHODS
 
-LARGEST_LIMIT = 1e30  # means no limit: constants of kernels must be finite
+LARGEST_LIMIT = 1e30  # used if there is no limit, because constants of kernels must be finite
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 
@@ -33,22 +33,23 @@ class Plan:
         dofs: Degrees of freedom.
         law: Device functions of the storeys (elastic for the dense family).
         damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
-            (dense); "classical" or "general" where the method is exact.
-        load: Row of LOADS.
-        recorders: Rows of RECORDERS, sorted; also "state" if the next event starts from the final state.
-        method: Row of METHODS.
-        dtype: Row of DTYPES.
+            (dense); "classical" or "general" if the method is exact.
+        load: Key of LOADS.
+        recorders: Names of recorders, sorted; "state" is among them if the next event starts from the final state.
+        method: Key of METHODS.
+        dtype: Key of DTYPES.
         lanes: Samples per thread.
-        max_unroll: Loops up to this count are unrolled before the compiler sees them.
+        max_unroll: Largest number of iterations of a loop that Warp unrolls.
         sections: Threads that share a sample's storeys (tall chains on a GPU), a power of 2.
-        viscous_dampers: Devices of a chain: "none", "linear" (part of the storey damping) or "power" of the velocity.
+        viscous_dampers: Viscous dampers of a chain: "none", "linear" (computed as storey damping) or "power" (the force
+            is a power of the velocity).
         physics: Further parts of the kernel, such as "p_delta" (chain, not with the exact method).
         collapses: Whether a sample ends when a storey drift passes its capacity (chain).
-        has_drift_capacity: Whether storeys have drift capacities in addition to the building's drift ratio.
-        resumes: Whether each structure starts from its final state in the event before.
-        undivided: Whether every interval of the motion is one step.
-        starts_displaced: Whether yielding storeys start from a drift, to which they are pushed slowly from rest.
-        records_late: Whether recorders of peaks start at a time after the start of the run.
+        has_drift_capacity: Whether storeys have drift capacities in addition to the drift ratio of the building.
+        resumes: Whether each structure starts from its final state in the last event.
+        undivided: Whether the step equals the interval of the motion.
+        starts_displaced: Whether yielding storeys start at a drift, to which they are pushed slowly from rest.
+        records_late: Whether recorders of peaks start later than the run (`record_from`).
     """
 
     family: str
@@ -78,7 +79,7 @@ class Plan:
 
     @property
     def storeys_of_thread(self) -> int:
-        """Storeys per thread; the last section may contain storeys that only complete it."""
+        """Number of storeys per thread; the last sections of a chain may be padded."""
         return -(-self.dofs // self.sections)
 
 
@@ -88,27 +89,27 @@ def options(plan: Plan) -> dict[str, object]:
     in_registers = plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
     # Loops over a law's many values must be unrolled; otherwise LLVM does not vectorise the lane loops around them.
     is_small = max(law.memory, law.coefficients) < FEWEST_LANES and plan.damping != "modal"
-    # Kernels of histories run few samples. They are compiled with the same flags as the others, so that Warp does not
-    # precompile its headers a second time.
+    # Kernels that record histories run few samples. Compile them with the flags of the other kernels, so that Warp does
+    # not precompile its headers a second time.
     gains = (plan.lanes > 1 and plan.max_unroll > 1) or plan.recorders == ("history",)
     return module_options(plan.max_unroll, in_registers and is_small and gains)
 
 
 def row_types(plan: Plan) -> tuple:
-    """Return the types of one value per lane: in the plan's dtype, in float64, and for whole numbers."""
+    """Return the types of vectors with one value per lane: in the dtype of the plan, in float64, and of integers."""
     return tuple(
         wp.types.vector(length=plan.lanes, dtype=dtype) for dtype in (DTYPES[plan.dtype], wp.float64, wp.int32)
     )
 
 
 def constants(plan: Plan, values: object) -> object:
-    """Return a row of numbers as a constant vector of the plan's dtype."""
+    """Return a constant vector in the dtype of the plan."""
     row = np.ravel(values).astype(np.float64)
     return wp.constant(wp.types.vector(length=row.size, dtype=DTYPES[plan.dtype])(*row))
 
 
 def keeps_slopes(method: ExplicitMethod) -> bool:
-    """Return whether a method's stages need more than the last slope."""
+    """Return whether a stage of the method needs slopes of several earlier stages."""
     return bool(method.is_nystroem or method.is_adaptive or np.any(np.tril(np.array(method.a), -2)))
 
 
@@ -127,7 +128,7 @@ def tableau(plan: Plan) -> SimpleNamespace:
         weight=constants(plan, method.b),
         unit_weight=wp.constant(DTYPES[plan.dtype](unit)),
         times_unit=constants(plan, np.divide(method.b, unit)),
-        reach=constants(plan, [*np.diag(a, -1), 0.0]),  # of the last slope, to the next stage
+        reach=constants(plan, [*np.diag(a, -1), 0.0]),  # coefficient of a stage's slope in the next stage
         node=constants(plan, method.c),
         first_stage=constants(plan, np.eye(stages)[0]),
         # Row s + 1 of a gives the start of stage s + 1; the row after the last stage gives the end of the step.
@@ -140,9 +141,9 @@ def tableau(plan: Plan) -> SimpleNamespace:
 
 
 def settling_polynomial(plan: Plan) -> tuple[float, ...]:
-    """Return the growth per step of a value that decays at a rate, as a polynomial in minus the rate times the step.
+    """Return the coefficients of R(-rate * step), the factor per step on a value that decays at this rate.
 
-    Implicit methods integrate a law's memory by classical RK4.
+    Implicit methods integrate the memory of a law by the classical method RK4.
     """
     method = METHODS[plan.method]
     polynomial = (method if method.kind == "explicit" else METHODS["rk4"]).stability_polynomial
@@ -150,20 +151,20 @@ def settling_polynomial(plan: Plan) -> tuple[float, ...]:
 
 
 def settling_limit(plan: Plan) -> float:
-    """Return the largest product of rate and step at which no deviation of a memory grows."""
+    """Return the largest product of rate and step at which deviations of the memory do not grow."""
     return min(relaxation_limit(METHODS[plan.method]), LARGEST_LIMIT)
 
 
-# Category under which the values of each folder's parts are counted.
+# Folder of a part -> category in `values_held`.
 HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "stepping": "method", "recorders": "recorders"}
 
 
 def values_held(plan: Plan) -> dict[str, int]:
-    """Return the number of values that a kernel keeps for each sample, by category."""
+    """Return the number of values that a kernel keeps for each sample: {category: number}."""
     n, kind, spring = plan.dofs, plan.kind, spring_row(plan.law)
     # Displacement and velocity of each degree of freedom, and the law's memory.
     held = {"state": (2 + spring.memory) * n, "structure": 0, "method": 0, "recorders": 0}
-    # If stages change the memory, each of its values has working copies; otherwise one value at a time is read.
+    # If the stages of a method change the memory, the kernel keeps working copies of each memory value.
     moving = 2 + (spring.memory if spring.rate is not None else min(1, spring.memory))
     if kind == "exact":
         size = 2 * n
@@ -187,12 +188,12 @@ def values_held(plan: Plan) -> dict[str, int]:
 
 
 def structs(dtype_name: str, users: tuple[type[Recorder], ...] = ()) -> SimpleNamespace:
-    """Return the argument structs of kernels for one dtype; each field is named as the dataset names it.
+    """Return the argument structs of kernels for one dtype; outputs have the names of the variables in the dataset.
 
     Args:
-        dtype_name: Row of DTYPES.
-        users: Recorders of users whose variables the struct Output has. Other kernels have it without them, so that
-            a user's recorder does not make the compiled kernels of other scenes invalid.
+        dtype_name: Key of DTYPES.
+        users: Recorders of users; the struct Output contains their variables. Kernels without these recorders use a
+            struct without the variables, so that they need not be compiled again.
     """
     return _structs(dtype_name, users)
 
@@ -211,7 +212,7 @@ def _structs(dtype_name: str, users: tuple[type[Recorder], ...]) -> SimpleNamesp
 
 
 def output_struct(dtype_name: str, names: Iterable[str]) -> Any:
-    """Return the struct Output that has these variables."""
+    """Return a struct Output with fields for these variables."""
     return structs(dtype_name, users_of_variables(names)).Output
 
 
@@ -221,7 +222,7 @@ def _struct(name: str, types: dict[str, str], dtype_name: str) -> type:
 
 
 def _field_type(type_name: str, dtype: type) -> object:
-    """Return the type for words: "float" is the kernel's dtype, "float[,]" an array of two dimensions."""
+    """Return the Warp type for a text: "float" is the kernel's dtype, "float[,]" a two-dimensional array."""
     scalar, bracket, commas = type_name.partition("[")
     element = dtype if scalar == "float" else getattr(wp, scalar)
     return wp.array(dtype=element, ndim=1 + commas.count(",")) if bracket else element

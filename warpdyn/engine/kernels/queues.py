@@ -1,4 +1,4 @@
-"""Queues of kernel launches, with the same methods for a processor's threads and a GPU's streams."""
+"""Queues of kernel launches: `CpuQueue` (threads) and `CudaQueue` (streams of a GPU) have the same methods."""
 
 import threading
 import time
@@ -21,20 +21,24 @@ from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.thread_pool import as_finished
 
 # A launch cannot be interrupted, so launches are cut into pieces of about SECONDS_OF_A_PIECE, after which Ctrl-C works.
-# A piece has at most MOST_GROWTH times as many steps as the last.
+# A piece has at most MOST_GROWTH times as many steps as the last piece.
 SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
-# Steps times storeys of the first piece, 0.5 s of the slowest laws.
+# Steps times storeys of the first piece; with the slowest laws it takes 0.5 s.
 FIRST_PIECE = 3e4
-WAIT_FOR_GPU = 2e-4  # seconds between checks of a GPU and of signals
-# Blocks on a GPU at the same time: while the host waits for one, the others keep the GPU busy. Samples with the same
-# number of steps per interval have one launch; the launches of a block run on STREAMS_OF_A_BLOCK streams.
+WAIT_FOR_GPU = 2e-4  # seconds between checks whether the GPU has finished or Ctrl-C was pressed
+# Number of blocks that run on a GPU at the same time: while the host waits for one block, the others keep the GPU busy.
+# A block has one launch for each number of steps per interval; its launches run on STREAMS_OF_A_BLOCK streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
 
 
 def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
-    """Return the names of devices: one or several names, "cuda" for all GPUs, None for the first GPU or else the CPU.
+    """Return the names of the devices of a run.
+
+    Args:
+        device: One name or several names; "cuda": all GPUs; None: the first GPU, or the CPU if there is no GPU.
 
     Raises:
+        TypeError: If it is neither a name nor a sequence of names.
         ValueError: If a device does not exist, is named twice, or the CPU is named together with a GPU.
     """
     initialise()
@@ -43,18 +47,18 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
         return (gpus[0] if gpus else "cpu",)
     given = [device] if isinstance(device, str) else device
     if not isinstance(given, Sequence):
-        raise TypeError(f"device must be a name or several, got {device!r}")
+        raise TypeError(f"device must be a name such as 'cuda:0' or a list of names, got {device!r}")
     names = tuple(gpus) if list(given) == ["cuda"] and gpus else tuple(given)
     for name in names:
         if name not in ("cpu", *gpus):
-            raise ValueError(f"no device {name!r} here; available: {', '.join(['cpu', *gpus])}")
+            raise ValueError(f"this computer has no device {name!r}; available: {', '.join(['cpu', *gpus])}")
     if not names or len(set(names)) < len(names) or ("cpu" in names and len(names) > 1):
-        raise ValueError(f"device must be one device, or several GPUs named once each, got {device!r}")
+        raise ValueError(f"device must be one device or several different GPUs, got {device!r}")
     return names
 
 
 def device_names(devices: Sequence[str]) -> str:
-    """Return the devices with the names of their models, for the dataset."""
+    """Return a text for the dataset with each device and its model, such as "cuda:0 (NVIDIA H100)"."""
     return ", ".join(f"{device} ({wp.get_device(device).name})" for device in devices)
 
 
@@ -66,7 +70,7 @@ def free_memory(device: str) -> int:
 
 
 def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
-    """Return the length of the union of spans of time, which may overlap [s]."""
+    """Return the total time [s] that is covered by time spans, which may overlap."""
     covered, reached = 0.0, -np.inf
     for start, end in sorted(spans):
         covered += max(0.0, end - max(start, reached))
@@ -75,17 +79,17 @@ def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
 
 
 class CpuQueue:
-    """Queue of a processor: arrays are not copied, and a launch returns when it has finished."""
+    """Queue of the CPU: arrays are not copied, and `launch` returns when the kernels have finished."""
 
     device = "cpu"
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self.spans: list[tuple[float, float]] = []
-        self._pace: dict[Plan, float] = {}  # steps of rows of lanes per piece and thread
+        self._pace: dict[Plan, float] = {}  # steps (of all rows of lanes together) that a thread takes per piece
 
     def begin(self) -> None:
-        """Begin another run."""
+        """Forget the last run."""
         self.spans.clear()
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
@@ -97,7 +101,7 @@ class CpuQueue:
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return blank outputs that use the memory of these arrays, whose first index is the sample."""
+        """Fill arrays (first index: sample) with blank values, and return a struct Output that uses their memory."""
         struct = output_struct(dtype, into)
         instance = struct()
         for name, values in into.items():
@@ -108,17 +112,17 @@ class CpuQueue:
     def launch(
         self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
     ) -> None:
-        """Launch kernels, in slices over the threads, and wait.
+        """Divide launches into slices, run the slices in threads, and wait.
 
-        A slice is launched in pieces of about SECONDS_OF_A_PIECE, after which Ctrl-C works; a row of lanes is not
-        divided.
+        A slice is launched in pieces of about SECONDS_OF_A_PIECE; Ctrl-C works between two pieces. A piece consists of
+        whole rows of lanes.
 
         Args:
             launches: The launches.
-            arguments: The kernels' arguments after the samples.
-            advance: Called with the number of samples that have finished since its last call.
+            arguments: The arguments of the kernels that follow `samples`.
+            advance: Function that is called with the number of samples that have finished since its last call.
         """
-        # Load them before the threads start; otherwise each would compile them.
+        # Load the kernels before the threads start; otherwise each thread would compile them.
         kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
         lanes = launches[0].plan.lanes
 
@@ -129,7 +133,7 @@ class CpuQueue:
             costs = np.cumsum(launch.steps_of_rows(plan.lanes, first, last))
             done = 0
             while done < costs.size and not stopping.is_set():
-                # The number of rows for the time of a piece, estimated from the last pieces.
+                # Number of rows that take SECONDS_OF_A_PIECE, estimated from the last pieces.
                 before = costs[done - 1] if done else 0.0
                 until = max(
                     done + 1,
@@ -160,22 +164,21 @@ class CpuQueue:
         """Do nothing: outputs need no copy."""
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
-        """Do nothing: the outputs were written into these rows."""
+        """Do nothing: the kernels have written the outputs into these arrays."""
 
     def read(self, array: Any) -> np.ndarray:
-        """Return one of a struct's arrays."""
+        """Return an array of a struct as a NumPy array."""
         return array.numpy()
 
 
 class CudaQueue:
     """Queue of a GPU for one block of samples at a time, with its own streams.
 
-    Memory is kept from one block to the next, because freeing memory would wait for everything that is queued on the
-    GPU.
+    Memory is kept for the next block, because freeing memory would wait for everything that is queued on the GPU.
 
     Args:
         device: The GPU.
-        origin: Event that was recorded on the GPU before; times count from it.
+        origin: Event that was recorded on the GPU earlier; times are measured from this event.
     """
 
     def __init__(self, device: str, origin: wp.Event) -> None:
@@ -185,8 +188,8 @@ class CudaQueue:
         self.spans: list[tuple[float, float]] = []
         self._held: dict[
             tuple[str, str, Any], wp.array
-        ] = {}  # by purpose and type; samples that run again have another type
-        self._sent: dict[str, wp.Event] = {}  # after these a struct's arrays on the host may be written again
+        ] = {}  # key: purpose and dtype; samples that run again may have another dtype
+        self._sent: dict[str, wp.Event] = {}  # struct -> event after which its arrays on the host may be overwritten
         self._kept_alive: list[object] = []
         self._timed: list[tuple[wp.Event, wp.Event]] = []
         self._arriving: dict[str, np.ndarray] = {}
@@ -196,14 +199,14 @@ class CudaQueue:
         self._advance: Callable[[], object] = lambda: None
 
     def begin(self) -> None:
-        """Begin another run, without waiting for the last one, which may have been stopped."""
+        """Forget the last run, which may have been interrupted, without waiting for it."""
         self.spans.clear()
         self.staying, self._held_until = {}, None
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays copied to the GPU, converted to the types of its fields.
 
-        They are copied from page-locked memory, which is ten times as fast as other memory, and without waiting.
+        The copies are queued without waiting, from page-locked memory, which is ten times as fast as other memory.
         """
         struct = getattr(structs(dtype), kind)
         instance = struct()
@@ -218,12 +221,12 @@ class CudaQueue:
                 there = self._array((kind, name), values.shape, field)
                 wp.copy(there, here, stream=self.stream)
                 setattr(instance, name, there)
-        finally:  # after an error, too, the copies that were queued read the arrays until this event
+        finally:  # even after an error: the queued copies read the host arrays until this event
             self._sent[kind] = self.stream.record_event()
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return blank outputs with the transposed shapes of these arrays: the last index is the sample."""
+        """Return a struct Output with blank values on the GPU; its last index is the sample, the first of `into`."""
         struct = output_struct(dtype, into)
         instance = struct()
         with wp.ScopedStream(self.stream):
@@ -244,8 +247,8 @@ class CudaQueue:
         for stream, launch in zip(cycle(self.streams), launches):
             start = stream.record_event(wp.Event(self.device, enable_timing=True))
             inputs = [0, launch.control, launch.samples, *arguments]
-            # Whole thread blocks, because threads that share a sample exchange values within warps. Surplus threads
-            # repeat the last sample.
+            # Launch whole thread blocks, because threads that share a sample exchange values within warps. Surplus
+            # threads repeat the last sample.
             plan = launch.plan
             threads = -(-launch.order.size // plan.lanes) * plan.sections
             dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
@@ -262,10 +265,10 @@ class CudaQueue:
         """Queue the transposition of the outputs and their copies to the host.
 
         Args:
-            output: The outputs.
-            shapes: Their shapes on the host; the first index is the sample.
-            arriving: Names of the outputs to copy; all outputs then remain on the GPU in `staying`. None: all outputs
-                are copied, and none remains.
+            output: The struct Output.
+            shapes: Shapes of the outputs on the host; the first index is the sample.
+            arriving: Names of the outputs to copy to the host; then all outputs remain available on the GPU in
+                `staying`. None: copy all outputs, and keep no output on the GPU.
         """
         self._arriving, self.staying = {}, {}
         held_until, self._held_until = self._held_until, None
@@ -287,30 +290,30 @@ class CudaQueue:
             self._arrived = self.stream.record_event()
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
-        """Wait for the last outputs and copy them into these rows; `each` maps a function over their names."""
+        """Wait for the outputs and copy them into these arrays; `each(function, names)` may copy in parallel."""
         self._wait(self._arrived)
         list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
         self._settle()
         self._advance()
 
     def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
-        """Replace outputs that remained on the GPU by these rows, and wait."""
+        """Overwrite outputs that remained on the GPU with these values, and wait."""
         for name, array in staying.items():
             array.assign(rows[name])
         wp.synchronize_device(self.device)
 
     def hold_until(self, released: Callable[[], wp.Event]) -> None:
-        """Keep the outputs that remain on the GPU until an event, which `released` returns when it is called."""
+        """Keep the outputs on the GPU until an event that `released()` will return."""
         self._held_until = released
 
     def read(self, array: Any) -> np.ndarray:
-        """Wait for everything that is queued and return one of a struct's arrays."""
+        """Wait for everything that is queued, and return an array of a struct as a NumPy array."""
         self._wait(self.stream.record_event())
         self._settle()
         return array.numpy()
 
     def _wait(self, event: wp.Event) -> None:
-        """Wait for an event; Ctrl-C works."""
+        """Wait for an event; Ctrl-C interrupts this."""
         while not event.is_complete:
             stop_if_asked()
             time.sleep(WAIT_FOR_GPU)
@@ -325,7 +328,7 @@ class CudaQueue:
             )
 
     def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
-        """Return an array in the memory that is kept for a purpose, which grows if it is too small."""
+        """Return an array in the memory that is kept for a purpose; the memory is enlarged if it is too small."""
         size = int(np.prod(shape))
         held = self._held.get((*place, dtype))
         if held is None or held.size < size:
@@ -339,7 +342,7 @@ Queue = CpuQueue | CudaQueue
 
 
 def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
-    """Return one queue for each block that may run at the same time, in the order of their use."""
+    """Return the queues of the devices, one for each block that may run at the same time, in the order of use."""
     if devices[0] == "cpu":
         return [CpuQueue(threads) for _ in devices]
     origins = {device: wp.get_stream(device).record_event(wp.Event(device, enable_timing=True)) for device in devices}
@@ -347,7 +350,7 @@ def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
 
 
 def seconds_in_kernels(queues: Sequence[Queue]) -> float:
-    """Return the time that kernels ran on the device where they ran longest [s]."""
+    """Return the running time of the kernels [s]; with several devices, the longest of their times."""
     spans: dict[str, list[tuple[float, float]]] = {}
     for queue in queues:
         spans.setdefault(queue.device, []).extend(queue.spans)

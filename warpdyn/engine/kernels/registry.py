@@ -1,6 +1,6 @@
-"""The parts of kernels: modules in FOLDERS and recorders of users; and the variables and fields that they declare.
+"""Lists of all parts of kernels (modules in FOLDERS and users' recorders), and of their variables and fields.
 
-This module does not import Warp, and imports only the folders that are needed.
+This module does not import Warp, and imports a folder only when its parts are needed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def _modules_in(folder: str) -> tuple[ModuleType, ...]:
 
 
 def parts_in(folder: str) -> tuple[Any, ...]:
-    """Return the parts of a folder, in their order in a slot; users' recorders follow those of warpdyn."""
+    """Return the parts of a folder, sorted as in a slot; users' recorders follow the recorders of warpdyn."""
     return _modules_in(folder) + (tuple(USERS.values()) if folder == "recorders" else ())
 
 
@@ -45,13 +45,13 @@ def skeletons() -> tuple[ModuleType, ...]:
 
 
 def all_parts() -> tuple[Any, ...]:
-    """Return all parts, in their order in a slot."""
+    """Return all parts, sorted as in a slot."""
     return tuple(part for folder in FOLDERS for part in parts_in(folder))
 
 
 @functools.cache
 def recorders() -> dict[str, dict[str, dict[str, Variable]]]:
-    """Return the variables of each recorder, by the structure's family and the recorder's name."""
+    """Return {family of the structure: {recorder: {name: variable}}}."""
     for part in _modules_in("recorders"):
         for family, variables in getattr(part, "VARIABLES", {}).items():
             TABLE[family][name_of(part)] = variables
@@ -60,13 +60,13 @@ def recorders() -> dict[str, dict[str, dict[str, Variable]]]:
 
 @functools.cache
 def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
-    """Return the fields of the structs that kernels take, as parts and skeletons declare them, with types in words.
+    """Return {struct: {field: type}} for all fields that parts and skeletons declare; types are texts as "float[,]".
 
     Args:
-        users: Recorders of users whose variables the struct Output has.
+        users: Recorders of users; Output contains their variables.
 
     Raises:
-        ValueError: If a struct or a type is unknown, or if two of them disagree on a field's type.
+        ValueError: If a struct or a type is unknown, or if two parts declare a field with different types.
     """
     found: dict[str, dict[str, str]] = {struct: {} for struct in STRUCTS}
     origin: dict[tuple[str, str], ModuleType] = {}
@@ -96,7 +96,7 @@ def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
 
 
 def outputs_of(variables: dict[str, Variable]) -> dict[str, str]:
-    """Return the fields of Output for some variables; the last index is the sample."""
+    """Return the fields of Output for these variables; the last index of each array is the sample."""
     return {
         name: ("int32" if variable.is_whole else "float") + ("[,]" if variable.dims else "[]")
         for name, variable in variables.items()

@@ -1,4 +1,4 @@
-"""Launches of a kernel, and their division into slices for threads."""
+"""Launches of kernels, and their division into slices that threads run."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -11,14 +11,14 @@ SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
 
 
 class Launch(NamedTuple):
-    """One launch of a kernel for some of the samples that were uploaded.
+    """One launch of a kernel for some of the uploaded samples.
 
     Args:
-        plan: The kernel's plan.
-        control: The launch's scalars.
-        samples: Its samples, as the kernels' struct.
-        order: Their numbers among the uploaded samples, longest runs first, shape [sample].
-        intervals: Intervals of each uploaded sample, shape [uploaded sample].
+        plan: Plan of the kernel.
+        control: Struct Control of the launch.
+        samples: Struct Samples of the launch.
+        order: Indices of the samples among the uploaded samples, longest runs first, shape [sample].
+        intervals: Number of intervals of each uploaded sample, shape [uploaded sample].
         substeps: Steps per interval.
     """
 
@@ -30,13 +30,13 @@ class Launch(NamedTuple):
     substeps: int
 
     def steps_of_rows(self, lanes: int, first: int = 0, last: int | None = None) -> np.ndarray:
-        """Return the steps of the rows of lanes from `first` to `last` - 1; a row takes those of its first sample."""
+        """Return the number of steps of rows `first` to `last` - 1; the first sample of a row is the longest."""
         end = None if last is None else last * lanes
         return self.intervals[self.order[first * lanes : end : lanes]] * np.float64(self.substeps)
 
 
 def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
-    """Divide launches into slices of rows that take about the same time; slices with the longest samples come first."""
+    """Divide launches into slices (launch, first row, last row) of about the same run time, longest samples first."""
     steps = [launch.steps_of_rows(lanes) for launch in launches]
     costs = [np.cumsum(each) for each in steps]
     share = sum(cost[-1] for cost in costs) / (threads * SLICES_PER_THREAD)

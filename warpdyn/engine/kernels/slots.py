@@ -1,15 +1,15 @@
-"""The slots of all skeletons: for each its index, and the variables that a part may read and write there.
+"""The table of all slots: when their statements run, and which variables a part may read and write there.
 
-`compose` checks each part against this table. A part may read in every slot the variables of COMMON and those that the
-part itself declares; READS_AND_WRITES of a slot are values of the statements around the slot.
+`compose` checks each part against this table. In every slot, a part may also read the variables of COMMON and those
+that the part declares.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
-# Loop variables that a slot's statements may use. g is the number of storey i in the building; i is its number in the
-# thread, which differs from g only if several threads share a sample.
+# Loop variables that the statements of a slot may use. g is the index of a storey in the building, i its index in the
+# thread; they differ only if several threads share a sample.
 INDICES = {
     "kernel": (),
     "lane": ("j",),
@@ -23,13 +23,13 @@ INDICES = {
 
 
 class Slot(NamedTuple):
-    """A place in a skeleton that parts fill with statements.
+    """A slot: parts fill it with statements.
 
     Args:
-        index: Key of INDICES: how often the statements run, and the loop variables that they may use.
+        index: Key of INDICES: the loops around the slot, whose variables the statements may use.
         text: When the statements run, and their purpose.
-        reads: Values of the statements around the slot that a part may read.
-        writes: Values that a part may read and change.
+        reads: Variables of the surrounding statements that a part may read.
+        writes: Variables of the surrounding statements that a part may read and change.
     """
 
     index: str
@@ -38,25 +38,25 @@ class Slot(NamedTuple):
     writes: tuple[str, ...] = ()
 
 
-# Variables that a part may read in every slot, if the kernel's skeleton has them.
+# Variables that a part may read in every slot, if they exist in the skeleton.
 COMMON = {
-    "block": "number of the thread",
-    "sample": "[lane] number of the sample in the launch",
+    "block": "index of the thread",
+    "sample": "[lane] index of the sample in the launch",
     "pair": "[lane] column of the modal tables (skeleton propagated)",
-    "structure": "[lane] number of the structure (skeleton dense)",
-    "motion": "[lane] number of the motion",
+    "structure": "[lane] index of the structure (skeleton dense)",
+    "motion": "[lane] index of the motion",
     "scale": "[lane] factor on the motion or load",
     "step": "[lane] time step [s]",
     "intervals": "intervals of the longest run in the thread",
     "live_intervals": "[lane] intervals of the lane's run",
     "substeps": "time steps per interval",
     "inverse_substeps": "1 / substeps",
-    "interval": "number of the interval",
-    "substep": "number of the time step in its interval",
-    "index": "number of the time step since the start of the run",
-    "stage": "number of the method's stage (explicit methods)",
+    "interval": "index of the interval",
+    "substep": "index of the time step in its interval",
+    "index": "index of the time step since the start of the run",
+    "stage": "index of the method's stage (explicit methods)",
     "h": "[lane] time step [s], 0 for a lane that has finished",
-    "h_last": "[lane] time step before this one [s]",
+    "h_last": "[lane] previous time step [s]",
     "live": "[lane] 1, or 0 for a lane that has finished (skeleton propagated)",
     "mass": "[storey, lane] mass of the floor [kg]; matrix of full matrices",
     "inverse_mass": "[storey, lane] 1 / mass",
@@ -73,14 +73,14 @@ COMMON = {
     "vn": "[storey, lane] sum of the slopes, then the next velocity",
     "zn": "[storey x value, lane] sum of the slopes, then the next memory",
     "x": "[2 x mode, lane] modal displacements and velocities (skeleton propagated)",
-    "section": "number of the thread among the threads of a sample",
-    "lowest": "number of the lowest storey of the section",
+    "section": "index of the thread among the threads of a sample",
+    "lowest": "index of the lowest storey of the section",
     "foot_u": "[lane] displacement of the floor below the section",
     "foot_v": "[lane] velocity of the floor below the section",
     "stands": "[lane] 1, or 0 once the building has collapsed (if the scene has a collapse limit)",
 }
 
-# Temporary variables whose value no skeleton needs after a slot, so that a part may use the same name.
+# Temporary variables that skeletons do not read after a slot; a part may use the same names.
 SCRATCH = ("share", "change", "after", "reach", "k")
 
 STATE = "u v us vs un vn z zs zn"
@@ -96,7 +96,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "kernel", "Declare variables: row() has one value per lane, matrix() one per storey and lane."
         ),
         "place": _slot("kernel", "Find the storeys and samples of the thread.", "", "block section lowest g"),
-        "read_lane": _slot("lane", "Take the lane's sample.", "", "o s intervals"),
+        "read_lane": _slot("lane", "Find the sample of the lane.", "", "o s intervals"),
         "read_sample": _slot("lane", "Read values of the sample in lane j and of its structure s.", "s"),
         "read_storey": _slot(
             "storey, lane",
@@ -106,11 +106,11 @@ GROUPS: dict[str, dict[str, Slot]] = {
         ),
         "read_entry": _slot("entry, lane", "Read an entry of full matrices.", "s of_mass"),
         "start_row": _slot("row, lane", "Read a row of full matrices."),
-        "number_storey": _slot("storey", "Set g, the number of storey i in the building.", "", "g"),
-        "fill_pad": _slot("storey, lane", "Fill a storey that only completes a section.", "s", "coefficients"),
+        "number_storey": _slot("storey", "Set g, the index of storey i in the building.", "", "g"),
+        "fill_pad": _slot("storey, lane", "Set the values of a storey that pads a section.", "s", "coefficients"),
         "exchange_states": _slot("kernel", "Exchange states with the threads that share a sample.", "", "intervals"),
         "start_storey": _slot("storey, lane", "Start a storey.", "", "us vs c memory drift"),
-        "start_drift": _slot("storey, lane", "See the drift before the first step (implicit methods).", "drift"),
+        "start_drift": _slot("storey, lane", "Record the drift before the first step (implicit methods).", "drift"),
         "start": _slot("kernel", "Start the sample, before the first interval.", "stiffness", "intervals"),
     },
     "Every interval": {
@@ -124,7 +124,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "see_last": _slot("kernel", "After the last state has been seen (one sample per thread)."),
         "begin_interval": _slot("kernel", "Begin an interval; standing = 0 ends the run.", "", "standing"),
         "stop_lane": _slot("lane", "Set the step of a lane that is to stop to 0.", "", "h"),
-        "settle_lane": _slot("lane", "See the lane's step in this interval.", "", "live"),
+        "settle_lane": _slot("lane", "After the step of the lane in this interval is known.", "", "live"),
         "in_interval": _slot("kernel", "Evaluate loads at the start of the interval and their change.", "", "a"),
         "value_of_interval": _slot("kernel", "Evaluate a recorded motion at the end of the interval."),
     },
@@ -133,28 +133,28 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "kernel", "Before a step, with the accepted state.", "position", "load_start load_end pending"
         ),
         "end_step": _slot("kernel", "After a step, with the accepted state.", "load_end", "z zs c drift memory"),
-        "restart_recorders": _slot("lane", "Forget all peaks: they count from the accepted state on.", "", "drift"),
+        "restart_recorders": _slot("lane", "Start peaks again from the accepted state (record_from).", "", "drift"),
         "begin_attempt": _slot("kernel", "Before the stages of a step, or of a part of it.", "", "h pending"),
         "end_attempt": _slot("kernel", "After the stages of a step, or of a part of it.", "", f"{STATE} pending"),
         "end_part": _slot("kernel", "After an attempt, with the accepted state (chains)."),
-        "save": _slot("lane", "Save values that an attempt that fails must not change."),
-        "restore_saved": _slot("lane", "Restore these values."),
+        "save": _slot("lane", "Save values that a rejected attempt must not change."),
+        "restore_saved": _slot("lane", "Restore the saved values."),
         "miss_turns": _slot(
             "storey, lane",
-            "Add what the error estimate does not contain: storeys that turn.",
+            "Add the error due to storeys that turn, which the error estimate does not contain.",
             "",
             "of_u drift rate c zn",
         ),
         "position_of_stage": _slot(
-            "lane", "Set at, the stage's time from the interval's start over its length.", "", "at"
+            "lane", "Set at, the time of the stage since the start of the interval / its length.", "", "at"
         ),
         "begin_stage": _slot("kernel", "Before a stage.", "", "c drift rate memory f"),
         "end_stage": _slot("kernel", "After a stage."),
         "end_stages": _slot("kernel", "After the last stage."),
         "begin_search": _slot(
-            "lane", "Before an implicit method looks for the state at the step's end.", "position_end"
+            "lane", "Before an implicit method searches for the state at the end of the step.", "position_end"
         ),
-        "begin_search_of_storey": _slot("storey, lane", "The same for a storey.", "position_end"),
+        "begin_search_of_storey": _slot("storey, lane", "As begin_search, for each storey.", "position_end"),
         "end_search": _slot("lane", "After the search."),
         "damp_modes": _slot("kernel", "Evaluate the forces of modal damping at the velocities vs."),
     },
@@ -170,9 +170,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "after_storey": _slot("storey", "After the lanes of a storey.", "", STATE),
         "state_of_stage": _slot("storey, lane", "Set drift and vi to the state of the stage.", "", "drift vi"),
         "state_below": _slot(
-            "storey, lane", "Subtract the state of the storey below from drift and rate.", "", "drift rate"
+            "storey, lane", "Subtract the state of the floor below from drift and rate.", "", "drift rate"
         ),
-        "leave_pad": _slot("storey, lane", "Keep a storey that only completes a section at rest.", "", "drift rate"),
+        "leave_pad": _slot("storey, lane", "Keep a storey that pads a section at rest.", "", "drift rate"),
         "memory_of_stage": _slot("storey, lane", "Set memory to the law's memory in the stage.", "", "memory"),
         "accepted_drift": _slot("storey, lane", "Set drift to that of the accepted state.", "", "drift"),
         "storey_coefficients": _slot("storey, lane", "Set c to the coefficients of the law.", "", "c"),
@@ -189,15 +189,20 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "drift memory c",
             "f stiffness z",
         ),
-        "restore_foot": _slot("lane", "The same for the lowest storey of the section above.", "drift memory c", "f"),
+        "restore_foot": _slot("lane", "As restore, for the lowest storey of the section above.", "drift memory c", "f"),
         "add_to_force": _slot("storey, lane", "Add forces that depend on the drift.", "drift", "f"),
-        "add_to_stiffness": _slot("storey, lane", "Add their slopes (implicit methods).", "drift", "stiffness"),
+        "add_to_stiffness": _slot(
+            "storey, lane",
+            "Add the slopes of forces that depend on the drift (implicit methods).",
+            "drift",
+            "stiffness",
+        ),
         "add_to_dashpot": _slot(
             "storey, lane", "Add viscous forces of the storey to dashpot.", "drift rate memory c tangent", "dashpot"
         ),
         "add_to_foot": _slot(
             "lane",
-            "Add them to the force of the lowest storey of the section above.",
+            "Add viscous forces to the force of the lowest storey of the section above.",
             "drift rate memory c tangent",
             "f",
         ),
@@ -232,14 +237,14 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "choose_change": _slot("storey, lane", "Choose the change of the acceleration.", "found", "change"),
         "settle_storey": _slot(
             "storey, lane",
-            "After an implicit step: drift is new, memory still that before.",
+            "After an implicit step: drift is the new drift, memory is still the old one.",
             "drift drift_before memory c",
         ),
     },
     "Accepted states": {
         "see_forces": _slot(
             "storey, lane",
-            "See restoring (force of the storey law), ai (absolute acceleration of the floor) and vi (its velocity).",
+            "Record restoring (force of the law), ai (absolute acceleration of the floor) or vi (its velocity).",
             "restoring ai vi position before_end",
         ),
         "before_force_ends": _slot(
@@ -248,23 +253,23 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "ai",
             "before_end",
         ),
-        "see_drift": _slot("storey, lane", "See the drift of the storey.", "drift drift_before"),
-        "see_state": _slot("kernel", "After all storeys have been seen.", "ratio_of_storey", "live"),
+        "see_drift": _slot("storey, lane", "Record the drift of the storey.", "drift drift_before"),
+        "see_state": _slot("kernel", "After see_drift and see_forces of all storeys.", "ratio_of_storey", "live"),
         "begin_floor": _slot("row, lane", "Before the accelerations of a floor are summed up over the modes."),
         "add_mode_to_floor": _slot("floor, mode, lane", "Add a mode to a floor.", "of_mode"),
         "add_to_means": _slot("kernel", "Add to means over the end of the run.", "ratio_of_storey", "drift g o"),
     },
     "Collapse": {
         "watch_drifts": _slot("kernel", "Find whether a storey of an accepted state passes its capacity.", "", "drift"),
-        "watch_lanes": _slot("kernel", "Find whether a lane collapses that waits for others."),
+        "watch_lanes": _slot("kernel", "Find whether a lane collapses."),
         "collapse_here": _slot("lane", "Let the sample collapse.", "", "h"),
-        "find_first_to_pass": _slot("lane", "Find the first storey to pass, and its share of the step.", "", "drift g"),
-        "compare_sections": _slot("lane", "Find the first storey among the threads that share a sample."),
-        "see_drifts_at_collapse": _slot("lane", "Add the drifts at this instant to the peaks.", "", "drift"),
+        "find_first_to_pass": _slot("lane", "Find which storey passes its capacity first, and when.", "", "drift g"),
+        "compare_sections": _slot("lane", "Find the first such storey among the threads that share a sample."),
+        "see_drifts_at_collapse": _slot("lane", "Record the drifts at the instant of collapse.", "", "drift"),
     },
     "Energy": {
         "add_to_initial_energy": _slot("storey, lane", "Add to the energy at the start.", "drift", "initial_energy"),
-        "remember": _slot("storey, lane", "Set memory to that at the start.", "", "memory"),
+        "remember": _slot("storey, lane", "Set memory to the memory at the start.", "", "memory"),
         "add_supply": _slot("storey, lane", "Add the power of loads.", "vi", "power_in energy_in"),
         "add_supply_of_walk": _slot("lane", "Add the power of the base motion.", "momentum", "power_in energy_in"),
         "add_supply_of_entry": _slot(
@@ -280,17 +285,17 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "storey, lane", "Add the loss by dampers to the ground (implicit methods).", "vi weight", "energy_viscous"
         ),
         "keep_end_of_step": _slot("lane", "Keep values of a load that the next step needs."),
-        "add_to_supplied": _slot("lane", "Add energies supplied otherwise, at the end.", "", "unaccounted most"),
+        "add_to_supplied": _slot("lane", "At the end, add energies from other sources.", "", "unaccounted most"),
         "see_products": _slot("kernel", "After the products of full matrices.", "elastic viscous"),
-        "see_mode": _slot("mode, lane", "See a mode.", "inner driven total modal_load"),
-        "see_modes": _slot("kernel", "After all modes have been seen."),
+        "see_mode": _slot("mode, lane", "Record a mode.", "inner driven total modal_load"),
+        "see_modes": _slot("kernel", "After see_mode of all modes."),
     },
     "End of the run": {
         "finish": _slot("lane", "Before the storeys; o is the column of the sample in the outputs.", "o"),
         "finish_storey": _slot("storey, lane", "Write the outputs of a storey to column o.", "o stiffness"),
         "finish_drift": _slot(
             "storey, lane",
-            "The same, with drift, memory and c (chains, integrated step by step).",
+            "As finish_storey, with drift, memory and c (chains, except with the exact method).",
             "o drift memory c",
             "rate",
         ),

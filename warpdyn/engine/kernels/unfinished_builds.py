@@ -1,8 +1,8 @@
-"""Free space for compiled kernels in the kernel cache, and removal of files of killed processes.
+"""Check the free space of the kernel cache, and remove unfinished files of killed processes.
 
-Warp compiles into a temporary folder next to that of the module and renames it; the compiler writes precompiled headers
-in the same way. While a process compiles, it locks a note, a file with the name of the temporary folder. A note without
-lock is that of a killed process. Folders of other programs have no note and are not removed.
+Warp compiles into a temporary folder next to the folder of the module and then renames it; the compiler writes
+precompiled headers in the same way. While a process compiles, it locks a note: a file with the name of the temporary
+folder. If a note is not locked, its process was killed. Folders without a note are not removed.
 """
 
 import atexit
@@ -19,7 +19,7 @@ from warpdyn.foundations.files.disk_errors import FULL, free_space
 from warpdyn.foundations.files.part_files import fcntl
 from warpdyn.foundations.files.removal import LOCK, remove_tree
 
-OF_A_PROCESS = "warpdyn_kernels_"  # beginning of names of temporary folders
+OF_A_PROCESS = "warpdyn_kernels_"  # prefix of the names of temporary folders
 NOTE, HEADERS, UNFINISHED_HEADERS = ".compiling", "precompiled_headers_*", "*.pch.tmp"
 OPENED = getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
 # Bytes that a compilation may need: precompiled headers of Warp 1.19 need 4.7 MB, a kernel with its source 0.1 to 1 MB
@@ -28,20 +28,13 @@ ROOM = 2**25
 
 
 def check_room(cache: Path) -> None:
-    """Check that the disk of the kernel cache has room; on a full disk the compiler would end the process.
-
-    Args:
-        cache: The folder of the cache.
-
-    Raises:
-        OSError: If the room is too small.
-    """
+    """Raise an OSError if the disk of the kernel cache is too full; the compiler would end the process."""
     while not cache.is_dir() and cache.parent != cache:
         cache = cache.parent
     try:
         if shutil.disk_usage(cache).free < ROOM:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        # Reserving the room also tests quotas and limits of the process.
+        # Reserving the space also tests quotas and limits of the process.
         if hasattr(os, "posix_fallocate"):
             with tempfile.TemporaryFile(dir=cache) as file:
                 os.posix_fallocate(file.fileno(), 0, ROOM)
@@ -58,11 +51,7 @@ def check_room(cache: Path) -> None:
 
 @contextmanager
 def noted(folder: Path) -> Iterator[None]:
-    """Lock a note while a module is compiled in this thread, after removing files of killed processes.
-
-    Args:
-        folder: The folder of the module in the kernel cache.
-    """
+    """Remove files of killed processes, and lock a note while this thread compiles the module of this folder."""
     if fcntl is None:
         yield
         return
@@ -98,7 +87,7 @@ def folder_of_this_process() -> Path:
 
 
 def _remove_if_unused(folder: Path) -> None:
-    """Remove the folder of a process that has ended; raise an OSError if it still runs."""
+    """Remove the temporary folder of a process that has ended; raise an OSError if the process is running."""
     if folder.is_symlink() or folder.stat().st_uid != os.geteuid():
         return
     lock = os.open(folder / LOCK, os.O_RDWR | OPENED)
@@ -121,7 +110,7 @@ def _sweep(cache: Path) -> None:
 
 
 def _is_removed(note: Path) -> bool:
-    """Remove a note without lock and the folder that it names; return whether the note is removed."""
+    """Remove a note that is not locked and the folder that it names; return whether the note was removed."""
     try:
         file = os.open(note, os.O_RDWR | OPENED)
     except FileNotFoundError:

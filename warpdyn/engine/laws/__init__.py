@@ -2,9 +2,9 @@
 
     warpdyn.laws.Bilinear(yield_force=1e6, hardening_ratio=0.05)
 
-Defining a subclass of `Law` or `Device` registers it in LAWS or DEVICES, in a user's program too. A law of warpdyn has
-a folder: `parameters.py` with its class, and `device_functions.py` with its Warp functions in a table SPRINGS, which is
-imported when a kernel is built. Nothing here imports warp.
+Defining a subclass of `Law` or `Device`, also in a user's program, registers it in LAWS or DEVICES. A law of warpdyn
+has a folder with two files: `parameters.py` contains its class, and `device_functions.py` its Warp functions in a table
+SPRINGS. The second file is imported when a kernel is built, so importing this package does not import Warp.
 """
 
 from __future__ import annotations
@@ -86,5 +86,5 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return the public names, without those of the folders."""
+    """Return the public names, without the names of the folders."""
     return sorted(__all__)

@@ -1,4 +1,4 @@
-"""Backbones by their corners: drift and force of each corner, over those of the first corner, which is yield."""
+"""Backbones given by corners: drift and force of each corner, divided by those of the first corner, the yield point."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from warpdyn.engine.laws.bounds import first_place, place_of
 from warpdyn.engine.laws.law import Values
 from warpdyn.engine.laws.parameter import Parameter
 
-# The last force of a backbone that has fallen may be this factor times the force before it: GEM's capacity curves end
-# with a residual strength that rises by 1 %, rounded in their tables.
+# After a falling part, the last part of a backbone may rise by this factor: GEM's capacity curves end with a residual
+# strength that rises by 1 %, rounded in their tables.
 LARGEST_LAST_RISE = 1.0101
 
 
 def ductility(corner: int) -> Parameter:
-    """Return the parameter of the drift at a corner, counted from the one at yield."""
+    """Return the parameter for the drift at a corner; the yield point is corner 1."""
     return Parameter("1", f"drift at corner {corner} over the yield drift", low=0.0)
 
 
 def force_ratio(corner: int) -> Parameter:
-    """Return the parameter of the force at a corner, counted from the one at yield."""
+    """Return the parameter for the force at a corner; the yield point is corner 1."""
     return Parameter("1", f"force at corner {corner} over the yield force", low=0)
 
 
 def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return the ductilities and force ratios of the backbone's corners, from yield on."""
+    """Return the ductilities and the force ratios of all corners of the backbone, yield point first."""
     numbers = range(2, count + 1)
     names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
     one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
@@ -40,7 +40,7 @@ def negative_side(p: Values) -> Values:
 
 
 def named_as_negative(problem: str | None, p: Values) -> str | None:
-    """Return a sentence on a problem of the negative side, with the names that its parameters have there."""
+    """Replace the names of parameters in a sentence by the names for the negative side, if these were given."""
     if problem is None:
         return None
     given = [name.removesuffix("_negative") for name in p if name.endswith("_negative")]
@@ -51,8 +51,8 @@ def falls(p: Values, count: int) -> bool:
     """Return whether the backbone of any storey may fall from one corner to the next.
 
     Args:
-        p: Parameters, each [storey] or [value, storey]; numbers of values may differ.
-        count: Number of corners, including yield.
+        p: Parameters, each [storey] or [value, storey]; their numbers of values may differ.
+        count: Number of corners, including the yield point.
     """
     forces = [np.ones((1, 1)), *(np.atleast_2d(p[f"force_ratio_{i}"]) for i in range(2, count + 1))]
     return any((after.min(axis=0) < before.max(axis=0)).any() for before, after in itertools.pairwise(forces))
@@ -61,9 +61,10 @@ def falls(p: Values, count: int) -> bool:
 def backbone_problem(p: Values, count: int) -> str | None:
     """Return a sentence on an impossible backbone, or None.
 
-    Corners must be in the order of their drifts, no part may be steeper than the first, and no part may rise after a
-    part that falls (reloading to a peak there would cut off the lowest force, so that cycles give energy). Only the
-    last part may rise, by 1 %.
+    - Drifts must increase from corner to corner.
+    - No part may be steeper than the first part.
+    - After a falling part, no part may rise, except the last one by 1 %: reloading towards a peak on a rising part
+      would pass above the lowest force, and cycles would generate energy.
     """
     drift, force = corners(p, count)
     for i in range(1, count):

@@ -7,15 +7,15 @@ from numpy.typing import ArrayLike
 
 
 def first_bad(bad: ArrayLike, name: str, values: ArrayLike, words: str, bounds: ArrayLike, reason: str) -> str | None:
-    """Return a sentence on the first value out of its bound, or None.
+    """Return a sentence on the first value that violates its bound, or None.
 
     Args:
-        bad: Whether each value is out of its bound, shape [storey] or [structure, storey].
-        name: The parameter.
-        values: Its values.
-        words: Relation of values to bounds, such as "at most".
-        bounds: The bounds.
-        reason: Meaning of the bounds.
+        bad: Whether each value violates its bound, shape [storey] or [structure, storey].
+        name: Name of the parameter.
+        values: Values of the parameter.
+        words: Required relation of a value to its bound, such as "at most".
+        bounds: Bound of each value.
+        reason: Meaning of the bound, for the end of the sentence.
     """
     bad, values, bounds = np.broadcast_arrays(bad, values, bounds)
     if not np.any(bad):
@@ -25,16 +25,16 @@ def first_bad(bad: ArrayLike, name: str, values: ArrayLike, words: str, bounds: 
 
 
 def first_place(bad: np.ndarray) -> tuple[int, ...]:
-    """Return the indices of the first bad value, [storey] or [structure, storey]."""
+    """Return the indices of the first True element of a mask [storey] or [structure, storey]."""
     return tuple(np.argwhere(bad)[0])
 
 
 def place_of(place: tuple[int, ...]) -> str:
-    """Return the place of these indices in words; storeys are counted from 1."""
+    """Return a text such as "structure 0, storey 2" for indices; storeys are counted from 1 in the text."""
     *structure, storey = place
     return ", ".join([f"structure {i}" for i in structure] + [f"storey {storey + 1}"])
 
 
 def above(values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Return where values are above computed bounds by more than rounding."""
+    """Return whether each value exceeds its computed bound by more than rounding."""
     return values > bounds + 1e-12 * np.abs(bounds)

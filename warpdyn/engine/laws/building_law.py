@@ -1,4 +1,4 @@
-"""The law of a whole building, whose storeys may differ in their laws and have devices."""
+"""The laws and devices of a whole building; each storey may have a different law."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ Element = type[StoreyElement]
 
 
 def missing_at(name: str, storey: int, law: str) -> str:
-    """Return a sentence on a parameter that has no value at a storey, counted from 0."""
+    """Return a sentence on a parameter that is missing at a storey; `storey` is counted from 0."""
     return f"{name} is missing at storey {storey + 1}, whose law {law!r} needs it"
 
 
 class BuildingLaw:
-    """The laws of a building's storeys, each for its own storeys, and the devices of all storeys.
+    """The laws of the storeys of a building, and its devices.
 
-    Its methods are those of a `Law`, for the whole building.
+    It has the methods of a `Law`; they refer to the whole building.
 
     Args:
-        laws: Law of each storey, or the only law of all storeys.
-        devices: Devices of all storeys; in some storeys they may have no strength.
+        laws: Law of each storey, or a single law for all storeys.
+        devices: Devices of all storeys; the strength of a device may be 0 in some storeys.
     """
 
     def __init__(self, laws: Sequence[Element], devices: Sequence[Element] = ()) -> None:
@@ -45,7 +45,7 @@ class BuildingLaw:
 
     @property
     def written(self) -> dict[str, str]:
-        """Texts of the laws and devices that are not warpdyn's own, by name."""
+        """Source of the laws and devices that users have defined: {name: source}."""
         return {each.name: each.written for each in (*self.laws, *self.devices) if each.written}
 
     @property
@@ -55,15 +55,15 @@ class BuildingLaw:
 
     @property
     def is_linear_until_yield(self) -> bool:
-        """Whether storeys are linear until they yield; a device, or one of several laws, may act from the start."""
+        """Whether all storeys are linear until they yield; False with devices or if the laws of storeys differ."""
         return len(self.laws) == 1 and not self.devices and self.laws[0].is_linear_until_yield
 
     def forces(self, *, has_power_dampers: bool = False) -> StoreyForces:
-        """Return the properties that decide which methods fit the building.
+        """Return the properties that decide which integration methods can be used.
 
         Args:
-            has_power_dampers: Whether the force of its viscous dampers is a power of the velocity other than 1. Linear
-                dampers fit every method, so their name does not count.
+            has_power_dampers: Whether viscous dampers have an exponent other than 1. Linear dampers are omitted in the
+                result, because every method supports them.
         """
         named = [each for each in (*self.laws, *self.devices) if not each.is_dashpot or has_power_dampers]
         return StoreyForces(
@@ -78,7 +78,7 @@ class BuildingLaw:
         return np.array([i for i, each in enumerate(self.of_storeys) if each is law])
 
     def _own(self, law: Element, storeys: np.ndarray, p: Values) -> Values:
-        """Return the parameters of a law at its storeys."""
+        """Return the parameters of a law at these storeys."""
         if not storeys.size:
             return p
         names = {"mass", "stiffness", "height", *law.parameters}
@@ -89,13 +89,13 @@ class BuildingLaw:
         return [(law, own, self._own(law, own, p)) for law, own in zip(self.laws, self.storeys, strict=True)]
 
     def variants(self, p: Values) -> tuple[list[Variant], list[Variant]]:
-        """Return the device functions of each law and of each device with a spring."""
+        """Return the device functions of each law, and of each device except viscous dampers."""
         return [law.variant(own) for law, _, own in self._laws(p)], [
             d.variant(p) for d in self.devices if not d.is_dashpot
         ]
 
     def rules(self, p: Values) -> StoreyRules:
-        """Return the device functions of the building, which a kernel's plan names."""
+        """Return the combined device functions of the building; they are part of the plan of a kernel."""
         laws, devices = self.variants(p)
         if len(set(laws)) == 1:
             laws = laws[:1]
@@ -108,6 +108,7 @@ class BuildingLaw:
             found = SideBySide(found, device)
         return found
 
+<<<<<<< HEAD
     def coefficients(
         self, p: Values, variants: tuple[list[Variant], list[Variant]] | None = None
     ) -> tuple[np.ndarray, ...]:
@@ -119,6 +120,11 @@ class BuildingLaw:
                 structures alone may fit quicker device functions, with other coefficients.
         """
         laws, devices = self.variants(p) if variants is None else variants
+=======
+    def coefficients(self, p: Values) -> tuple[np.ndarray, ...]:
+        """Return the coefficients of the device functions, each [structure, storey]."""
+        laws, devices = self.variants(p)
+>>>>>>> h/textc
         if len(self.laws) == 1 and not devices:
             return self.laws[0].coefficients(p, laws[0].name)
         shape, count = np.shape(p["stiffness"]), len(set(laws))
@@ -155,13 +161,13 @@ class BuildingLaw:
         return next(filter(None, (law.caution(own) for law, _, own in self._laws(p))), None)
 
     def counts_reversals(self, p: Values) -> bool:
-        """Return whether each reversal of the drift, however small, damages a storey."""
+        """Return whether every reversal of a storey drift, however small, damages the storey."""
         return any(law.counts_reversals(own) for law, _, own in self._laws(p)) or any(
             device.counts_reversals(p) for device in self.devices
         )
 
     def is_sensitive(self, p: Values) -> bool:
-        """Return whether a slightly different step or motion may change the peak drifts a lot."""
+        """Return whether a small change of the step or the motion may change the peak drifts a lot."""
         return any(law.is_sensitive(own) for law, _, own in self._laws(p)) or any(
             device.is_sensitive(p) for device in self.devices
         )
@@ -179,12 +185,12 @@ class BuildingLaw:
 
 
 def _counted_in_building(text: str, storeys: np.ndarray) -> str:
-    """Return a sentence whose storeys are counted within one law, with their numbers in the building."""
+    """Replace storey numbers in a sentence, counted among the storeys of one law, by numbers in the building."""
     return re.sub(r"storey (\d+)", lambda found: f"storey {storeys[int(found[1]) - 1] + 1}", text)
 
 
 def _widest(elements: Sequence[Element]) -> dict[str, Parameter]:
-    """Return all parameters of laws and devices, with the widest bounds if several have one of the same name."""
+    """Return all parameters of laws and devices; a name that occurs several times gets the widest bounds."""
     found: dict[str, Parameter] = {}
     for element in elements:
         for name, parameter in element.parameters.items():

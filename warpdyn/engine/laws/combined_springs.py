@@ -1,7 +1,7 @@
-"""Device functions of combinations: a law with a device in each storey, and storeys with different laws.
+"""Device functions of combinations: a law with a device in the same storey, and storeys with different laws.
 
-Coefficients and memory of a device follow those of the law. If laws differ, the first coefficient chooses the law of a
-storey; the other coefficients and the memory are those of this law.
+With a device, a storey has the coefficients and the memory of the law, followed by those of the device. If the laws of
+storeys differ, the first coefficient of a storey selects its law, followed by the coefficients of this law.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,8 @@ def never_settles(driver: Any, memory: Any, c: Any):
     return type(driver)(0.0)
 
 
-# Replacements of functions that only one of two laws has. All but the last two take (driver, memory, coefficients).
+# Functions that replace a function that exists in only one of two laws. All except the last two have the arguments
+# (driver, memory, coefficients).
 ABSENT = {
     "force": None,
     "force_at_accepted_state": None,  # the trial force
@@ -58,21 +59,21 @@ SUMS = ("force", "force_at_accepted_state", "elastic_energy", "tangent_on_line")
 
 
 def _function_name(rules: str) -> str:
-    """Return the name that begins the names of all functions of a combination, such as "bilinear_beside_gap"."""
+    """Return the common prefix of the names of a combination's functions, such as "bilinear_beside_gap"."""
     return rules.replace("+", "_beside_").replace("|", "_or_")
 
 
 def _device_function(name: str, function: Callable) -> Callable:
-    """Return a device function with a unique name, by which Warp distinguishes functions."""
+    """Return a device function with this name; names must be unique, because Warp identifies functions by them."""
     function.__qualname__ = name
     return wp.func(function)
 
 
 def _instead(field: str, spring: Spring, name: str) -> Callable | None:
-    """Return the replacement of a function that one law lacks and the other has."""
+    """Return the replacement of a function that is missing in one law and exists in the other."""
     mapped, tangent = spring.return_mapping or is_kept, spring.tangent
 
-    # Laws whose memory has a rate would need the increment, but they have no lines.
+    # This replacement does not use the increment of the drift. Only rate laws would need it, and they have no lines.
     def tangent_where_mapped(drift: Any, memory: Any, c: Any):
         return tangent(drift, type(drift)(0.0), memory, mapped(drift, memory, c), c)
 
@@ -86,8 +87,8 @@ def _instead(field: str, spring: Spring, name: str) -> Callable | None:
 
 
 def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients: int, memory: int) -> Spring:
-    """Return the combined functions, one for each field that either law has; `combine` makes them."""
-    functions: dict[str, Any] = {}  # those that a Spring must have, and those that may be None
+    """Return the combined device functions; `combine` makes one for each field of `Spring` that either law has."""
+    functions: dict[str, Any] = {}
     for field in ABSENT:
         pair = getattr(one, field), getattr(other, field)
         functions[field] = None
@@ -106,7 +107,8 @@ def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
     FIRST_C, C, FIRST_M, M = one.coefficients, other.coefficients, one.memory, other.memory
     name = _function_name(rules)
 
-    # The first law finds its values at the beginning; those of the other law are moved there.
+    # The values of the first law are at the start of the vectors; for the other law, its values are copied to the start
+    # of new vectors.
     def coefficients_of_other(c: Any):
         own = type(c)()
         for q in range(C):
@@ -164,7 +166,7 @@ def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
 
 
 def one_or_other(rules: str, one: Spring, other: Spring) -> Spring:
-    """Return the functions of storeys that have the one law if their first coefficient is 0, else the other."""
+    """Return the functions of storeys that have the first law if their first coefficient is 0, else the other law."""
     C = max(one.coefficients, other.coefficients)
     name = _function_name(rules)
 

@@ -1,4 +1,4 @@
-"""Definition of laws and devices: each class is checked and registered when its body ends."""
+"""Check and register a class of a law or device when it is defined."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from warpdyn.engine.methods.table import StoreyForces
 if TYPE_CHECKING:
     from warpdyn.engine.laws.law import Device, Law, StoreyElement
 
-#: The class of every storey law by its name in a scene.
+#: Name in a scene -> class of the storey law.
 LAWS: dict[str, type[Law]] = {}
-#: The class of every device by its name in a scene; a device is parallel to a storey's law.
+#: Name in a scene -> class of the device; a device acts in parallel with the law of a storey.
 DEVICES: dict[str, type[Device]] = {}
 
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
@@ -32,14 +32,14 @@ SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
 def define(cls: type[StoreyElement]) -> None:
-    """Complete and register a class whose body has ended; its annotated fields become its parameters.
+    """Complete, check and register a new class; its annotated fields become its parameters.
 
     Raises:
-        TypeError: If the class has a fault; the message names the class and the fault.
+        TypeError: If the class breaks a rule; the message names the class and the rule.
     """
     body = {name: value for name, value in vars(cls).items() if not (name.startswith("__") and name != "__doc__")}
     if "__annotations__" not in vars(cls) and not any(value is not None for value in body.values()):
-        return  # an empty class, which pickle fills after it is made
+        return  # pickle creates an empty class and fills it later
     try:
         _define(cls, body)
     except TypeError as error:
@@ -71,7 +71,7 @@ def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
 
 
 def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
-    """Return the parameters that the fields describe."""
+    """Return the parameters of a class, from its fields."""
     found: dict[str, Parameter] = {}
     for field in dataclasses.fields(cls):
         make = field.metadata.get("parameter")
@@ -80,20 +80,22 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
                 f"{field.name} is not a parameter: write {field.name}: float = wd.laws.parameter('N', 'what it is')"
             )
         if field.name in OF_STOREY:
-            raise TypeError(f"parameter {field.name!r} has the name of a property that every storey has: rename it")
+            raise TypeError(
+                f"parameter {field.name!r} has the name of a property of every storey: rename the parameter"
+            )
         try:
             found[field.name] = known = make if isinstance(make, Parameter) else make()
         except (ValueError, TypeError) as error:
             raise TypeError(f"parameter {field.name!r}: {error}") from error
         if not known.units:
-            raise TypeError(f"parameter {field.name!r} has no unit: give one, such as 'N', or '1' for a ratio")
+            raise TypeError(f"parameter {field.name!r} has no unit: give a unit, such as 'N', or '1' for a ratio")
         if known.default is not None and known.violations(np.array([known.default])).any():
             raise TypeError(f"parameter {field.name!r} has the default {known.default:g}; it must be {known.allowed}")
     return found
 
 
 def _check_name(cls: type[StoreyElement]) -> None:
-    """Refuse a class of a user with the name of a law or device of warpdyn."""
+    """Raise a TypeError if the class of a user has the name of another law or device."""
     for table in (cls.table, *(base.table for base in cls.kinds)):
         known = table.get(cls.name)
         if known is not None and known.__module__.startswith("warpdyn.") and known.__module__ != cls.__module__:
@@ -103,7 +105,7 @@ def _check_name(cls: type[StoreyElement]) -> None:
 
 
 def _functions(cls: type[StoreyElement], body: Mapping[str, Any]) -> dict[str, Captured]:
-    """Return the device functions in a class body and its bases, and remove them from the class."""
+    """Remove the device functions from a class, and return those of the class and its base classes."""
     found = dict(cls.captured)
     for name, value in body.items():
         function = device_function(value)
@@ -118,7 +120,7 @@ def _functions(cls: type[StoreyElement], body: Mapping[str, Any]) -> dict[str, C
 
 
 def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
-    """Give a class its only variant, whose device functions are those of its body."""
+    """Make the variant of a class whose device functions are in the class body."""
     check_memory(cls.memory)
     check_set_of_functions(functions.keys() & ARGUMENTS.keys(), cls.memory)
     p = _sample(cls)
@@ -139,7 +141,7 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
 
 
 def _sample(cls: type[StoreyElement]) -> dict[str, np.ndarray]:
-    """Return allowed parameters of one storey, [structure, storey]."""
+    """Return parameter values within their bounds for one storey, shape [1, 1]."""
 
     def value(known: Parameter) -> float:
         if known.default is not None:
@@ -154,11 +156,7 @@ def _sample(cls: type[StoreyElement]) -> dict[str, np.ndarray]:
 
 
 def _asked(cls: type[StoreyElement], name: str, p: dict[str, np.ndarray]) -> Any:
-    """Return the result of a method for sample parameters.
-
-    Raises:
-        TypeError: If the method fails.
-    """
+    """Return the result of a method for the parameters of `_sample`; raise a TypeError if the method fails."""
     with np.errstate(all="ignore"):
         try:
             return getattr(cls, name)(p)
@@ -169,7 +167,7 @@ def _asked(cls: type[StoreyElement], name: str, p: dict[str, np.ndarray]) -> Any
 
 
 def _text_of(cls: type[StoreyElement]) -> str:
-    """Return the text of a class that decides its results, for the fingerprint of a run; "" for laws of warpdyn."""
+    """Return the source of a user's class, for the fingerprint of a run; "" for laws of warpdyn."""
     if cls.__module__.startswith("warpdyn."):
         return ""
     parts = [variant.written.text for variant in cls.variants.values() if variant.written is not None]

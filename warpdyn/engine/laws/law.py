@@ -1,9 +1,9 @@
-"""Storey laws and devices as classes: their parameters, bounds, and the coefficients that kernels read.
+"""Base classes of storey laws and devices: parameters, bounds, and the coefficients that kernels read.
 
-A law is a class whose fields are its parameters; an object of it, such as `Bilinear(yield_force=1e6,
-hardening_ratio=0.05)`, has the values of one storey, or of every storey of a building. Defining a class registers it in
-LAWS or DEVICES under its name in a scene. Its device functions are written in the class body (`laws.written`), or, in
-laws of warpdyn, in a module that is imported when a kernel is built.
+A law is a class whose fields are its parameters. An object such as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`
+contains values for all storeys of a building. Defining a class registers it in LAWS or DEVICES under its name in a
+scene. Its device functions are in the class body (`laws.written`) or, for laws of warpdyn, in a module that is imported
+when a kernel is built.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ ERRORS = """Raises:
 
 
 class Layout(enum.IntEnum):
-    """Names of the values of a short vector, in their order from 0: coefficients of a storey, or its memory.
+    """Names of the elements of a vector (the coefficients or the memory of a storey), numbered from 0.
 
-    Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like `c[2]`. `names` are the keys of the
-    same values in the law's `named_coefficients`. Members are given as `enum.auto()`.
+    Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like `c[2]`. `names()` returns the keys of
+    the same values in `named_coefficients` of the law. Define members as `enum.auto()`.
     """
 
     @staticmethod
@@ -48,7 +48,7 @@ class Layout(enum.IntEnum):
 
     @classmethod
     def names(cls, count: int | None = None) -> tuple[str, ...]:
-        """Return the names in lower case, of the first `count` values or of all."""
+        """Return the names of the first `count` elements (None: all elements) in lower case."""
         return tuple(member.name.lower() for member in cls)[:count]
 
 
@@ -71,10 +71,10 @@ def parameter(
         long_name: Description, which the dataset contains.
         low: Lower bound [`units`].
         high: Upper bound [`units`].
-        low_open: Whether the lower bound itself is refused.
-        high_open: Whether the upper bound itself is refused.
-        default: Value if the scene gives none [`units`]; None if the scene must give one.
-        often_in_percent: Whether a value above the upper bound may be meant in percent.
+        low_open: Whether the lower bound itself is forbidden.
+        high_open: Whether the upper bound itself is forbidden.
+        default: Default value [`units`]; None: the parameter is required.
+        often_in_percent: Whether users often give the value in percent; the error message then suggests the ratio.
         opensees: OpenSees' name of the parameter.
 
     Example:
@@ -89,12 +89,12 @@ def parameter(
 
 
 def shared(parameter: Parameter, *, default: float | None = None, opensees: str = "") -> Any:
-    """Return a field for a parameter that several laws have, such as `YIELD_FORCE` and `HARDENING_RATIO`.
+    """Return a field of a law for an existing parameter, such as `YIELD_FORCE` or `HARDENING_RATIO`.
 
     Args:
         parameter: The parameter.
-        default: Its default in this law [`units`].
-        opensees: OpenSees' name of it in this law.
+        default: Default value in this law [units of the parameter]; None: the parameter is required.
+        opensees: OpenSees' name of the parameter in this law.
 
     Example:
         >>> wd.laws.BoucWen.parameters["hardening_ratio"].opensees
@@ -109,7 +109,7 @@ def _field(make: Callable[[], Parameter], default: float | None) -> Any:
 
 
 def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
-    """Return a field for a parameter of the negative side of a law; without it, the value of `positive` counts."""
+    """Return a field for a parameter of the negative side; its default is the value of the parameter `positive`."""
     words = f"{parameter.long_name}, negative side"
     found = dataclasses.replace(
         parameter, long_name=words, default=None, opensees=opensees, optional=parameter.optional or f"as `{positive}`"
@@ -132,7 +132,7 @@ def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., 
 
 
 def _described(cls: type[StoreyElement]) -> str:
-    """Return a class's docstring with its arguments, described by their fields, before its example."""
+    """Return the docstring of a class with an Args section, written from its fields, before its example."""
     text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
     arguments = "\n".join(
         textwrap.fill(f"{name}: {known.description}", 100, initial_indent=" " * 4, subsequent_indent=" " * 8)
@@ -146,31 +146,31 @@ def _described(cls: type[StoreyElement]) -> str:
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(parameter, shared))
 class StoreyElement:
-    """Common part of laws and devices; subclasses are frozen dataclasses whose fields are their parameters.
+    """Base class of `Law` and `Device`; subclasses are frozen dataclasses whose fields are their parameters.
 
     Attributes:
         name: Name in a scene: the name of the class in lower case, with underscores between words.
-        parameters: Parameters in addition to the storey stiffness, each one value or one per storey.
-        memory: Names of the values that device functions in the class body remember, 0 at rest.
-        rows: Names of its sets of device functions, each with the names of the coefficients that they read.
-        variants: The same sets as objects; a class that shares those of another law gives `variants` instead of `rows`.
-        device_functions: Module with the table SPRINGS of the device functions; "" for the module `device_functions` in
-            the package of the class.
-        written: The text of the device functions in the class body; "" without any.
-        opensees: Names of OpenSees' materials or elements with these rules; a scene may use these names.
+        parameters: Parameters in addition to the storey stiffness: {name: parameter}.
+        memory: Names of the memory values of device functions in the class body; all are 0 at the start.
+        rows: Names of its sets of device functions, each with the names of the coefficients that the functions read.
+        variants: The sets as objects; a class that uses the sets of another law defines `variants` instead of `rows`.
+        device_functions: Module with the table SPRINGS of device functions; "" for the module `device_functions` in the
+            package of the class.
+        written: Source of the device functions in the class body; "" without such functions.
+        opensees: Names of OpenSees' materials or elements with the same rules; a scene may use these names.
         is_linear: Whether the force is the stiffness times the drift.
-        is_linear_until_yield: Whether a storey is linear, and remembers nothing, until its drift first passes
-            `yield_force` or `yield_force_negative` over the stiffness (or always, without a `yield_force`).
-        has_rate: Whether the memory has a rate, which is integrated with the motion.
-        relaxes: Whether the force changes with time at a constant drift, so that implicit methods do not fit.
-        exceptions: Checks of `wd.laws.certify` with a wider bound, each with the bound and the reason.
+        is_linear_until_yield: Whether a storey is linear until its drift first exceeds `yield_force` (or
+            `yield_force_negative`) divided by the stiffness; without a `yield_force`: whether it is always linear.
+        has_rate: Whether the memory follows a differential equation, which is integrated with the motion.
+        relaxes: Whether the force changes with time at a constant drift; implicit methods do not support this.
+        exceptions: Checks of `wd.laws.certify` with a wider bound: {check: (bound, reason)}.
         kind: "law" or "device".
         is_device: Whether it is a device.
-        is_dashpot: Whether its force depends on the velocity alone, so that it has no variants.
-        forces: The properties that decide which methods fit it.
-        captured: The device functions in the class body as their author wrote them.
+        is_dashpot: Whether its force depends only on the velocity; then it has no variants.
+        forces: The properties that decide which integration methods can be used.
+        captured: The device functions in the class body, as their author wrote them.
         table: LAWS or DEVICES.
-        kinds: Law and Device.
+        kinds: The classes Law and Device.
 
     Example:
         >>> wd.laws.Bilinear.name, list(wd.laws.Bilinear.parameters)
@@ -207,7 +207,7 @@ class StoreyElement:
     def make_dataclass(cls) -> None:
         """Make the class a frozen dataclass."""
         dataclasses.dataclass(frozen=True, kw_only=True, repr=False)(cls)
-        # Mypy refuses every assignment to a method, even to one that `dataclass` has just made.
+        # Mypy rejects every assignment to a method, even to a method that `dataclass` has just made.
         cls.__init__ = _refusing_unknown_names(cls, cls.__init__)  # type: ignore[method-assign]
 
     @classmethod
@@ -237,25 +237,25 @@ class StoreyElement:
         return html_table(type(self).__name__, rows, ("", "name", "value", "units"))
 
     def values(self) -> dict[str, float | tuple[float, ...]]:
-        """Return the values of all given parameters and defaults, one value or one per storey each."""
+        """Return the values of all parameters, including defaults; each is one value, or one value per storey."""
         values = {name: getattr(self, name) for name in self.parameters}
         return {name: value for name, value in values.items() if value is not None}
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the name in `rows` of the device functions for storeys of these parameters; "" without any."""
+        """Return the key in `rows` of the device functions for these parameters; "" if the class has no variants."""
         return next(iter(cls.rows), "")
 
     @classmethod
     def variant(cls, p: Values) -> Variant:
-        """Return the device functions for storeys of these parameters."""
+        """Return the device functions for these parameters."""
         return cls.variants[cls.spring(p)]
 
     @staticmethod
     def derived(p: Values) -> dict[str, np.ndarray]:
-        """Return further coefficients that device functions in the class body read, by name.
+        """Return further coefficients for device functions in the class body: {name: values}.
 
-        They are computed once per structure; divisions belong here.
+        They are computed once per structure. Put divisions here, because they are slow in device functions.
 
         Args:
             p: Parameters and "stiffness", each [structure, storey].
@@ -264,7 +264,7 @@ class StoreyElement:
 
     @classmethod
     def named_coefficients(cls, p: Values, row: str) -> dict[str, np.ndarray]:
-        """Return the coefficients that a set of device functions reads, by name, each [structure, storey].
+        """Return the coefficients of a set of device functions: {name: values}, shape [structure, storey].
 
         Args:
             p: Parameters and "stiffness", each [structure, storey].
@@ -272,17 +272,17 @@ class StoreyElement:
         """
         known, shape = {**p, **cls.derived(p)}, np.shape(p["stiffness"])
         if HALF_FLEXIBILITY in cls.rows[row]:
-            # Flexibility of the storey for a law, of the device for a device.
+            # For a law this is the flexibility of the storey, for a device that of the device.
             stiffness = np.broadcast_to(cls.stiffest(p) if cls.is_device else p["stiffness"], shape)
             known[HALF_FLEXIBILITY] = np.divide(0.5, stiffness, out=np.zeros(shape), where=stiffness > 0)
         return {name: np.broadcast_to(known[name], shape) for name in cls.rows[row]}
 
     @classmethod
     def coefficients(cls, p: Values, row: str) -> tuple[np.ndarray, ...]:
-        """Return the coefficients that a set of device functions reads, in their order.
+        """Return the coefficients of a set of device functions, in the order of `rows`.
 
         Raises:
-            TypeError: If `named_coefficients` returns other names than `rows` has.
+            TypeError: If the names from `named_coefficients` differ from the names in `rows`.
         """
         found, names = cls.named_coefficients(p, row), cls.rows.get(row, ())
         if found.keys() != set(names):
@@ -302,17 +302,17 @@ class StoreyElement:
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """Return whether each reversal of the drift, however small, damages storeys of these parameters.
+        """Return whether every reversal of the drift, however small, damages a storey with these parameters.
 
-        Rounding creates reversals, so float32 may be too coarse for such storeys.
+        Rounding causes small reversals, so such storeys may need float64.
         """
         return False
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """Return whether a slightly different step or motion may change the peak drifts of such storeys a lot.
+        """Return whether a small change of the step or the motion may change the peak drifts a lot.
 
-        This is so if they count reversals, if their strength falls with the drift, or if they come into contact.
+        This is the case if reversals cause damage, if the strength falls with the drift, or if parts come into contact.
         """
         return cls.counts_reversals(p)
 
@@ -328,14 +328,14 @@ class StoreyElement:
 
 
 class Law(StoreyElement):
-    """A storey law: the force of a storey at its drift, which depends on its parameters and the path of the drift.
+    """Base class of storey laws: the force of a storey as a function of its drift history and its parameters.
 
-    A subclass is a law of warpdyn or of a user. The fields of its body are parameters (`wd.laws.parameter`); its device
-    functions are `follow(drift, memory, c)`, or `rate(velocity, memory, c)` and `force(drift, memory, c)`. `wd.laws.
-    certify` checks such a law.
+    To define a law, derive a class. Its fields are parameters (`wd.laws.parameter`). Its device functions are
+    `follow(drift, memory, c)`, or `rate(velocity, memory, c)` and `force(drift, memory, c)`. `wd.laws.certify` checks
+    the law.
 
     Raises:
-        TypeError: If the class has a fault.
+        TypeError: If the definition of the subclass breaks a rule.
 
     Example:
         >>> isinstance(wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02), wd.laws.Law)
@@ -348,7 +348,7 @@ class Law(StoreyElement):
 
 
 class Device(StoreyElement):
-    """A device that is parallel to a storey's law, with additional parameters; storeys without it have a strength of 0.
+    """Base class of devices, which act in parallel with the law of a storey; storeys without it have strength 0.
 
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)
@@ -361,7 +361,7 @@ class Device(StoreyElement):
 
 
 StoreyElement.kinds = (Law, Device)
-#: The yield force [N], which most laws have as a parameter.
+#: Yield force [N], a parameter of most laws.
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)
-#: The hardening ratio [1], which most laws have as a parameter.
+#: Hardening ratio [1], a parameter of most laws.
 HARDENING_RATIO = Parameter("1", "ratio of post-yield to initial storey stiffness", low=0.0, high=1.0, high_open=True)

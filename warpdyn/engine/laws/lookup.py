@@ -1,4 +1,4 @@
-"""Laws and devices of a scene, which are given by names, OpenSees' names, classes, or objects with parameters."""
+"""Find the laws and devices that a user gives as names, OpenSees' names, classes, or objects with parameters."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
 
 Given = str | StoreyElement | type[StoreyElement]
-Own = dict[str, ArrayLike]  # parameters of laws or devices that are objects
+Own = dict[str, ArrayLike]  # parameters from objects such as `Bilinear(yield_force=1e6, ...)`
 Kind = TypeVar("Kind", bound=StoreyElement)
 
 
 def law_name(given: object) -> str:
-    """Return the name of a storey law that is given by its name or OpenSees' name, its class or an object of it.
+    """Return the name of a storey law; `given` is its name, its OpenSees name, its class, or an object of the class.
 
     Raises:
-        ValueError: If there is no such law; the message suggests a name for a near miss.
+        ValueError: If there is no such law; the message suggests similar names.
     """
     return _given_class("storey law", given, LAWS).name
 
 
 def devices_and_values(devices: Sequence[Given], others: Collection[str]) -> tuple[tuple[type[Device], ...], Own]:
-    """Return the classes of a building's devices, and the parameters of those that are objects.
+    """Return the classes of the devices of a building, and the parameters of devices that are given as objects.
 
     Args:
         devices: The devices.
@@ -47,7 +47,8 @@ def devices_and_values(devices: Sequence[Given], others: Collection[str]) -> tup
         for other in kinds[:place]:
             if common := set(kind.parameters) & set(other.parameters):
                 raise ValueError(
-                    f"devices {other.name!r} and {kind.name!r} share the parameter {min(common)!r}: a storey has one"
+                    f"devices {other.name!r} and {kind.name!r} share the parameter {min(common)!r}, and a storey can "
+                    "have only one value of it: choose one of these devices"
                 )
     own: Own = {name: value for each in devices if isinstance(each, Device) for name, value in each.values().items()}
     _refuse_twice(own, others, "devices")
@@ -55,11 +56,11 @@ def devices_and_values(devices: Sequence[Given], others: Collection[str]) -> tup
 
 
 def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike]) -> tuple[tuple[type[Law], ...], Own]:
-    """Return the class of each storey's law, or of the only one, and the parameters of laws that are objects.
+    """Return the classes of the laws (one, or one per storey), and the parameters of laws that are given as objects.
 
     Args:
         law: One law, or one per storey.
-        others: Parameters that are given to the building; they apply to laws that are given by name.
+        others: Parameters that are given to the building, for laws that are given by name.
 
     Raises:
         ValueError: If a name is unknown, a parameter is given twice, or an object has several values of a parameter for
@@ -82,7 +83,7 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
                 value = getattr(each, name)
                 if value is None:
                     of_law = f"{name} is missing at storey {storey + 1}, whose law is {kinds[storey].name!r}"
-                    raise ValueError(f"{of_law}: give it in every storey of a law that has it, or in no storey")
+                    raise ValueError(f"{of_law}: give it in all storeys with this law, or in none of them")
                 of_storeys[storey] = _only_value(name, value, storey)
         for storey in by_name:
             value = others.get(name, kinds[storey].parameters[name].default)
@@ -91,18 +92,18 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
             values = real_numbers(name, value)
             if values.size not in (1, len(law)):
                 raise ValueError(
-                    f"{name} has {values.size} values and law has {len(law)}: one value per storey, or one"
+                    f"{name} has {values.size} values and law has {len(law)}: give one value per storey, or one value"
                 )
             of_storeys[storey] = np.broadcast_to(values, len(law))[storey]
     return kinds, own
 
 
 def check_written(texts: Mapping[str, str], where: str) -> None:
-    """Check that users' laws and devices of a description are defined, and warn if their text has changed.
+    """Check that the users' laws and devices of a stored scene are defined; warn if their source has changed.
 
     Args:
-        texts: Text of each law or device by name.
-        where: The place of the description, for messages.
+        texts: {name: source of the law or device when the scene was stored}.
+        where: The place of the stored scene, for messages.
 
     Raises:
         ValueError: If one of them is not defined.
@@ -128,7 +129,7 @@ def _only_value(name: str, value: float | tuple[float, ...], storey: int) -> flo
 
 
 def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> None:
-    """Raise a ValueError if a parameter of an object is given to the building, too."""
+    """Raise a ValueError if a parameter is given both in an object and to the building."""
     for name in own:
         if name in others:
             raise ValueError(f"{name} is given twice: by {what}=, and as a parameter of the building")
@@ -153,7 +154,7 @@ def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> t
 
 
 def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) -> str:
-    """Return a hint if a device is given as a storey's law, or a law as a device."""
+    """Return a hint if a device was given as the law of a storey, or a law as a device; else ""."""
     other: Mapping[str, type[StoreyElement]] = LAWS if table is DEVICES else DEVICES
     if isinstance(given, StoreyElement) and type(given).name in other:
         names: tuple[str, ...] = (type(given).name,)
@@ -167,7 +168,7 @@ def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) 
 
 
 def _opensees(table: Mapping[str, type[StoreyElement]]) -> dict[str, tuple[str, ...]]:
-    """Return OpenSees' names, each with warpdyn's names of the laws or devices that it may mean."""
+    """Return {OpenSees' name: names of the laws or devices that it may mean}."""
     found: dict[str, tuple[str, ...]] = {}
     for name, element in table.items():
         for word in element.opensees:

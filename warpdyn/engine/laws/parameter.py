@@ -20,15 +20,15 @@ class Parameter:
         long_name: Description in datasets.
         low: Lower bound [`units`].
         high: Upper bound [`units`].
-        low_open: Whether the lower bound itself is refused.
-        high_open: Whether the upper bound itself is refused.
-        default: Value if the scene gives none [`units`]; None if the scene must give one.
-        often_in_percent: Whether a value above the upper bound may be meant in percent.
-        opensees: OpenSees' name of it, or how OpenSees' parameter follows from it.
-        optional: For a parameter that a structure may omit: the value that is used then, in words.
+        low_open: Whether the lower bound itself is forbidden.
+        high_open: Whether the upper bound itself is forbidden.
+        default: Default value [`units`]; None: the parameter is required.
+        often_in_percent: Whether users often give the value in percent; the error message then suggests the ratio.
+        opensees: OpenSees' name of the parameter, or the formula for OpenSees' parameter.
+        optional: Text for the docstring: the value that is used if an optional parameter is omitted.
 
     Raises:
-        ValueError, TypeError: If a bound is not a number, a name is not text, a choice is not True or False, or no
+        ValueError, TypeError: If a bound is not a number, a text is not a string, a flag is not True or False, or no
             value is within the bounds.
 
     Example:
@@ -59,10 +59,10 @@ class Parameter:
             if not is_open:
                 real_number(f"Parameter.{name}", value)
         if self.low > self.high or (self.low == self.high and (self.low_open or self.high_open)):
-            raise ValueError(f"no value is allowed: low is {self.low:g} and high is {self.high:g}; exchange them")
+            raise ValueError(f"no value is allowed: low is {self.low:g} and high is {self.high:g}; give low below high")
 
     def violations(self, values: np.ndarray) -> np.ndarray:
-        """Return where values are not finite or out of bounds, as a mask of their shape."""
+        """Return a mask of the values that are not finite or out of bounds."""
         below = values <= self.low if self.low_open else values < self.low
         above = values >= self.high if self.high_open else values > self.high
         return ~np.isfinite(values) | below | above
@@ -79,10 +79,10 @@ class Parameter:
 
         Args:
             name: Name of the parameter.
-            values: Its values.
+            values: Values of the parameter.
             axes: Names of the axes, such as ("structure", "storey").
-            structures: Indices of the structures along the first axis; None for 0, 1, 2 ...
-            taken: Storeys, along the last axis, whose law has the parameter; None for all.
+            structures: Indices of the structures along the first axis; None: 0, 1, 2 ...
+            taken: Indices along the last axis of the storeys whose law has the parameter; None: all storeys.
         """
         counted = values if taken is None else values[..., taken]
         if not self.violations(np.array([counted.min(), counted.max()])).any():  # the bounds are an interval
@@ -108,7 +108,7 @@ class Parameter:
 
     @property
     def description(self) -> str:
-        """The parameter in one line of a docstring."""
+        """A line that describes the parameter in the docstring of a law."""
         bounds = "" if self.allowed == "finite" else f", {self.allowed.removeprefix('finite and ')}"
         default = f"; {self.optional} by default" if self.optional else ""
         default = default if self.default is None else f"; {self.default:g} by default"
@@ -117,7 +117,7 @@ class Parameter:
 
 
 def names_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
-    """Return warpdyn's and OpenSees' names of parameters, each with warpdyn's name."""
+    """Return {warpdyn's or OpenSees' name of a parameter: warpdyn's name}."""
     theirs: dict[str, str] = {}
     beside: dict[str, str] = {}
     for name, known in parameters.items():

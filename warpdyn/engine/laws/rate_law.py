@@ -1,7 +1,7 @@
-"""Common functions of laws whose memory has a rate, which is integrated with the motion.
+"""Common functions of rate laws: laws whose memory follows a differential equation, integrated with the motion.
 
-In laws of warpdyn the force is a hardening stiffness times the drift plus a hysteretic force times z, the first value
-of the memory.
+In the rate laws of warpdyn, the force is (hardening stiffness) * drift + (hysteretic force) * z, where z is the first
+memory value.
 """
 
 import enum
@@ -13,11 +13,11 @@ from warpdyn.engine.device.extrema import maximum
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions
 
-# If a step is too long for the rate at which a memory settles, deviations of the memory grow. If a deviation has grown
-# by this factor, the sample gets the status unstable_step.
+# If a step is too long for the rate at which deviations of the memory decay, they grow instead. If a deviation has
+# grown by this factor, the sample gets the status unstable_step.
 LARGEST_DEVIATION = 10.0
 LARGEST_GROWTH = wp.constant(wp.float64(1e30))
-POWERS = wp.constant(8)  # coefficients of a settling polynomial, including zeros
+POWERS = wp.constant(8)  # number of coefficients of `settling_polynomial`, including zeros
 
 
 class First(Layout):
@@ -34,9 +34,10 @@ class Memory(Layout):
 
 
 def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp.Function]:
-    """Return functions over a step, by their fields in `Spring`, if the rate is proportional to the velocity.
+    """Return the functions {field of `Spring`: function} over a step, if the rate is proportional to the velocity.
 
-    Such a memory depends on the path of the drift, not on its speed. One step of RK4 integrates it over an increment.
+    Such a memory depends only on the path of the drift, not on the velocity. One RK4 step integrates it over an
+    increment of the drift.
     """
 
     def memory_after(drift: Any, increment: Any, memory: Any, c: Any):

@@ -10,14 +10,14 @@ from warpdyn.engine.laws.law import Layout
 
 
 class First(Layout):
-    """The first coefficients of laws whose forces are divided by the yield force."""
+    """The first coefficients of laws that divide forces by the yield force."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
 
 
 class Memory(Layout):
-    """Their first memory values."""
+    """The first memory values of laws that divide forces by the yield force."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
@@ -30,9 +30,9 @@ def kept_force(drift: Any, memory: Any, c: Any):
 
 
 def device_functions(row: str, *functions: Callable) -> dict[str, wp.Function]:
-    """Return the device functions of a variant by their names in the source.
+    """Return {name: device function} for a variant.
 
-    Warp distinguishes functions by their qualified names, so each variant needs its own.
+    Warp identifies functions by their qualified names, so the name of the variant is added to each of them.
     """
     named: dict[str, wp.Function] = {}
     for function in functions:

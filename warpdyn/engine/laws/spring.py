@@ -8,10 +8,10 @@ from dataclasses import dataclass
 class Spring:
     """Device functions of one variant of a law, and the numbers of its coefficients and memory values.
 
-    The memory of a rate law has a rate that is integrated with the motion. The memory of a return-mapping law follows
-    from the drift and the memory at the last accepted step. Laws with many rules mostly move along a straight line; for
-    these, `memory_on_line`, `tangent_on_line` and `leaves_line` allow kernels to evaluate the rules only if a storey
-    leaves its line.
+    The memory of a rate law follows a differential equation, which is integrated with the motion. The memory of a
+    return-mapping law follows from the drift and the memory at the last accepted step. With most laws of many rules, a
+    storey moves along a straight line in most steps; `memory_on_line`, `tangent_on_line` and `leaves_line` allow
+    kernels to evaluate all rules only if a storey leaves its line.
 
     Args:
         force: `(drift, memory, coefficients) -> force [N]`. For return-mapping laws the memory is that of the last
@@ -22,15 +22,14 @@ class Spring:
         coefficients: Number of coefficients per storey.
         tangent: `(drift, increment, before, after, coefficients) -> d(force)/d(drift) [N/m]` at the end of a step that
             reached `drift` by `increment`; the memory changed from `before` to `after`.
-        memory: Number of memory values; all are 0 before the first step. Values with a rate are of the order of 1 or
-            much larger: an adaptive method compares their errors with the larger of 1 and the value.
+        memory: Number of memory values; all are 0 before the first step. Values with a rate should be of the order of 1
+            or larger: adaptive methods compare their errors with the larger of 1 and the value.
         memory_after: `(drift, increment, memory, coefficients) -> memory` after such a step, for methods without a
             velocity within the step. None without memory.
-        rate: `(velocity, memory, coefficients) -> d(memory)/dt` of a rate law, else None. A combination may have `rate`
-            and `return_mapping`: values without a rate have the rate 0, and `return_mapping` does not change
-            values that it does not map.
-        force_at_accepted_state: `(drift, memory, coefficients) -> force [N]` if the memory is already that of this
-            drift, so that a stored force need not be computed again. None if `force` is as quick.
+        rate: `(velocity, memory, coefficients) -> d(memory)/dt` of a rate law, else None. A combination of two laws may
+            have `rate` and `return_mapping`: each leaves the memory values of the other law unchanged.
+        force_at_accepted_state: `(drift, memory, coefficients) -> force [N]` if the memory already belongs to this
+            drift, so that a stored force need not be computed again. None if `force` is as fast.
         memory_on_line: `(drift, memory, coefficients) -> memory` at a drift on the storey's line: the result of
             `return_mapping` there, at less cost. None if `return_mapping` costs little.
         values_on_line: Number of memory values, from the first, that may change along a line; None for all.
@@ -42,9 +41,10 @@ class Spring:
         relaxation_rate: `(velocity, memory, coefficients) -> rate [1/s]`, the largest rate at which a deviation of the
             memory decays. A step that is too long for it gives wrong results that stay finite. None if the memory has
             no rate.
-        relaxes_by_velocity: Whether that rate is computed once per step, such as one that depends only on the velocity.
-        relaxation_over_step: `(increment, memory, coefficients) -> that rate times the step`, within the step of
-            `memory_after`.
+        relaxes_by_velocity: Whether `relaxation_rate` needs to be computed only once per step, for example because it
+            depends only on the velocity.
+        relaxation_over_step: `(increment, memory, coefficients) ->` relaxation rate times the duration of the step, for
+            the step of `memory_after`.
     """
 
     force: Callable

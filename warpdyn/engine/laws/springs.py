@@ -1,10 +1,11 @@
 """Sets of device functions of storey laws, which a kernel's plan names, and combinations of them.
 
-A device function sees the storey drift [m], the law's memory and its coefficients, both as short vectors, and returns a
-force [N]. The coefficients are computed once per structure, so that the time loop has no divisions.
+The arguments of a device function are the storey drift [m], the memory and the coefficients of the law, both as short
+vectors; it returns, for example, a force [N]. The coefficients are computed once per structure, so that the time loop
+needs no divisions.
 
-A plan holds one of the objects below. They hold names and text only: they can be compared, hashed and pickled, and
-import warp when `spring_row` needs the functions.
+A plan contains one of the objects below. They consist of names and texts, so that they can be compared, hashed and
+pickled; `spring_row` imports Warp and returns the functions.
 """
 
 from __future__ import annotations
@@ -21,11 +22,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Variant:
-    """One set of device functions of a law or a device; several laws may share one.
+    """One set of device functions of a law or a device; several laws may share a set.
 
     Args:
-        name: Its name, which no other variant has.
-        coefficients: Names of the coefficients that its functions read, in their order.
+        name: Unique name of the variant.
+        coefficients: Names of the coefficients that the functions read, in their order.
         module: Module whose table SPRINGS has the functions; "" if they are written in a class body.
         written: The device functions of a class body.
     """
@@ -41,11 +42,11 @@ class Variant:
 
 @dataclass(frozen=True)
 class SideBySide:
-    """The laws of a storey that has both: their forces add up.
+    """A law and a device that act in parallel in a storey; their forces are added.
 
     Args:
         first: The law of the storey.
-        second: The device next to it.
+        second: The device.
     """
 
     first: StoreyRules
@@ -57,11 +58,11 @@ class SideBySide:
 
 @dataclass(frozen=True)
 class OneOrOther:
-    """The laws of a building whose storeys differ: each storey has one of them.
+    """The laws of a building in which the laws of the storeys differ.
 
     Args:
         first: The law of storeys whose first coefficient is 0.
-        other: The law of the other storeys, or several laws, which a further coefficient distinguishes.
+        other: The law of the other storeys; or another OneOrOther, whose first coefficient selects the law.
     """
 
     first: Variant
@@ -76,10 +77,10 @@ StoreyRules = Variant | SideBySide | OneOrOther
 
 @functools.cache
 def spring_row(rules: StoreyRules) -> Spring:
-    """Return the device functions of a variant or a combination: equal ones give the same object.
+    """Return the device functions of a variant or a combination; equal arguments give the same object.
 
     Raises:
-        TypeError: If built-in device functions read another number of coefficients than their law names.
+        TypeError: If built-in device functions read a different number of coefficients than their law provides.
     """
     if isinstance(rules, SideBySide):
         from warpdyn.engine.laws.combined_springs import side_by_side

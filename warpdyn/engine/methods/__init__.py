@@ -1,4 +1,4 @@
-"""Integration methods: their tables, kinds, amplification and stability limits."""
+"""Time integration methods: kinds, table of methods, default method, amplification and stability limits."""
 
 from warpdyn.engine.methods.table import METHODS, check_fits
 

@@ -1,4 +1,4 @@
-"""The step length at which a method begins to amplify an oscillator: u'' + 2 zeta w u' + w^2 u = 0."""
+"""The step length above which a method amplifies the motion of an oscillator, u'' + 2 zeta w u' + w^2 u = 0."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 
 from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method
 
-# Steps at which amplification matrices are evaluated, as w h times `limit_scale`. An explicit method of s stages
-# amplifies everything beyond 2 s^2; a method that does not amplify at the last of these steps is taken as unlimited.
+# Values of w h times `limit_scale` at which amplification matrices are evaluated. An explicit method of s stages
+# amplifies every motion beyond 2 s^2. A method that does not amplify at the last of these values has no limit.
 SCANNED_STEPS = np.geomspace(0.05, 1000, 500)
-ROUNDING = 1e-13  # of a condition on an amplification matrix; about 2e-15 occurs
+ROUNDING = 1e-13  # tolerance of a condition on an amplification matrix; rounding errors are about 2e-15
 BISECTIONS = 50
 DAMPING_RATIOS_AT_A_TIME = 64
 
@@ -21,11 +21,11 @@ def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
     """Return the largest w h up to which a method's step does not amplify, times `limit_scale`.
 
     Args:
-        method: Row of METHODS.
+        method: The method.
         damping_ratio: Damping ratio [-], 0 or above, shape [ratio].
 
     Returns:
-        Limits [-], shape [ratio]; 0 where every step amplifies, infinite where none does.
+        Limits [-], shape [ratio]; 0 if every step amplifies, infinite if no step does.
     """
     if method.kind == "exact" or method.is_adaptive:
         return np.full(damping_ratio.size, np.inf)
@@ -36,7 +36,7 @@ def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
 
 
 def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
-    """Return the factor that makes limits of w h vary little: the faster root over w, which limits explicit methods."""
+    """Return the larger root divided by w; times this factor, limits of w h vary little with the damping ratio."""
     if method.kind == "implicit":
         return np.ones_like(damping_ratio)
     over = np.maximum(damping_ratio, 1.0)
@@ -57,8 +57,8 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
     stages = len(coefficients) - 1
     order = next((k - 1 for k, c in enumerate(coefficients) if c != 1 / factorial(k)), stages)
     chebyshev = np.polynomial.chebyshev.chebvander(-damping_ratio, 2 * stages)  # cos(m angle), exact at zeta = 0
-    # Coefficients of (|R|^2 - 1) / x in x = w h. Up to the method's order they are those of exp(-2 zeta x), which
-    # avoids the cancellation that would hide them at low damping.
+    # Coefficients of (|R|^2 - 1) / x as a polynomial in x = w h. Up to the order of the method they are equal to those
+    # of exp(-2 zeta x), which are used because of cancellation at low damping.
     growth = np.zeros((damping_ratio.size, 2 * stages))
     for power in range(1, 2 * stages + 1):
         if power <= order:
@@ -71,7 +71,8 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
     companion[:, np.arange(1, degree), np.arange(degree - 1)] = 1
     companion[:, :, -1] = -growth[:, :-1] / growth[:, -1:]
     roots = np.linalg.eigvals(companion)
-    # Rounding may split a double root into a complex pair; an additional candidate does no harm, as the signs decide.
+    # Rounding may split a double root into a complex pair. Additional candidates do no harm, because the signs between
+    # the roots decide.
     real = (np.abs(roots.imag) <= 1e-5 * np.abs(roots)) & (roots.real > 0)
     ends = np.sort(np.where(real, roots.real, np.inf), axis=1)
     edge = np.zeros((damping_ratio.size, 1))
@@ -81,13 +82,13 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
         value = np.zeros_like(middle)
         for column in growth.T[::-1]:
             value = value * middle + column[:, None]
-    # Beyond the last root |R| grows, so that an interval is always found.
+    # Beyond the last root |R| grows, so there is always an interval with |R| > 1.
     first = (~(value <= 0)).argmax(axis=1)
     return ends[np.arange(damping_ratio.size), first]
 
 
 def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the coefficients, those of the exponential series without rounding, and without zeros at the end."""
+    """Remove zeros at the end; replace coefficients that differ from 1 / k! only by rounding by 1 / k!."""
     values = np.trim_zeros(np.array(stability_polynomial), "b")
     exact = [1 / factorial(k) for k in range(values.size)]
     return tuple(np.where(np.isclose(values, exact, rtol=1e-12, atol=0), exact, values).tolist())
@@ -102,7 +103,8 @@ def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.n
     for column, start, bottom in _dips(method, conditions, damping_ratio):
         if not ends[column] or bottom < high[column]:
             ends[column], first[column], low[column], high[column] = True, start + 1, SCANNED_STEPS[start], bottom
-    # Bisection brings the conditions that are violated at the end to 0; others may be 0 everywhere except for rounding.
+    # Bisection finds the zero of a condition that is violated at the end of the bracket; other conditions may be 0
+    # everywhere, except for rounding.
     broken = _conditions(method, high / scale, damping_ratio) < -ROUNDING
     for _ in range(BISECTIONS):
         middle = (low + high) / 2
@@ -114,9 +116,9 @@ def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.n
 def _dips(
     method: ExplicitMethod | ImplicitMethod, conditions: np.ndarray, damping_ratio: np.ndarray
 ) -> list[tuple[int, int, float]]:
-    """Return where a condition is violated only between scanned steps: column, step before it, and an unstable step.
+    """Find conditions that are violated only between two scanned steps: (column, scanned step before, unstable step).
 
-    The unstable step is the minimum of the parabola through three steps; the middle one is the lowest.
+    The unstable step is the minimum of the parabola through three scanned values; the middle value is the lowest.
     """
     before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
     low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))
@@ -132,10 +134,10 @@ def _dips(
 def _conditions(
     method: ExplicitMethod | ImplicitMethod, frequency_step: np.ndarray, damping_ratio: np.ndarray
 ) -> np.ndarray:
-    """Return conditions that are at least 0 while all eigenvalues are within the unit circle (Jury 1962).
+    """Return conditions that are 0 or above if all eigenvalues are within the unit circle (Jury 1962).
 
-    The first is 0 where an eigenvalue is 1, the second where one is -1, the third where the product of two is 1. Unlike
-    the spectral radius they cross 0 at an angle where a double eigenvalue splits.
+    The first condition is 0 if an eigenvalue is 1, the second if an eigenvalue is -1, the third if the product of two
+    eigenvalues is 1. Unlike the spectral radius, they cross 0 with a finite slope if a double eigenvalue splits.
     """
     matrix = method.amplification(frequency_step, damping_ratio)
     size = matrix.shape[-1]

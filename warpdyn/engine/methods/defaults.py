@@ -1,7 +1,7 @@
-"""The method that `simulate` uses if the caller names neither method nor step, from measured errors and costs.
+"""The default method of `simulate`, chosen from measured errors and costs; used if neither method nor step is given.
 
-The errors are measured for each storey law and kind of damping (data/default_methods.csv), the costs for each storey
-law and device (data/default_method_costs.csv). Both tables are written by studies/default_methods.py.
+studies/default_methods.py measures the errors for each storey law and kind of damping (data/default_methods.csv), and
+the costs for each storey law and device (data/default_method_costs.csv).
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from warpdyn.foundations.files.packaged import packaged_rows
 
 ERRORS, COSTS = "default_methods.csv", "default_method_costs.csv"
 FALLBACK = "rk4"
-# A method replaces RK4 if its errors are at most MOST_ERROR times those of RK4 and its cost is at most MOST_COST of
-# RK4's. Measured costs scatter by some per cent, so a smaller gain is not significant.
+# A method replaces RK4 if its errors are at most MOST_ERROR times those of RK4 and its cost is at most MOST_COST times
+# that of RK4. Measured costs scatter by a few percent, so a smaller gain is not significant.
 MOST_ERROR, MOST_COST = 1.2, 0.9
 # Damping ratio of the measured buildings. With less damping of the higher modes, methods of second order lose more
 # accuracy than RK4: with 2 % instead of 5 % of Rayleigh damping the ratios of the errors are 1.3 to 2 times as large.
@@ -28,8 +28,8 @@ class DefaultMethod:
     """The default method of a structure.
 
     Args:
-        method: Row of METHODS.
-        steps: Steps that it takes in each of RK4's default steps.
+        method: Name of the method.
+        steps: Number of its steps per default step of RK4.
         reason: Why it is the default, in one sentence.
     """
 
@@ -40,15 +40,15 @@ class DefaultMethod:
 
 @dataclass(frozen=True)
 class Measured:
-    """A row of the table of errors: a method and RK4 at its default step, for one storey law and one kind of damping.
+    """A row of the table of errors: a method compared with RK4, for one storey law and one kind of damping.
 
     Args:
         law: Storey law.
         damping: Kind of damping.
-        method: Row of METHODS.
-        steps: Steps that the method takes in each of RK4's.
-        median_error: Median error of the peak drifts divided by RK4's, largest of the measured buildings.
-        error_95: The same ratio of the 95 % quantiles of the error.
+        method: Name of the method.
+        steps: Number of its steps per default step of RK4.
+        median_error: Median error of the peak drifts divided by that of RK4; largest ratio of the measured buildings.
+        error_95: 95 % quantile of the error divided by that of RK4; largest ratio of the measured buildings.
     """
 
     law: str
@@ -82,7 +82,7 @@ def measured_methods() -> tuple[Measured, ...]:
 
 @cache
 def measured_costs() -> dict[tuple[str, str, int], dict[str, float]]:
-    """Return times divided by those of RK4, by device, for each law, method and number of steps."""
+    """Return {(law, method, steps): {device: time divided by the time of RK4}}."""
     return {
         (row["law"], row["method"], int(row["steps"])): {
             device: float(row[device]) for device in DEVICES if row[device]
@@ -94,16 +94,16 @@ def measured_costs() -> dict[tuple[str, str, int], dict[str, float]]:
 def default_method(
     forces: StoreyForces, dampings: tuple[str, ...] = ("none",), *, is_gpu: bool = False
 ) -> DefaultMethod:
-    """Return the method that `simulate` uses if the caller names neither method nor step.
+    """Return the method that `simulate` uses if neither method nor step is given.
 
-    It is RK4, unless the tables have a cheaper method whose errors are at most `MOST_ERROR` times those of RK4. In a
-    building of several laws or kinds of damping, the largest of the measured errors counts, and the least of the
-    measured costs, because laws of many rules, which save most, take nearly all of the time.
+    It is RK4, unless the tables contain a cheaper method whose errors are at most `MOST_ERROR` times those of RK4. If a
+    building has several laws or kinds of damping, the largest of their errors and the smallest of their cost ratios
+    decide: laws with many rules take nearly all of the time, and for these laws the cheaper method saves the most time.
 
     Args:
         forces: Storey forces of the structure.
         dampings: Kinds of damping of the structure, as in the table of errors.
-        is_gpu: Whether it is run on a GPU.
+        is_gpu: Whether the structure is run on a GPU.
     """
     device = "cuda" if is_gpu else "cpu"
     names = forces.names
@@ -129,5 +129,5 @@ def default_method(
             best = DefaultMethod(method, steps, reason)
     if best is not None:
         return best
-    reason = f"no cheaper method is measured to be as accurate on {where} for {what}"
+    reason = f"no method that was measured on {where} is as accurate and cheaper for {what}"
     return DefaultMethod(FALLBACK, 1, reason)

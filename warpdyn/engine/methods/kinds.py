@@ -1,8 +1,8 @@
-"""Kinds of time integration methods, as checked data; the methods themselves are rows of METHODS.
+"""Kinds of time integration methods: their coefficients, and checks of these; the table METHODS contains the methods.
 
-An explicit method is given by its tableau, for u'' = f(t, u, u'): a Runge-Kutta method, or a Nystroem method with its
-own weights for displacements. An implicit method is given by its parameters in the family of Newmark (1959), Hilber,
-Hughes and Taylor (1977), Chung and Hulbert (1993) and Wilson (1973). The exact propagator has no parameters.
+An explicit method for u'' = f(t, u, u') is given by its tableau: a Runge-Kutta method, or a Nystroem method, which has
+separate weights for displacements. An implicit method is given by its parameters in the family of Newmark (1959),
+Hilber, Hughes and Taylor (1977), Chung and Hulbert (1993) and Wilson (1973). The exact method has no parameters.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from typing import ClassVar, Literal
 import numpy as np
 
 Matrix = tuple[tuple[float, ...], ...]
-# Steps (w h) at which a method's order is checked, and the part of an order that the next error term may hide there.
+# Steps (w h) at which the order of a method is checked, and tolerance of the measured order.
 CHECKED_STEPS, ORDER_HIDDEN = (0.2, 0.1), 0.3
 
 
 def product(weights: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Return weights @ table, with the same last digits on every processor, which sum in different orders in `@`."""
+    """Return weights @ table with the same rounding on every CPU; the operator `@` sums in different orders."""
     return np.apply_along_axis(math.fsum, -2, weights[..., None] * table)
 
 
@@ -41,15 +41,15 @@ class ExplicitMethod:
     Args:
         name: Name in `simulate` and in datasets.
         order: Order of convergence.
-        a: Coefficients of earlier slopes, one row a stage, shape [stage][stage].
+        a: Coefficients of earlier slopes, one row per stage, shape [stage][stage].
         b: Weights of the slopes, shape [stage].
         c: Times of the stages within the step, shape [stage].
-        a_displacement: Coefficients of earlier accelerations in a stage's displacement, over h^2, shape [stage][stage];
-            left out for a Runge-Kutta method, where they are a a.
-        b_displacement: Weights of the accelerations in the displacement at the step's end, over h^2, shape [stage];
-            left out for a Runge-Kutta method, where they are b a.
-        error: Weights of the slopes in the embedded error estimate, shape [stage]; a method that has them chooses
-            each sample's step.
+        a_displacement: Coefficients of earlier accelerations in the displacement of a stage, divided by h^2, shape
+            [stage][stage]; omitted for a Runge-Kutta method, where they are the matrix product a a.
+        b_displacement: Weights of the accelerations in the displacement at the end of the step, divided by h^2, shape
+            [stage]; omitted for a Runge-Kutta method, where they are the product b a.
+        error: Weights of the slopes in the embedded error estimate, shape [stage]; omitted for methods without
+            step-size control.
         starts_halfway: Whether velocities are half a step behind displacements, so that the first step is half a step.
 
     Raises:
@@ -75,7 +75,7 @@ class ExplicitMethod:
         if a.shape != (b.size, b.size) or c.shape != b.shape:
             raise ValueError(f"{problem}a, b and c disagree on the number of stages")
         if (self.a_displacement is None) != (self.b_displacement is None):
-            raise ValueError(f"{problem}a_displacement and b_displacement come together")
+            raise ValueError(f"{problem}give a_displacement and b_displacement, or neither of them")
         if self.is_nystroem and (self.displacement_a.shape != a.shape or self.displacement_b.shape != b.shape):
             raise ValueError(f"{problem}a_displacement and b_displacement disagree on the number of stages")
         if self.error is not None and np.shape(self.error) != b.shape:
@@ -87,14 +87,14 @@ class ExplicitMethod:
         if self.error is not None and abs(sum(self.error)) > 1e-14:
             raise ValueError(f"{problem}error must sum to 0: it is the difference of two sets of weights")
         if not 1 <= self.order <= self.stages:
-            raise ValueError(f"{problem}{self.stages} stages are not of order {self.order}")
+            raise ValueError(f"{problem}{self.stages} stages cannot give the order {self.order}")
         self._check_order_conditions()
         _check_order(self)
 
     def _check_order_conditions(self) -> None:
-        """Raise unless the weights meet the conditions of order up to 4 (Hairer, Norsett and Wanner, II.1 and II.14).
+        """Raise an error unless the order conditions up to 4 hold (Hairer, Norsett and Wanner, II.1 and II.14).
 
-        Conditions of slopes that are nonlinear in the state apply to Runge-Kutta methods alone.
+        Order conditions for slopes that are nonlinear in the state are checked for Runge-Kutta methods only.
         """
         a, b, c = np.array(self.a), np.array(self.b), np.array(self.c)
         bars = self.displacement_b
@@ -109,35 +109,35 @@ class ExplicitMethod:
 
     @property
     def stages(self) -> int:
-        """Evaluations of the equation of motion in a step."""
+        """Number of evaluations of the equation of motion in a step."""
         return len(self.b)
 
     @property
     def is_nystroem(self) -> bool:
-        """Whether displacements have their own weights."""
+        """Whether displacements have separate weights."""
         return self.a_displacement is not None
 
     @property
     def is_adaptive(self) -> bool:
-        """Whether each sample's step follows its estimated error."""
+        """Whether the estimated error of each sample controls its step."""
         return self.error is not None
 
     @property
     def displacement_a(self) -> np.ndarray:
-        """Coefficients of earlier accelerations in a stage's displacement, over h^2, shape [stage, stage]."""
+        """Coefficients of accelerations in the displacement of a stage, divided by h^2, shape [stage, stage]."""
         return np.array(self.a_displacement) if self.is_nystroem else product(np.array(self.a), np.array(self.a))
 
     @property
     def displacement_b(self) -> np.ndarray:
-        """Weights of the accelerations in the displacement at the step's end, over h^2, shape [stage]."""
+        """Weights of the accelerations in the displacement at the end of the step, divided by h^2, shape [stage]."""
         return np.array(self.b_displacement) if self.is_nystroem else product(np.array(self.b), np.array(self.a))
 
     @property
     def stability_polynomial(self) -> tuple[float, ...]:
-        """Coefficients r_k of R(z) = sum r_k z^k, the growth of y' = (z/h) y in a step.
+        """Coefficients r_k of R(z) = sum r_k z^k, the factor by which a step multiplies y if y' = (z/h) y.
 
-        For a Nystroem method it holds for variables integrated with velocities, such as a law's memory, and not for the
-        oscillator.
+        For a Nystroem method it applies to variables that are integrated like velocities, such as the memory of a law,
+        but not to the oscillator.
         """
         a, slope, coefficients = np.array(self.a), np.ones(self.stages), [1.0]
         for _ in range(self.stages):
@@ -146,7 +146,7 @@ class ExplicitMethod:
         return tuple(coefficients)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, h u') where u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies (u, h u') of an oscillator, u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
             frequency_step: w h, shape [...].
@@ -172,17 +172,17 @@ class ExplicitMethod:
 
 @dataclass(frozen=True)
 class ImplicitMethod:
-    """A one-step method that solves the equation of motion for the acceleration at the step's end.
+    """A one-step method that solves the equation of motion for the acceleration at the end of the step.
 
-    u1 = u + h v + h^2 ((1/2 - beta) a + beta a1) and v1 = v + h ((1 - gamma) a + gamma a1), with the equation of motion
-    satisfied by (1 - mass_lag) a1 + mass_lag a and (1 - force_lag) times all other forces at the end, plus force_lag
-    times those at the start. With an extension theta above 1 it is satisfied at t + theta h instead, and the
-    acceleration there is interpolated back to t + h.
+    u1 = u + h v + h^2 ((1/2 - beta) a + beta a1) and v1 = v + h ((1 - gamma) a + gamma a1). The equation of motion is
+    satisfied with the acceleration (1 - mass_lag) a1 + mass_lag a, and with (1 - force_lag) times the other forces at
+    the end plus force_lag times these forces at the start of the step. With an extension theta above 1, the equation is
+    satisfied at t + theta h, and the acceleration at t + h is interpolated.
 
     Args:
         name: Name in `simulate` and in datasets.
         order: Order of convergence.
-        beta: Newmark's beta; 0 leaves only the damping to be solved for.
+        beta: Newmark's beta; with 0, only the damping is implicit.
         gamma: Newmark's gamma.
         mass_lag: alpha_m of Chung and Hulbert.
         force_lag: alpha_f of Chung and Hulbert; minus the alpha of Hilber, Hughes and Taylor.
@@ -207,7 +207,7 @@ class ImplicitMethod:
         _check_order(self)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, h u', h^2 u'') where u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies (u, h u', h^2 u'') of u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
             frequency_step: w h, shape [...].
@@ -233,7 +233,7 @@ class ImplicitMethod:
 
 @dataclass(frozen=True)
 class ExactMethod:
-    """The exact solution of a linear system from one sample of its load to the next.
+    """The exact solution of a linear system from one point of its load history to the next.
 
     Args:
         name: Name in `simulate` and in datasets.

@@ -1,9 +1,10 @@
 """Exact increments of an oscillator q'' + damping q' + stiffness q = p over one step, for linear and harmonic loads.
 
-Every required function of an oscillator's 2 x 2 matrix is a polynomial of degree 1 in it. In units of the step, with
-w = (omega h)^2 and d = 2 zeta omega h, a constant load leads from rest to (q, q') = (g1, g0), and a load that rises
-from 0 to 1 leads to (g2, g1). Their series are summed over a fraction of the step, where few terms suffice, and the
-fraction is then doubled up to the step. Small, equal or imaginary roots cost no digits.
+Every required function of the 2 x 2 matrix of an oscillator is a polynomial of degree 1 in this matrix. Time is divided
+by the step; w = (omega h)^2 and d = 2 zeta omega h. From rest, a constant load 1 leads to (q, q') = (g1, g0), and a
+load that rises from 0 to 1 leads to (g2, g1). g0, g1 and g2 are computed by power series for a short fraction of the
+step, where few terms suffice; the fraction is then doubled until it is the whole step. Small, equal or complex roots
+cause no loss of accuracy.
 """
 
 from __future__ import annotations
@@ -13,18 +14,18 @@ from math import factorial
 import numpy as np
 
 LARGEST_NORM = 0.5  # largest (1 + 2 zeta) omega h for which the series is summed
-HIGHEST_POWER = 14  # of these series: the first term left out is at most 0.5^15 / 16! = 1e-18
+HIGHEST_POWER = 14  # highest power of the series; the first omitted term is at most 0.5^15 / 16! = 1e-18
 
 
 def halvings_of(norm: np.ndarray) -> np.ndarray:
-    """Return how often steps are halved until their norm is within `LARGEST_NORM`."""
+    """Return the number of halvings after which the norm of a step is at most `LARGEST_NORM`."""
     return np.maximum(np.frexp(norm)[1] + 1, 0)
 
 
 def oscillator_increments(
     stiffness: np.ndarray, damping: np.ndarray, h: np.ndarray, frequency: float | None, halvings: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of oscillators over a step by their state and by a load of 1.
+    """Return the increments of oscillators over a step, due to their state and due to a load of 1.
 
     Args:
         stiffness: Squared circular frequencies [rad2/s2], shape [case, oscillator].
@@ -34,8 +35,9 @@ def oscillator_increments(
         halvings: Halvings of the step, from `halvings_of`.
 
     Returns:
-        Increments of (q, q') by q and q', shape [case, 2, oscillator, 2]; and by the load at the step's start and end,
-        or by the sine and cosine of a harmonic one at its start, shape [case, 2, oscillator, 2].
+        Increments of (q, q') per unit of q and q', shape [case, 2, oscillator, 2]. Increments per unit of the load at
+        the start and end of the step, or per unit of the sine and cosine of a harmonic load at the start of the step,
+        shape [case, 2, oscillator, 2].
     """
     w, d = np.ldexp(stiffness * h**2, -2 * halvings), np.ldexp(damping * h, -halvings)
     turn = 1j * np.ldexp((frequency or 0.0) * h, -halvings)

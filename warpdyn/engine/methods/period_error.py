@@ -1,4 +1,4 @@
-"""Errors of period and amplitude of a method's vibration, and the step that bounds what they add up to."""
+"""Errors of a method in period and amplitude of free vibration, and the step that keeps their sum below a bound."""
 
 from __future__ import annotations
 
@@ -9,14 +9,15 @@ import numpy as np
 from warpdyn.engine.methods.kinds import Method
 from warpdyn.engine.methods.table import METHODS
 
-# Steps w h at which errors are tabulated: beyond the last one nothing is resolved.
+# Steps w h at which errors are tabulated; longer steps do not resolve the vibration.
 TABULATED = np.geomspace(1e-3, 1.5, 400)
 
 
 def error_of_a_cycle(method: Method, frequency_step: np.ndarray) -> np.ndarray:
-    """Return the error of an undamped cycle, relative to the amplitude: 2 pi |T_h / T - 1| and the growth or decay.
+    """Return the error after one undamped cycle, relative to the amplitude: phase error plus amplitude error.
 
-    Both follow from the eigenvalue of the amplification matrix that approximates exp(i w h) (Bathe and Wilson 1973).
+    The phase error is 2 pi |T_h / T - 1|, the amplitude error the growth or decay. Both follow from the eigenvalue of
+    the amplification matrix that approximates exp(i w h) (Bathe and Wilson 1973).
 
     Args:
         method: Row of METHODS.
@@ -38,13 +39,13 @@ def _table(name: str) -> np.ndarray:
 
 
 def accurate_step(method: Method, period: np.ndarray, cycles: np.ndarray, error: float) -> np.ndarray:
-    """Return the longest steps [s] that keep the error of some cycles.
+    """Return the longest steps [s] with which the error after a number of cycles is at most `error`.
 
     Args:
         method: Row of METHODS.
         period: Periods [s], shape [...].
-        cycles: Number of cycles that a vibration lasts, of the same shape.
-        error: Their error, relative to the amplitude.
+        cycles: Number of cycles of the vibration, of the same shape.
+        error: Error after these cycles, relative to the amplitude.
 
     Returns:
         Steps of the same shape; infinite for exact and adaptive methods.

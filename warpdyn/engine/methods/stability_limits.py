@@ -14,30 +14,31 @@ from warpdyn.engine.methods.table import METHODS
 
 # The tabulated limit falls by at most this much (relative) from one damping ratio to the next, except at jumps.
 TABLE_TOLERANCE = 2e-3
-# Damping ratios below this are taken as 0: eigenvalues carry rounding of about 1e-12.
+# Damping ratios below this value count as 0, because rounding errors of eigenvalues are about 1e-12.
 LEAST_DAMPING_RATIO = 1e-9
-LEAST_CELL = 1e-12  # width below which cells are not refined; only a jump of the limit would require less
-TABLE_MARGIN = 1e-5  # how far a smooth minimum between two tabulated damping ratios can lie below both
-# Beyond a damping ratio of a million a limit stands still or goes with the ratio's inverse, as `limit_scale` has it.
+LEAST_CELL = 1e-12  # cells of this width are not refined; only at a jump of the limit would they be
+TABLE_MARGIN = 1e-5  # largest relative depth of a smooth minimum between two tabulated damping ratios
+# Above a damping ratio of a million, a limit times `limit_scale` is constant.
 LAST_PLACE = 2 - 1e-6
-CELLS = 1000  # of the table, before they are refined
+CELLS = 1000  # number of cells of the table before refinement
 Table = Callable[[Method], tuple[np.ndarray, np.ndarray]]
 
 
 def stability_limit(method: Method, damping_ratio: float) -> float:
-    """Return the largest w h up to which a method's step does not amplify u'' + 2 zeta w u' + w^2 u = 0.
+    """Return the largest w h up to which a method does not amplify the motion of u'' + 2 zeta w u' + w^2 u = 0.
 
-    For a Runge-Kutta method it is the first root of |R(z)|^2 = 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)) beyond
-    which |R| > 1; with zeta > 1 both roots are real and the faster one governs (Hairer and Wanner, Solving ODEs II,
-    IV.2). For any other it is the first w h at which the amplification matrix has an eigenvalue beyond the unit circle.
+    For a Runge-Kutta method, it is the first root of |R(z)|^2 = 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)) beyond
+    which |R| > 1. If zeta > 1, both roots are real and the faster root governs (Hairer and Wanner, Solving ODEs II,
+    IV.2). For other methods, it is the first w h at which the amplification matrix has an eigenvalue outside of the
+    unit circle.
 
     Args:
         method: Row of METHODS.
         damping_ratio: Damping ratio zeta [-], 0 or above.
 
     Returns:
-        The limit of w h [-]; 0 where every step amplifies, infinite where none does. An adaptive method has no limit,
-        because a step that amplifies fails its error estimate and is repeated.
+        The limit of w h [-]; 0 if every step amplifies, infinite if no step does. An adaptive method has no limit,
+        because its error estimate rejects steps that amplify.
 
     Raises:
         ValueError: If the damping ratio is not finite and 0 or above.
@@ -54,10 +55,10 @@ def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray
     Args:
         method: Row of METHODS.
         frequency: Circular frequency [rad/s], shape [...].
-        damping_ratio: Damping ratio [-], 0 or above (below 1e-9 taken as none), shape [...].
+        damping_ratio: Damping ratio [-], 0 or above; values below 1e-9 count as 0; shape [...].
 
     Returns:
-        Step [s], of the arguments' common shape; 0 where every step amplifies, infinite where none does.
+        Step [s], of the common shape of the arguments; 0 if every step amplifies, infinite if no step does.
 
     Raises:
         ValueError: If a frequency is not above 0, or a damping ratio is below 0.
@@ -67,13 +68,13 @@ def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray
 
 
 def relaxation_limit(method: Method) -> float:
-    """Return the longest step times rate at which a method does not amplify z' = -rate z, a storey law's memory.
+    """Return the largest step times rate at which a method does not amplify z' = -rate z (the memory of a law).
 
     Args:
-        method: Row of METHODS. An implicit method carries the memory along the drift by classical Runge-Kutta.
+        method: The method. Implicit methods integrate the memory by the classical method RK4.
 
     Returns:
-        The limit [-]; infinite where the method controls its error, or carries no memory.
+        The limit [-]; infinite for adaptive methods, and for the exact method, which supports no memory.
     """
     if method.kind == "exact" or method.is_adaptive:
         return np.inf
@@ -87,16 +88,17 @@ def stable_step_of_eigenvalues(
 ) -> np.ndarray:
     """Return the longest step at which a method does not amplify a linear system with any damping matrix.
 
-    A Runge-Kutta method amplifies a motion of the system by its eigenvalue alone: its limit is that of `stable_step`.
-    Any other method gets the least limit, within 0.5 %, of all oscillators of at most the highest frequency and damping
-    rate:
+    For a Runge-Kutta method, only the eigenvalue of a motion decides whether the motion is amplified; the limit is that
+    of `stable_step`. For other methods, the result is the smallest limit, within 0.5 %, of all oscillators with at most
+    the highest frequency and at most the highest damping rate:
 
-    - The step of an implicit method, and of an explicit one with a single stage, is linear in M, C and K. Where it
-      multiplies a shape x by s, it does so to the oscillator of mass x* M x, damper x* C x and spring x* K x, which is
-      one of these: that no motion grows is proved for symmetric matrices, M positive, C and K not negative. For
-      Newmark's methods with gamma = 1/2 the limit is exact, since damping drops out where s = -1.
-    - With more stages (velocity_verlet, nystroem4) products of C and K enter. It is then not proved that the
-      oscillators bound the system, unless its damping is classical; no system tried has contradicted it.
+    - A step of an implicit method, or of an explicit method with a single stage, is linear in M, C and K. Assume that a
+      step multiplies a shape x by s. Then it also multiplies by s the motion of the oscillator with mass x* M x, damper
+      x* C x and stiffness x* K x, and this oscillator is one of those above. This proves that no motion grows, for
+      symmetric matrices with positive M and nonnegative C and K. For Newmark's methods with gamma = 1/2 the limit is
+      exact, because damping has no effect if s = -1.
+    - With more stages (velocity_verlet, nystroem4), products of C and K occur. Then the limit is proved only for
+      classical damping; no tested system has contradicted it.
 
     Args:
         method: Row of METHODS.
@@ -108,7 +110,7 @@ def stable_step_of_eigenvalues(
         Step [s], shape [structure].
 
     Raises:
-        ValueError: If an eigenvalue is not finite, its motion grows (real part above 0), a frequency is not
+        ValueError: If an eigenvalue is not finite or has a real part above 0 (its motion grows), a frequency is not
             above 0, or a damping rate is below 0.
     """
     eigenvalues = np.asarray(eigenvalues)
@@ -134,13 +136,14 @@ def stable_step_of_eigenvalues(
 def stable_step_of_yielding(
     method: Method, highest_frequency: np.ndarray, damping_rate: np.ndarray, elastic_step: np.ndarray
 ) -> np.ndarray:
-    """Return the longest stable step of a structure whose storeys soften while its dampers do not.
+    """Return the longest stable step of a structure whose stiffness decreases by yielding while its damping does not.
 
-    While a storey yields, its damping ratio rises without bound: the faster root moves from that of the elastic motion
-    to the damping rate itself. A motion of shape x under any tangent stiffness is the oscillator of mass x* M x, damper
-    x* C x and spring x* K x; the limit is the least of all oscillators of at most this frequency and damping rate.
-    Methods that amplify every undamped motion (heun, midpoint) would have no stable step: they are given the elastic
-    limit, or that of the damping rate alone where it is less, which is not proved in between.
+    While storeys yield, their damping ratio rises without bound: the larger root changes from that of the elastic
+    motion to the damping rate. Projected on a shape x, the structure is an oscillator with mass x* M x, damper x* C x
+    and stiffness x* K x. The limit is the smallest limit of all oscillators with at most this frequency and damping
+    rate. Methods that amplify every undamped motion (heun, midpoint) would have no stable step. They get the limit of
+    the elastic structure or that of the damping rate alone, whichever is smaller; this is not proved between the two
+    cases.
 
     Args:
         method: Row of METHODS.
@@ -179,14 +182,14 @@ def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _table(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Return places of damping ratios, and the least limit in each cell between them, times `limit_scale`."""
+    """Return positions of damping ratios (see `_ratio`), and the smallest limit in each cell times `limit_scale`."""
     place, limit = _nodes(method)
     return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
 
 
 @cache
 def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same for the least limit of all oscillators of at most this frequency and damping rate."""
+    """Return a table of the smallest limits of all oscillators of at most this frequency and damping rate."""
     place, limit = _nodes(method)
     ratio = np.maximum(_ratio(place), LEAST_DAMPING_RATIO)
     scale = limit_scale(method, ratio)
@@ -212,14 +215,14 @@ def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.nda
 
 @cache
 def _in_undivided_cells(table: Table, method: Method) -> np.ndarray:
-    """Return a table's values in cells of equal width, found without a search; NaN in refined cells."""
+    """Return the values of a table in cells of equal width, which need no search; NaN in refined cells."""
     grid, cell_limit = table(method)
     edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))
     return np.where(np.diff(edges) > 1, np.nan, cell_limit[edges[:-1]])
 
 
 def _ratio(place: np.ndarray) -> np.ndarray:
-    """Return the damping ratio at a place of the tables: the place up to 1; from 1 to 2 its inverse falls to 0."""
+    """Return the damping ratio at a position: up to 1 the position itself; from 1 to 2 the inverse ratio falls to 0."""
     return np.where(place > 1, 1 / (2 - np.maximum(place, 1)), place)
 
 

@@ -1,4 +1,4 @@
-"""Eigenvalues of structures as systems of the first order, which decide stable steps with any damping."""
+"""Eigenvalues of state matrices and damping rates of structures, from which stable steps are computed."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def state_eigenvalues(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarr
 
 
 def highest_damping_rate(mass: np.ndarray, damping: np.ndarray) -> np.ndarray:
-    """Return the largest eigenvalue of M^-1 C for many structures: the rate at which dampers alone stop a motion.
+    """Return the largest eigenvalue of M^-1 C for many structures: the decay rate of a velocity without stiffness.
 
     Args:
         mass: Masses [kg], shape [structure, dof], or mass matrices, shape [structure, dof, dof].

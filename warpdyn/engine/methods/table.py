@@ -1,4 +1,4 @@
-"""The time integration methods, one row each in METHODS."""
+"""The table METHODS of all time integration methods, and which methods support which structures."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from warpdyn.foundations.core.checks import one_of
 
 
 def _dissipative(name: str, force_lag: float, mass_lag: float) -> ImplicitMethod:
-    """Return the second-order method with the most damping of high frequencies for these lags (Chung and Hulbert)."""
+    """Return the second-order method with the strongest damping of high frequencies for these lags (Chung, Hulbert)."""
     difference = force_lag - mass_lag
     return ImplicitMethod(name, 2, (1 + difference) ** 2 / 4, 0.5 + difference, mass_lag, force_lag)
 
 
-# Dormand and Prince 1980; the seventh stage is at the step's end and is used for the error estimate alone.
+# Dormand and Prince 1980; the seventh stage, at the end of the step, is used only for the error estimate.
 _DORMAND_PRINCE_A = (
     (0, 0, 0, 0, 0, 0, 0),
     (1 / 5, 0, 0, 0, 0, 0, 0),
@@ -37,12 +37,12 @@ _RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
 
 @dataclass(frozen=True)
 class StoreyForces:
-    """The properties of a structure's storey forces that decide which methods fit it.
+    """The properties of the storey forces of a structure that decide which methods support it.
 
     Args:
-        names: Names of its laws and devices.
+        names: Names of the laws and devices.
         is_linear: Whether all forces are linear.
-        has_rate: Whether the memory of a law has a rate, which is integrated with the motion.
+        has_rate: Whether the memory of a law follows a differential equation.
         relaxes: Whether a force changes with time at a constant drift.
     """
 
@@ -72,14 +72,14 @@ def _wilson_theta(name: str, theta: float) -> ImplicitMethod:
 
 @dataclass(frozen=True)
 class Choice:
-    """A parameter that a method's name may give, as "hht_alpha(alpha=-0.3)".
+    """A parameter that the name of a method may contain, as in "hht_alpha(alpha=-0.3)".
 
     Args:
         parameter: Name of the parameter.
-        usual: Its value where the name does not give it.
-        low: Least value.
+        usual: Default value.
+        low: Smallest value.
         high: Largest value.
-        method: From the method's name and the value to the method.
+        method: Function of the name and the value that returns the method.
     """
 
     parameter: str
@@ -89,8 +89,8 @@ class Choice:
     method: Callable[[str, float], ImplicitMethod]
 
 
-# Beyond these bounds a method amplifies some oscillation at any step (Hilber, Hughes and Taylor 1977; Chung and Hulbert
-# 1993; Wilson 1973, of whose method the least theta is 1.366).
+# Outside of these bounds a method amplifies some oscillations at any step (Hilber, Hughes and Taylor 1977; Chung and
+# Hulbert 1993; Wilson 1973: the smallest theta is 1.366).
 CHOICES = {
     "hht_alpha": Choice("alpha", -0.1, -1 / 3, 0.0, _hht_alpha),
     "generalised_alpha": Choice("spectral_radius", 0.8, 0.0, 1.0, _generalised_alpha),
@@ -99,7 +99,7 @@ CHOICES = {
 
 
 class Methods(dict[str, Method]):
-    """The methods by name, and those whose name gives a parameter: `METHODS["hht_alpha(alpha=-0.3)"]`."""
+    """{name: method}; a name may contain a parameter, as in `METHODS["hht_alpha(alpha=-0.3)"]`."""
 
     def __contains__(self, name: object) -> bool:
         return super().__contains__(name) or (isinstance(name, str) and _with_parameter(name) is not None)
@@ -113,7 +113,7 @@ class Methods(dict[str, Method]):
 
 @cache
 def _with_parameter(name: str) -> Method | None:
-    """Return the method whose name gives a parameter; None if the name has another form."""
+    """Return the method for a name with a parameter; None for other names."""
     form = re.fullmatch(r"(\w+)\((\w+)=([^()=]+)\)", name)
     if form is None or form[1] not in CHOICES:
         _refuse_other_forms(name)
@@ -136,11 +136,11 @@ def _with_parameter(name: str) -> Method | None:
 
 
 def _refuse_other_forms(name: str) -> None:
-    """Raise a ValueError that shows the form if a name is that of a method with a parameter in another form."""
+    """Raise a ValueError with an example if a name contains a parameter in a wrong form."""
     word = name.partition("(")[0].strip()
     if "(" in name and word in CHOICES:
         raise ValueError(
-            f"the parameter of method {word!r} is given as {_example(word)}, without blanks, and {name!r} is not"
+            f"unknown method {name!r}: give the parameter of {word!r} without blanks, as in {_example(word)}"
         )
     if "(" in name and dict.__contains__(METHODS, word):
         raise ValueError(f"unknown method {name!r}: {word!r} has no parameter, give method={word!r}")
@@ -178,7 +178,7 @@ _ROWS: tuple[Method, ...] = (
         _DORMAND_PRINCE_C,
         error=_DORMAND_PRINCE_ERROR,
     ),
-    # Nystroem 1925, for forces that depend on the velocity too; with Newmark's beta = 0 as its simplest relatives.
+    # Nystroem 1925, for forces that also depend on the velocity; and methods with Newmark's beta = 0.
     ExplicitMethod(
         "nystroem4",
         4,
@@ -189,7 +189,7 @@ _ROWS: tuple[Method, ...] = (
         (1 / 6, 1 / 6, 1 / 6, 0),
     ),
     ExplicitMethod("velocity_verlet", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1), ((0, 0), (0.5, 0)), (0.5, 0)),
-    # The velocity in the damping force is the last step's difference of displacements: order 1 where there is any.
+    # The damping force uses the velocity of the last step, so the method is of order 1 if there is damping.
     ExplicitMethod("central_difference_lagged", 1, ((0,),), (1,), (0,), ((0,),), (1,), starts_halfway=True),
     ImplicitMethod("central_difference", 2, beta=0),
     ImplicitMethod("newmark_average", 2, beta=1 / 4),
@@ -201,12 +201,15 @@ METHODS = Methods((method.name, method) for method in _ROWS)
 
 
 def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, ...]:
-    """Return the methods that can integrate structures with these storey forces and damping.
+    """Return the methods that support these storey forces and this damping.
 
-    The exact method needs linear forces. Lagged central difference does not fit a law whose memory has a rate: its
-    force would lag behind the drift, which supplies energy until yielding bounds the motion. Damping in proportion to
-    the tangent stiffness jumps where a storey yields, so an implicit step may have no equilibrium. Implicit methods
-    integrate the memory along the increment of the drift, without time, so forces that relax do not fit.
+    - The exact method supports only linear forces.
+    - `central_difference_lagged` does not support rate laws: their force would lag behind the drift, which supplies
+      energy to the motion.
+    - Implicit methods do not support damping proportional to the tangent stiffness, which jumps when a storey yields,
+      so that a step may have no equilibrium.
+    - Implicit methods integrate the memory over the increment of the drift, without regard to time; they do not support
+      forces that relax.
     """
     unfit = set() if forces.is_linear else {"exact"}
     if forces.has_rate:
@@ -217,11 +220,7 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
 
 
 def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None:
-    """Check that a method exists and fits the storey forces and the damping; the message lists those that fit.
-
-    Raises:
-        ValueError: If the method is unknown or does not fit.
-    """
+    """Raise a ValueError if a method is unknown or does not support the storey forces or the damping."""
     one_of("method", method, METHODS)
     fitting, row = fitting_methods(forces, damping), method.partition("(")[0]
     if row in fitting:
@@ -232,8 +231,8 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
             f"yields); these fit: {', '.join(fitting)}"
         )
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
-    reasons = {"exact": linear, "implicit": "its steps have no time in which a force relaxes"}
-    reason = reasons.get(METHODS[method].kind, "its velocities lag behind")
+    reasons = {"exact": linear, "implicit": "it cannot integrate a force that relaxes with time"}
+    reason = reasons.get(METHODS[method].kind, "its velocities lag half a step behind")
     raise ValueError(
         f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); these fit: {', '.join(fitting)}"
     )

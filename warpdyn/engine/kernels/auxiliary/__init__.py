@@ -1,1 +1,1 @@
-"""Kernels that do not integrate histories: response spectra, sampling, frequencies, single storeys."""
+"""Kernels for other tasks than response histories: response spectra, sampling, frequencies, single storeys."""

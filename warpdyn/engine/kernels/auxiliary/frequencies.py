@@ -1,8 +1,8 @@
-"""Undamped circular frequencies of shear chains, also the lowest one accurate to the last digits.
+"""Undamped circular frequencies of shear chains; even the lowest frequency is accurate to the last digits.
 
-The stiffness divided by the masses is U U^T with a bidiagonal U, u_ii^2 = k_i / m_i and u_i,i+1^2 = k_i+1 / m_i, so
-that no stiffness is subtracted from another. The differential quotient-difference algorithm with shifts keeps that
-accuracy (Fernando and Parlett 1994, Accurate singular values and differential qd algorithms, Numerische Mathematik 67,
+M^-1/2 K M^-1/2 is factored as U U^T with a bidiagonal U: u_ii^2 = k_i / m_i and u_i,i+1^2 = k_i+1 / m_i. No stiffness
+is subtracted from another. The differential quotient-difference algorithm with shifts keeps this accuracy (Fernando and
+Parlett 1994, Accurate singular values and differential qd algorithms, Numerische Mathematik 67,
 191-229); its shifts are Laguerre's lower bounds of the least eigenvalue (von Matt 1997, The
 orthogonal qd-algorithm, SIAM Journal on Scientific Computing 18, 1163-1186).
 """
@@ -16,11 +16,11 @@ from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.kernels.arguments import lane_rows
 from warpdyn.engine.kernels.kernel_cache import loaded
 
-# Each division waits for the one before it, so more lanes than fit in registers were measured to be faster.
+# Each division waits for the result of the last one. More lanes than fit in the registers were measured to be faster.
 LANES_OF_CHAINS = 64
 MOST_ITERATIONS = 200  # an eigenvalue takes about 3, a few more if several are nearly equal
-# Kernels are compiled for up to 4, 16, 64, ... storeys: a city has chains of ten lengths, and each kernel takes 0.5 s
-# to compile.
+# Kernels are compiled for at most 4, 16, 64, ... storeys, not for each number of storeys: a city may contain buildings
+# with ten different numbers of storeys, and each kernel takes 0.5 s to compile.
 FEWEST_STOREYS, STOREYS_GROW_BY = 4, 4
 
 
@@ -147,7 +147,7 @@ def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
         stiffness: Storey stiffness [N/m], above 0, shape [structure, storey].
 
     Returns:
-        Circular frequencies [rad/s], ascending, shape [structure, mode], structures next to each other in memory.
+        Circular frequencies [rad/s], ascending, shape [structure, mode], in Fortran order.
     """
     structures, storeys = mass.shape
     arrays = [lane_rows(storeys, structures, LANES_OF_CHAINS, 1.0) for _ in range(3)]

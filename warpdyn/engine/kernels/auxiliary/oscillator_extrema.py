@@ -1,9 +1,10 @@
-"""The largest displacement of an oscillator between two samples of a record, accurate to rounding.
+"""The largest displacement of an oscillator between two points of a record, accurate to rounding.
 
-The interval is searched in pieces that are too short for more than two instants of rest: if there is one, the velocity
-changes sign; if there are two, the acceleration does, at an instant known in closed form. Each instant is found by
-Newton's method within a bracket, until the displacement can gain at most 1e-16 of its largest value. Pieces that cannot
-exceed the largest value are not searched.
+Local extrema of the displacement are zeros of the velocity. The interval is divided into pieces that are so short that
+each contains at most two zeros. If there is one zero, the velocity changes its sign in the piece. If there are two, the
+acceleration changes its sign between them, at a time that is known in closed form. Each zero is found by Newton's
+method within a bracket, until a better zero could increase the displacement by at most 1e-16 of the peak. Pieces in
+which the displacement cannot exceed the peak so far are skipped.
 """
 
 from math import factorial
@@ -18,10 +19,11 @@ SERIES = wp.constant(_coefficients(*(1 / factorial(n) for n in range(HIGHEST_POW
 LAST = wp.constant(HIGHEST_POWER + 2)
 TERMS = wp.constant(HIGHEST_POWER + 1)
 
-# A piece is a step within LARGEST_NORM: far less than half a period, so that the acceleration has at most one zero, and
-# exp(zeta omega t) is at most exp(1/6) = 1.18; 1/8 of it, rounded up, is the factor of the bound from the curvature.
+# The length of a piece is limited by LARGEST_NORM to far less than half a period, so that the acceleration has at most
+# one zero, and exp(zeta omega t) is at most exp(1/6) = 1.18. The factor of the bound from the curvature is 1.18 / 8,
+# rounded up.
 BEND = wp.constant(double(0.15))
-NEGLIGIBLE = wp.constant(double(1e-16))  # share of the peak that a displacement may still gain
+NEGLIGIBLE = wp.constant(double(1e-16))  # largest possible gain, relative to the peak, at which the search stops
 MOST_TRIALS = wp.constant(60)  # halving a bracket 60 times reaches the rounding of float64
 
 

@@ -1,11 +1,13 @@
 """The kernel of response spectra: the largest displacements of oscillators under recorded base motions.
 
-A thread integrates LANES oscillators under one record by exact steps from sample to sample. Between samples the
-displacement can exceed its largest value so far only if two bounds allow it: a bound from its curvature, sharp for
-periods above the record's step, and a bound from the envelope of the free vibration about the static response, sharp
-for periods below it. Only these few intervals are searched.
+A thread integrates LANES oscillators under one record with the exact solution from each point of the record to the
+next. An interval between two points is searched for a larger displacement only if both of these bounds exceed the peak
+so far:
 
-The result is the largest displacement in continuous time, during and after the record, not only at the samples.
+- a bound from the curvature, which is sharp for periods above the time step of the record;
+- a bound from the static response plus the envelope of the free vibration, which is sharp for shorter periods.
+
+The result is the largest displacement in continuous time, during and after the record, not only at its points.
 """
 
 import functools
@@ -25,38 +27,42 @@ from warpdyn.engine.kernels.queues import SLICES_PER_THREAD
 
 @wp.struct
 class Records:
-    """Base accelerations, all end to end."""
+    """Base accelerations of all records, one after the other in one array."""
 
     acceleration: wp.array(dtype=double)
-    first: wp.array(dtype=wp.int32)  # where each record starts, [record]
-    intervals: wp.array(dtype=wp.int32)  # intervals between its samples, [record]
-    step_index: wp.array(dtype=wp.int32)  # [record]
-    step: wp.array(dtype=double)  # the steps that occur, [step]
+    first: wp.array(dtype=wp.int32)  # index of the first value of each record, [record]
+    intervals: wp.array(dtype=wp.int32)  # number of intervals between the points of a record, [record]
+    step_index: wp.array(dtype=wp.int32)  # index in `step`, [record]
+    step: wp.array(dtype=double)  # different time steps of the records, [step]
 
 
 @wp.struct
 class Oscillators:
-    """Oscillators, and coefficients of their steps and bounds; `u_by_v` is that of v in the increment of u."""
+    """Oscillators, and coefficients of their steps and bounds.
 
-    frequency: wp.array(dtype=double)  # circular, undamped, [oscillator]
+    Increments of displacement u and velocity v over a step are linear in u, v and the base acceleration; `u_by_v` is
+    the coefficient of v in the increment of u.
+    """
+
+    frequency: wp.array(dtype=double)  # undamped circular frequency, [oscillator]
     damping_ratio: wp.array(dtype=double)  # [oscillator]
-    pieces: wp.array2d(dtype=wp.int32)  # parts of an interval in a search, [step, oscillator] as all below
-    u_by_u: wp.array2d(dtype=double)  # increments of displacement u and velocity v by u and v
+    pieces: wp.array2d(dtype=wp.int32)  # number of pieces of a searched interval, [step, oscillator] as all below
+    u_by_u: wp.array2d(dtype=double)
     u_by_v: wp.array2d(dtype=double)
     v_by_u: wp.array2d(dtype=double)
     v_by_v: wp.array2d(dtype=double)
-    u_by_start: wp.array2d(dtype=double)  # and by the base acceleration at the ends of the step
+    u_by_start: wp.array2d(dtype=double)  # coefficients of the base acceleration at the start and end of the step
     u_by_end: wp.array2d(dtype=double)
     v_by_start: wp.array2d(dtype=double)
     v_by_end: wp.array2d(dtype=double)
-    bend: wp.array2d(dtype=double)  # a displacement that passes the peak: end + bend * acceleration > share * peak
+    bend: wp.array2d(dtype=double)  # search only if end + bend * acceleration > share * peak
     share: wp.array2d(dtype=double)
-    turn: wp.array2d(dtype=double)  # and comes to rest: speeds at the ends <= turn * acceleration + swing * peak
+    turn: wp.array2d(dtype=double)  # and if the speeds at both ends are <= turn * acceleration + swing * peak
     swing: wp.array2d(dtype=double)
-    flexibility: wp.array2d(dtype=double)  # the static response is lag * its change - flexibility * acceleration
+    flexibility: wp.array2d(dtype=double)  # static response: lag * change - flexibility * acceleration
     lag: wp.array2d(dtype=double)
-    creep: wp.array2d(dtype=double)  # and its velocity - creep * the acceleration's change
-    sine_by_v: wp.array2d(dtype=double)  # the free vibration's sine part by its velocity and displacement
+    creep: wp.array2d(dtype=double)  # its velocity: -creep * change; change is that of the acceleration
+    sine_by_v: wp.array2d(dtype=double)  # sine amplitude of the free vibration, from its velocity and displacement
     sine_by_u: wp.array2d(dtype=double)
 
 
@@ -203,7 +209,7 @@ def largest_displacements(
     """Return the largest displacement of every oscillator under every record.
 
     Args:
-        records: The arrays of `Records`; the longest record first keeps all threads busy to the end.
+        records: The arrays of `Records`. The longest record should come first, so that no thread starts it last.
         oscillators: The arrays of `Oscillators`.
         device: Warp device.
         threads: CPU threads.
@@ -224,7 +230,7 @@ def largest_displacements(
         output,
     ]
     blocks = count * blocks_of_a_record
-    loaded(kernel, device)  # before the threads start; otherwise each would compile it
+    loaded(kernel, device)  # compile it before the threads start; otherwise each thread would compile it
     if is_gpu:
         wp.launch(kernel, dim=blocks, inputs=[0, *arguments], device=device, block_dim=THREADS_OF_A_BLOCK)
         return output.numpy()
@@ -239,7 +245,7 @@ def largest_displacements(
 
 
 def _filled(struct: type, arrays: dict[str, np.ndarray], device: str) -> object:
-    """Return a struct with these arrays copied to the device, converted to the types of its fields."""
+    """Copy arrays to the device, with the dtypes of the struct's fields, and return a struct that contains them."""
     instance = struct()
     for name, values in arrays.items():
         setattr(instance, name, wp.array(as_field(struct, name, values), device=device))

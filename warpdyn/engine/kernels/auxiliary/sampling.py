@@ -1,4 +1,4 @@
-"""Random numbers of structures by their indices: uniform numbers, and correlated normal numbers."""
+"""Kernels that draw the random numbers of structures: uniform numbers, and correlated normal numbers."""
 
 import functools
 
@@ -50,7 +50,7 @@ def uniforms_kernel(lanes: int) -> wp.Kernel:
 
 @functools.cache
 def normals_kernel(lanes: int) -> wp.Kernel:
-    """Return the kernel that turns uniform into correlated normal numbers, for `lanes` structures per thread."""
+    """Return the kernel that converts uniform to correlated normal numbers, for `lanes` structures per thread."""
     LANES = lanes
     row = wp.types.vector(length=LANES, dtype=wp.float64)
 
@@ -88,10 +88,10 @@ def normals_kernel(lanes: int) -> wp.Kernel:
 
 
 def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
-    """Draw the uniform numbers of some structures, equal to those of `warpdyn.foundations.core.random_numbers`.
+    """Draw the same uniform numbers of structures as `warpdyn.foundations.core.random_numbers`.
 
     Args:
-        values: Array for the numbers, shape [variable, structure], from `lane_rows`.
+        values: Output: the numbers, shape [variable, structure]; an array from `lane_rows`.
         seed: Seed of the run.
         numbers: Indices of the structures in the run, shape [structure].
     """
@@ -103,10 +103,11 @@ def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
 
 
 def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
-    """Turn uniform numbers into correlated standard normal ones, by the inverse of their distribution.
+    """Replace uniform numbers by correlated standard normal numbers (inverse of the distribution function).
 
     Args:
-        values: Independent numbers in (0, 1), which are replaced, shape [variable, structure], from `lane_rows`.
+        values: Input: independent numbers in (0, 1). Output: normal numbers. Shape [variable, structure]; an array from
+            `lane_rows`.
         factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
     """
     arrays = [wp.array(array, dtype=wp.float64, copy=False, device="cpu") for array in (factor, values)]

@@ -1,4 +1,4 @@
-"""Storeys of a law along paths of drift: all its device functions, asked at every step."""
+"""The kernel of `certify`: it calls all device functions of a law at every step of given drift paths."""
 
 import functools
 
@@ -7,10 +7,10 @@ import warp as wp
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
-FASTER = 3.0  # factor of the velocity by which rate independence is measured
-#: The results at each step: forces a chord before the step and at it, the kept force, the force of a trial step, the
-#: tangent, the elastic energy, differences of mapped memories, whether the storey leaves its line, the tangent there,
-#: and the difference of memory rates at two velocities.
+FASTER = 3.0  # rate independence: ratio of the two velocities at which the memory rates are compared
+#: The results at each step: the force just before the end of the step and at its end, the stored force, the force of a
+#: trial step, the tangent, the elastic energy, the difference between `return_mapping` and `memory_on_line`, whether
+#: the storey leaves its line, the tangent on the line, and the difference of memory rates at two velocities.
 ANSWERS = (
     "behind", "force", "held", "trial", "tangent", "recoverable", "unlike_advance", "unlike_mapping", "leaves_line",
     "tangent_on_line", "unlike_slower",
@@ -19,7 +19,7 @@ ANSWERS = (
 
 @functools.cache
 def storey_answers_kernel(rules: StoreyRules, dtype: str) -> wp.Kernel:
-    """Return the kernel that takes storeys along drifts and asks all of their device functions at each step."""
+    """Return the kernel that moves storeys along drifts and calls all of their device functions at each step."""
     spring = spring_row(rules)
     number = DTYPES[dtype]
     C, MEMORY, LINE_VALUES = spring.coefficients, max(1, spring.memory), spring.values_on_line or spring.memory

@@ -10,7 +10,7 @@ from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
 @functools.cache
 def storey_path_kernel(law: StoreyRules, dtype_name: str) -> wp.Kernel:
-    """Return the kernel of a storey law; each thread takes one storey through all its drifts."""
+    """Return the kernel for a storey law; each thread moves one storey through all of its drifts."""
     spring, dtype = spring_row(law), DTYPES[dtype_name]
     HAS_MEMORY, C = spring.memory_after is not None, spring.coefficients
     force_of, held_of, recoverable_of = (

@@ -1,1 +1,1 @@
-"""The text of a kernel: how it is put together from a skeleton and parts, and what is checked before."""
+"""Check the parts of a kernel, and write its source from a skeleton and the parts."""

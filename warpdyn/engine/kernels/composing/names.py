@@ -1,4 +1,4 @@
-"""The names in the functions of parts: the variables that are read, set and changed, and the slots."""
+"""Find the names in the functions of parts: variables that are read, set or changed, and slots."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from warpdyn.engine.kernels.composing.source_text import SLOT, bodies_of, parsed, source_of
 
-# Arguments of a kernel, and the struct that each is; a part may write to fields of the last two.
+# Arguments of a kernel -> their structs; a part may write to fields of the last two.
 STRUCTS = {
     "control": "Control",
     "samples": "Samples",
@@ -19,31 +19,31 @@ STRUCTS = {
     "history": "History",
 }
 WRITTEN = ("output", "history")
-Lines = dict[str, int]  # a name, and the line of the function where it first occurs
+Lines = dict[str, int]  # name -> first line of the function in which it occurs
 
 
 class Body(NamedTuple):
     """The names in a function of a part."""
 
     reads: Lines
-    assigned: Lines  # plain variables that are set
-    changed: Lines  # variables with an element that is set, or to which something is added
+    assigned: Lines  # variables that are set, as in `x = 1`
+    changed: Lines  # variables that are changed, as in `x[i] = 1` or `x += 1`
     loops: Lines  # loop variables
     slots: Lines  # slots in the function
-    fields: dict[tuple[str, str], int]  # argument of the kernel and its field
-    faults: dict[str, int]  # other faults
+    fields: dict[tuple[str, str], int]  # (argument of the kernel, field) -> line
+    faults: dict[str, int]  # message of another mistake -> line
 
 
 @functools.cache
 def facts_of(part: Any, skeleton: str) -> dict[str, Body]:
-    """Return the names in a part's functions, without branches that only kernels of other skeletons have."""
+    """Return the names in a part's functions, except in branches that do not exist with this skeleton."""
     flags = {"EXPLICIT_CHAIN": False, "IMPLICIT_CHAIN": False, "DENSE": False, "PROPAGATED": False}
     flags = flags | {skeleton.upper(): True} if skeleton.upper() in flags else {}
     return {slot: names_in_function(function, flags) for slot, function in bodies_of(part).items()}
 
 
 def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
-    """Return the names in a function, without branches that these flags exclude."""
+    """Return the names in a function, except in branches that these flags exclude."""
     text = source_of(function)
     definition = parsed(text)
     body = Body({}, {}, {}, {}, {}, {}, {})
@@ -122,7 +122,7 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
 
 
 def _settled(test: ast.expr, flags: Mapping[str, bool]) -> bool | None:
-    """Return whether a condition is true by these flags alone; None if it depends on more."""
+    """Return the value of a condition if the flags decide it, else None."""
     match test:
         case ast.Name(id=name):
             return flags.get(name)

@@ -1,4 +1,4 @@
-"""Checks of the parts of a kernel against the table of slots; a message names the part, the file and the line.
+"""Checks of the parts of a kernel against the table of slots; errors name the part, the file and the line.
 
 A part's statements become statements of the kernel. Without these checks a misspelt slot would leave outputs at zero,
 and a local variable could overwrite one of the kernel.
@@ -46,12 +46,12 @@ def check_parts(
         wanted: The parts of the kernel.
         parts: All parts.
         slots: The table of slots.
-        constants: Names that the parts and the skeleton give values.
+        constants: Names to which the parts and the skeleton assign a value for this plan.
         fields: The fields of the structs that a kernel takes.
-        family: The structure's family, "chain" or "dense".
+        family: The family of the structure, "chain" or "dense".
 
     Raises:
-        ValueError: If a part has a fault.
+        ValueError: If a part breaks a rule.
     """
     table = frozenset(slots.items())
     for part in wanted:
@@ -62,12 +62,12 @@ def check_parts(
 
 
 def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -> NoReturn:
-    """Raise the error for a name that a composed kernel reads and that nothing in it defines.
+    """Raise an error that names the part in which an undefined name of a kernel occurs.
 
     Args:
         name: The name.
         wanted: The parts of the kernel.
-        known: Values of names in capitals.
+        known: Values of the names in capitals.
     """
     flags = {each: bool(value) for each, value in known.items()}
     for part in wanted:
@@ -80,7 +80,7 @@ def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -
 
 @functools.cache
 def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[tuple[str, Slot]]) -> None:
-    """Check the names in a part's functions against the table of slots, for the kernels of one skeleton."""
+    """Check a part without the other parts: its names must fit the table of slots, for one skeleton."""
     slots = dict(table)
     facts = facts_of(part, name_of(home))
     for name, body in facts.items():
@@ -136,7 +136,7 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
 
 
 def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -> None:
-    """Check that the fields of the kernel's arguments exist that a part names."""
+    """Check that each field of a kernel argument that a part names exists."""
     for slot, body in facts_of(part, name_of(home)).items():
         for (argument, field), line in body.fields.items():
             known = fields.get(STRUCTS[argument], ())
@@ -148,7 +148,7 @@ def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -
 
 
 def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot], constants: Collection[str]) -> None:
-    """Check that no part sets a variable that another part declares, or uses before and after a slot."""
+    """Check that parts do not overwrite variables of each other."""
     owner: dict[str, Any] = {}
     around: dict[str, list[tuple[Any, Body]]] = {}
     facts = {part: facts_of(part, name_of(home)) for part in wanted}
@@ -181,7 +181,7 @@ def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot],
 
 
 def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
-    """Check that each recorder writes its variables in a slot that the kernel has."""
+    """Check that each recorder writes its variables in a slot that exists in the kernel."""
     facts = {part: facts_of(part, name_of(home)) for part in wanted}
     reached, waiting = set[str](), set().union(*(slots_of(each) for each in _functions_with_slots(home)))
     while waiting:
@@ -204,7 +204,7 @@ def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
 
 
 def _refuse(part: Any, slot: str, line: int, fault: str) -> NoReturn:
-    """Raise an error that names the part, the file and the line; lines count from the function, 0 for the function."""
+    """Raise an error that names the part, the file and the line; `line` is counted from the `def` line of the slot."""
     function = bodies_of(part)[slot]
     at = function.__code__.co_firstlineno + max(0, line - 1)
     raise ValueError(f"part {name_of(part)!r} ({function.__code__.co_filename}, line {at}): {slot}() {fault}")
@@ -220,7 +220,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _own_variables(part: Any, slots: Mapping[str, Slot]) -> set[str]:
-    """Return the variables that a part declares, and values that only slots in the part's own functions have."""
+    """Return the variables that a part declares, and those that only slots inside its own functions pass."""
     facts = facts_of(part, "")
     inside = {inner for body in facts.values() for inner in body.slots}
     named = {inner: set(slot.reads + slot.writes) for inner, slot in slots.items()}
@@ -230,7 +230,7 @@ def _own_variables(part: Any, slots: Mapping[str, Slot]) -> set[str]:
 
 
 def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
-    """Return the variables of other parts that a part names in BORROWS."""
+    """Return the variables of other parts that the BORROWS of a part names."""
     borrows: Mapping[str, Sequence[str]] = getattr(part, "BORROWS", {})
     by_name = {name_of(each): each for each in parts}
     for other, names in borrows.items():
@@ -259,7 +259,7 @@ def _variables(home: Any) -> frozenset[str]:
 
 @functools.cache
 def _constants(parts: tuple[Any, ...], slots: frozenset[str]) -> frozenset[str]:
-    """Return the names that some part or skeleton gives a value for some plan, and the names of conditions."""
+    """Return all names of constants and conditions that parts and skeletons may read."""
     found = {f"HAS_{slot.upper()}" for slot in slots}
     for each in (*parts, *skeletons()):
         found.add(name_of(each).upper())

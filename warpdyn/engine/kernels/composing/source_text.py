@@ -1,6 +1,6 @@
-"""Rewrite the text of functions: fill its slots, and remove what known values make superfluous.
+"""Rewrite the source of functions: fill slots, and remove branches that never run and variables that are never read.
 
-Comments and line breaks stay. A comment belongs to the statement below it.
+Comments and line breaks are kept. A comment belongs to the statement below it and is removed with this statement.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ from typing import Any
 
 HAVE_EFFECTS = {"output", "history"}  # a statement that names one of these is never removed
 COMPOUND = ("body", "orelse")  # fields of a statement that contain other statements
-Pairs = tuple[tuple[str, str], ...]  # a name and its replacement; the first pair of a name counts
+Pairs = tuple[tuple[str, str], ...]  # names and their replacements; the first pair of a name is used
 SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 
 
 @functools.cache
 def source_of(function: Callable) -> str:
-    """Return a function's text, from the left margin."""
+    """Return the source of a function without common indentation."""
     return (
         getattr(function, "__source__", None) or _body_source(function) or textwrap.dedent(inspect.getsource(function))
     )
 
 
 def _body_source(function: Callable) -> str | None:
-    """Return the text of a function without arguments by its indentation, 10 times as fast as `inspect.getsource`."""
+    """Find the end of an argument-free function by its indentation: 10 times as fast as `inspect.getsource`."""
     code = getattr(function, "__code__", None)
     lines = linecache.getlines(code.co_filename)[code.co_firstlineno - 1 :] if code is not None else []
     if not lines or not re.match(r" *def \w+\(\):$", lines[0]):
@@ -54,12 +54,12 @@ def slots_of(function: Callable) -> set[str]:
 
 
 def name_of(part: Any) -> str:
-    """Return the name of a part or skeleton: that of its module without packages, or of its class."""
+    """Return the name of a part or skeleton: the last component of its module name, or the name of its class."""
     return getattr(part, "part_name", None) or part.__name__.rpartition(".")[2]
 
 
 def place_of(part: Any, name: str) -> str:
-    """Return the name of a part with the file and the line in which it sets a variable of its module or class."""
+    """Return the name of a part, and the file and line in which a variable of its module or class is set."""
     lines, first = inspect.getsourcelines(part)
     pattern = re.compile(rf"\s*{name}\b.*=")
     line = next((at for at, text in enumerate(lines, max(first, 1)) if pattern.match(text)), max(first, 1))
@@ -67,7 +67,7 @@ def place_of(part: Any, name: str) -> str:
 
 
 def namespace_of(part: Any) -> Mapping[str, Any]:
-    """Return the global names of the module that a part is, or that the functions of its class are defined in."""
+    """Return the global names that the functions of a part can read."""
     if isinstance(part, ModuleType):
         return vars(part)
     return next((function.__globals__ for function in bodies_of(part).values()), {})
@@ -82,13 +82,7 @@ def bodies_of(part: Any) -> Mapping[str, FunctionType]:
 
 
 def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
-    """Return a text whose slots are replaced by the parts' bodies, and with replacements for some names.
-
-    Args:
-        text: The text.
-        parts: The parts.
-        written: Names and their replacements.
-    """
+    """Replace the slots of a text by the bodies of the parts' functions, and replace the names in `written`."""
     bodies = [bodies_of(part) for part in parts]
 
     def filled(lines: Sequence[str], margin: str, written: Pairs) -> Iterator[str]:
@@ -108,9 +102,9 @@ def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:
-    """Return a text without branches that known values exclude and without empty loops.
+    """Remove branches that never run with the known values, and empty loops.
 
-    A `while` whose condition is known to be true runs once: it is replaced by its body.
+    A `while` whose condition is known to be true runs once: its body replaces it.
     """
     return _Rewriter(text, known).text()
 
@@ -127,7 +121,7 @@ def without_unread(text: str) -> str:
 
 
 def with_names(text: str, written: Pairs) -> str:
-    """Return a text in which some names are replaced."""
+    """Replace names in a text."""
     if not any(re.search(rf"\b{name}\b", text) for name, _ in written):
         return text
     first = dict(reversed(written))
@@ -141,7 +135,7 @@ def with_names(text: str, written: Pairs) -> str:
 
 @functools.cache
 def _body(function: FunctionType, written: Pairs) -> list[str]:
-    """Return the lines of a function's body without its docstring, in which some names are replaced."""
+    """Return the lines of a function's body without its docstring, with names replaced."""
     text = with_names(source_of(function), written)
     definition = parsed(text)
     lines = text.splitlines()
@@ -150,14 +144,14 @@ def _body(function: FunctionType, written: Pairs) -> list[str]:
 
 
 def _header_end(lines: Sequence[str], line: int) -> int:
-    """Return the number of the last line of a compound statement's header, which contains a given line."""
+    """Return the last line number of the header of a compound statement; `line` is in this header."""
     while not lines[line - 1].partition("  #")[0].rstrip().endswith(":"):
         line += 1
     return line
 
 
 def names_of(syntax: object) -> Iterator[ast.Name]:
-    """Yield the names in a syntax tree; `ast.walk`, which yields all nodes, takes three times as long."""
+    """Yield the names in a syntax tree; three times as fast as `ast.walk`, which yields all nodes."""
     waiting = [syntax]
     while waiting:
         node = waiting.pop()
@@ -185,7 +179,7 @@ def _root(target: ast.expr) -> str | None:
 
 
 def _changed(statement: ast.stmt) -> list[str | None]:
-    """Return the variables that an assignment sets, with None for other targets; an empty list for other statements."""
+    """Return the variables that an assignment changes, None for other targets; [] for other statements."""
     if isinstance(statement, ast.AugAssign):
         return [_root(statement.target)]
     if not isinstance(statement, ast.Assign):
@@ -216,7 +210,7 @@ def _unread(function: ast.FunctionDef) -> set[str]:
 
 
 class _Rewriter:
-    """Writes a function's text without branches that known values exclude and without unread variables."""
+    """Writes the source of a function without branches that never run and without unread variables."""
 
     def __init__(self, text: str, known: Mapping[str, Any]) -> None:
         self.lines, self.known = text.splitlines(), known
@@ -237,7 +231,7 @@ class _Rewriter:
         for statement in body:
             above = self.lines[last : statement.lineno - 1]
             found = list(self._statement(statement, shift))
-            if not found:  # the comment above the statement and the blank line above are removed, too
+            if not found:  # also remove the comment and the blank line above the statement
                 while above and above[-1].lstrip().startswith("#"):
                     above.pop()
                 while above and not above[-1]:
@@ -276,7 +270,7 @@ class _Rewriter:
                 other_first += 1
             is_elif = self.lines[other_first - 1].lstrip().startswith("elif")
         indent = " " * (statement.col_offset - shift)
-        # A single remaining branch moves to the column of the `if`, or stays below an `else`.
+        # If only one branch remains, its lines move to the column of the `if`; below an `elif` they follow an `else`.
         outward = shift + statement.body[0].col_offset - statement.col_offset if word == "if" else shift
         if test is True:
             yield from [f"{indent}else:"] if word == "elif" else []
@@ -304,7 +298,7 @@ class _Rewriter:
             self.has_emptied = True
 
     def _settled(self, test: ast.expr) -> bool | str:
-        """Return what a condition comes to, or its text without what is known of it."""
+        """Return the value of a condition if it is known, else its text without the operands that are known."""
         named = {name.id for name in names_of(test)}
         if named <= self.known.keys() and not any(isinstance(node, ast.Call) for node in ast.walk(test)):
             return bool(eval(ast.unparse(test), {}, dict(self.known)))
@@ -315,7 +309,7 @@ class _Rewriter:
             return not inner if isinstance(inner, bool) else ast.unparse(test)
         if not isinstance(test, ast.BoolOp):
             return ast.unparse(test)
-        decides = isinstance(test.op, ast.Or)  # one operand of this value decides
+        decides = isinstance(test.op, ast.Or)  # an operand with this value decides the condition
         found = [self._settled(operand) for operand in test.values]
         if decides in [each for each in found if isinstance(each, bool)]:
             return decides

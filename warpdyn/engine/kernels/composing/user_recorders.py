@@ -12,24 +12,24 @@ from warpdyn.engine.kernels.composing.source_text import bodies_of, source_of
 from warpdyn.foundations.core.output_variables import Variable
 
 USERS: dict[str, type[Recorder]] = {}  # recorders of users, by name
-# The variables of each recorder, by the structure's family and the recorder's name.
+# Family of the structure -> recorder -> name -> variable.
 TABLE: dict[str, dict[str, Mapping[str, Variable]]] = {"chain": {}, "dense": {}}
 
 
 class Recorder:
     """Base class of recorders that users define; defining a subclass registers it.
 
-    The class `StoreyForce` is the recorder "storey_force" of a `Scene`. Its functions without arguments have the names
-    of slots; their statements become statements of the kernel. `docs/extending/recorder.md` explains the slots.
+    A class `StoreyForce` defines the recorder "storey_force" of a `Scene`. Its functions have no arguments and the
+    names of slots; their statements are copied into the kernel. `docs/extending/recorder.md` explains the slots.
 
     Attributes:
-        VARIABLES: The variables that the recorder writes, by the structure's family ("chain" for a ShearBuilding,
-            "dense" for a LinearSystem) and by name.
-        BORROWS: Variables of other parts of a kernel that it reads, by the name of the part.
+        VARIABLES: The variables that the recorder writes: a dictionary from the family of the structure ("chain" for a
+            ShearBuilding, "dense" for a LinearSystem) to a dictionary from names to `Variable` objects.
+        BORROWS: Variables of other parts of the kernel that the recorder reads: a dictionary from part to names.
 
     Raises:
-        TypeError: If VARIABLES is missing or has other types.
-        ValueError: If the name of the recorder or of a variable is that of another recorder.
+        TypeError: If VARIABLES is missing or is not such a dictionary.
+        ValueError: If another recorder has the same name or writes a variable of the same name.
 
     Example:
         >>> class StoreyForce(wd.kernels.Recorder):
@@ -55,45 +55,45 @@ class Recorder:
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         cls.part_name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
-        if any(isinstance(each, FunctionType) for each in vars(cls).values()):  # else it is being unpickled
+        if any(isinstance(each, FunctionType) for each in vars(cls).values()):  # otherwise pickle makes an empty class
             for function in bodies_of(cls).values():
-                # The text travels with the class to processes that do not have its file.
+                # Keep the source: the class may be pickled and sent to processes that do not have its file.
                 function.__source__ = source_of(function)  # type: ignore[attr-defined]
             _register(cls)
 
     @classmethod
     def wanted(cls, plan: Any) -> bool:
-        """Return whether the kernel of a plan has the recorder."""
+        """Return whether the kernel of a plan contains the recorder."""
         return cls.part_name in plan.recorders
 
     @classmethod
     def values_held(cls, plan: Any) -> int:
-        """Return the number of values that a thread keeps for the recorder, assuming one per value of its variables."""
+        """Return the number of values that a thread keeps for the recorder: one per element of its variables."""
         variables = cls.VARIABLES.get(plan.family, {}).values()
         return sum(plan.dofs if variable.dims else 1 for variable in variables)
 
 
 class RecorderName(str):
-    """The name of a user's recorder; pickling it pickles the class, so that other processes can register it."""
+    """The name of a user's recorder; it is pickled with the class, so that other processes can register the class."""
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (USERS[str(self)],)
 
     def __repr__(self) -> str:
-        """Return the name with a digest of the source, which fingerprints of runs contain."""
+        """Return the name with a digest of the source; the fingerprint of a run contains this text."""
         text = "".join(source_of(function) for function in bodies_of(USERS[str(self)]).values())
         return f"{str(self)!r} (source {hashlib.sha256(text.encode()).hexdigest()[:16]})"
 
 
 def recorder_name(recorder: Any) -> Any:
-    """Return the name of a recorder that is given as a name or as a class; other values are returned unchanged."""
+    """Return the name of a recorder class; other values, such as names, are returned unchanged."""
     if isinstance(recorder, type) and issubclass(recorder, Recorder):
         return RecorderName(recorder.part_name)
     return RecorderName(recorder) if isinstance(recorder, str) and recorder in USERS else recorder
 
 
 def users_of(recorders: Iterable[str]) -> tuple[type[Recorder], ...]:
-    """Return the classes of users' recorders among some recorders."""
+    """Return the classes of those recorders in a list of names that users have defined."""
     return tuple(USERS[name] for name in sorted({str(name) for name in recorders} & USERS.keys()))
 
 

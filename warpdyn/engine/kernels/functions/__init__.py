@@ -1,1 +1,1 @@
-"""Device functions of history kernels: adaptive steps, random motions, energies, recording."""
+"""Functions that history kernels call: adaptive steps, random motions, energies, recording."""

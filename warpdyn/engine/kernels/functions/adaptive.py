@@ -1,10 +1,10 @@
-"""Division of a step of the time grid into parts by an adaptive method, according to its estimated errors."""
+"""Step-size control of adaptive methods: each step of the time grid is divided according to the estimated error."""
 
 from typing import Any
 
 import warp as wp
 
-# The shortest part of a step. At corners of a law it is accepted with any estimated error.
+# The shortest part of a step. It is accepted even if its estimated error is too large, as at corners of a storey law.
 SHORTEST_PART = {"float32": 2.0**-14, "float64": 2.0**-24}
 
 

@@ -1,9 +1,9 @@
-"""Random base motion, generated interval by interval and not stored.
+"""Random base motions, generated interval by interval during the run and not stored.
 
-The process is that of `warpdyn.model.ground_motions.filtered_noise`.
+`warpdyn.model.ground_motions.filtered_noise` describes the random process.
 
-Functions take and return rows of all lanes of a thread: copying them once per interval costs little, and a processor
-vectorises their loops over lanes.
+Arguments and results are vectors with one value per lane. Copying them once per interval costs little, and the compiler
+vectorises the loops over lanes on a CPU.
 """
 
 import functools
@@ -22,8 +22,8 @@ def noise_of(plan: Plan) -> SimpleNamespace:
     """Return the types and the function for random motions in a plan's kernel.
 
     Returns:
-        `Processes`, the type of the lanes' processes, [state, lane]; `Numbers`, the type of the samples' indices; and
-        `over_interval`, the function that evaluates the motions over an interval.
+        `Processes`, the type of the states of the random processes, [state, lane]; `Numbers`, the type of the indices
+        of the samples; and `over_interval`, the function that computes the motions in an interval.
     """
     dtype, types, LANES = DTYPES[plan.dtype], structs(plan.dtype), plan.lanes
     STATES = max(1, LOADS[plan.load].noise_states)

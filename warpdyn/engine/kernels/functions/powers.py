@@ -1,8 +1,8 @@
-"""Integrals of powers over time from values at the ends of steps: trapezoidal rule with end corrections, of order 4.
+"""Energies as integrals of power over time: trapezoidal rule with end corrections, of order 4.
 
-The integral over a step h is h (f0 + f1) / 2 + h^2 (f0' - f1') / 12 (Davis and Rabinowitz, Methods of Numerical
-Integration, 2.9). Each state contributes to the step behind it and to the step ahead; a load may jump between them.
-Formulas are for one mode with unit mass: q'' + damping q' + stiffness q = load.
+The integral of f over a step h is h (f0 + f1) / 2 + h^2 (f0' - f1') / 12 (Davis and Rabinowitz, Methods of Numerical
+Integration, 2.9). Each state contributes to the step before it and to the step after it; a load may jump between them.
+The formulas are for one mode with unit mass: q'' + damping q' + stiffness q = load.
 """
 
 from typing import Any

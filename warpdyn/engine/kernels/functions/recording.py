@@ -1,6 +1,6 @@
-"""Values that a running kernel writes to memory, because they are used too rarely for registers.
+"""Functions with which a kernel writes rarely used values to memory instead of keeping them in registers.
 
-These functions take structs of arrays, which cost nothing to pass; matrices of state would be copied.
+Their arguments are structs of arrays, which are passed without copying; vectors and matrices would be copied.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Loads: one row each in LOADS, and the device functions that evaluate them."""
+"""The table LOADS of kinds of load, and the device functions that evaluate loads."""
 
 import math
 from dataclasses import dataclass
@@ -12,10 +12,10 @@ class LoadKind:
     """How a load enters the equation of motion.
 
     Args:
-        is_history: Sampled values, linear between them and zero after the last.
-        is_base: Acts as base acceleration on every mass; otherwise as forces on the degrees of freedom.
-        is_harmonic: Amplitude times sin(w t + phase).
-        noise_states: States of the random process that generates the history during the run; 0 if it is stored.
+        is_history: Whether it is a stored history: linear between its points and zero after the last point.
+        is_base: Whether it is a base acceleration; otherwise it consists of forces on the degrees of freedom.
+        is_harmonic: Whether it is an amplitude times sin(w t + phase).
+        noise_states: Number of states of the random process that generates it during the run; 0 for other loads.
     """
 
     is_history: bool = False

@@ -1,11 +1,11 @@
-"""Base acceleration: the part that recorded and random motions share."""
+"""Base acceleration: statements that recorded and random motions have in common."""
 
 from warpdyn.engine.kernels.loads import LOADS
 
 BORROWS = {"adaptivity": ("done", "part"), "energy": ("rise",)}
 FIELDS = {
-    "Load": {"intervals": "int32[]"},  # of each motion, between its samples
-    "Structure": {"influence": "float[]"},  # of full matrices, [dof]
+    "Load": {"intervals": "int32[]"},  # number of intervals between the points of each motion
+    "Structure": {"influence": "float[]"},  # factor of the base acceleration in each dof of full matrices, [dof]
 }
 
 

@@ -4,7 +4,8 @@ from warpdyn.engine.kernels.loads import LOADS, sampled
 
 BORROWS = {"adaptivity": ("done",), "energy": ("rise",)}
 FIELDS = {
-    # All histories end to end [time x floor], where each starts, and the intervals between its samples.
+    # Values of all histories in one array [time x floor], index of the first value of each history, and number of
+    # intervals between its points.
     "Load": {"values": "float[]", "first": "int32[]", "intervals": "int32[]"},
 }
 

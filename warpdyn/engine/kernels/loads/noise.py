@@ -6,9 +6,10 @@ order = -1
 
 BORROWS = {"base": ("a0", "da")}
 FIELDS = {
-    "Control": {"key": "uint64"},  # of the seed
+    "Control": {"key": "uint64"},  # key of the random numbers, from the seed
     "Samples": {"number": "uint64[]"},  # the sample's index in the run
-    # Growth, kick and start of the process, row by row, its output, and the envelope at nodes.
+    # The values of filtered_noise.py in this order: the matrices growth, kick and start, row by row; the vector output;
+    # and the envelope at its nodes.
     "Load": {"noise": "float64[]"},
 }
 

@@ -5,7 +5,7 @@ from warpdyn.engine.kernels.loads import LOADS, at_ends
 order = -1
 
 BORROWS = {"base": ("a0", "da")}
-FIELDS = {"Load": {"values": "float[]", "first": "int32[]"}}  # all motions end to end, and where each starts
+FIELDS = {"Load": {"values": "float[]", "first": "int32[]"}}  # all motions in one array; index of each first value
 
 
 def wanted(plan):

@@ -1,15 +1,15 @@
-"""Collapse: a sample ends when the drift of a storey passes its capacity; its demands are those up to this instant.
+"""Collapse: a sample ends when the drift of a storey exceeds its capacity; demands count up to this instant.
 
-The instant is that of the first storey to pass, by linear interpolation between the drifts at the ends of the step
-(with an adaptive method: of the part of a step). The capacity is the building's drift ratio or the storey's own drift,
-the first that is passed. The state then remains constant, as in a lane that has finished, and a thread ends with the
-last of its samples.
+The instant of collapse is the earliest instant at which a storey drift reaches its capacity, by linear interpolation
+between the drifts at the start and end of the step (with an adaptive method: of the part of a step). The capacity of a
+storey is the smaller of the drift ratio of the building and the drift capacity of the storey. After a collapse the
+state of the sample remains constant until all samples of its thread have finished.
 
-A storey that moves by more than half its capacity in the step in which it passes it may be a numerical blow-up rather
-than a collapse: the status is unstable_step, and the sample is run again with shorter steps. An unstable oscillation
-changes sign at each step, so it moves by more than the capacity when it passes it, even if it grows slowly. An unstable
-growth to one side by a factor above 2 moves by more than half the capacity. A real collapse would have to be faster
-than 10 m/s to do so (capacity 0.1 m, step 5 ms).
+If the drift changes by more than half the capacity in the step that exceeds the capacity, the cause may be an unstable
+integration instead of a collapse. Then the status is unstable_step, and the sample is run again with shorter steps. An
+unstable oscillation changes its sign at each step, so its drift changes by more than the capacity, even if the
+oscillation grows slowly. If an unstable drift grows to one side by a factor above 2 per step, it changes by more than
+half the capacity. A real collapse would need a drift velocity above 10 m/s (capacity 0.1 m, step 5 ms).
 """
 
 from typing import Any

@@ -1,4 +1,4 @@
-"""Events of a sequence: each starts from the final state of the event before, and writes its own final state."""
+"""Event sequences: each event starts with the final state of the last event, and writes its final state."""
 
 FIELDS = {
     "Structure": {

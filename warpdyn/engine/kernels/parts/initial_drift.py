@@ -1,4 +1,4 @@
-"""A start from displaced storeys that yield: their memory after a slow push from rest to the initial drift."""
+"""Yielding storeys that start displaced: their memory is that after a slow push from rest to the initial drift."""
 
 from warpdyn.engine.laws.springs import spring_row
 

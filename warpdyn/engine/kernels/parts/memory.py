@@ -1,4 +1,4 @@
-"""Return-mapping laws: the memory is updated once per step from the drift, and stages start from it."""
+"""Return-mapping laws: the memory is updated once per step; all stages of a step use the memory at its start."""
 
 from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.laws.springs import spring_row

@@ -1,4 +1,4 @@
-"""P-Delta: gravity loads on the storey drifts."""
+"""P-Delta: moments of the gravity loads at the storey drifts."""
 
 from typing import Any
 

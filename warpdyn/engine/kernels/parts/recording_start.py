@@ -1,10 +1,10 @@
-"""Start time of the recorders: peaks before it do not count, for example those of a transient.
+"""Start time of the recorders (`record_from` of a scene): earlier peaks, for example of a transient, do not count.
 
-At the first step at or after this time, recorders of peaks start again from the accepted state. A sample that has
-collapsed before keeps its demands up to the collapse.
+At the first step that starts at or after this time, peaks are set to the values of the present state. If a sample has
+collapsed before this time, its demands up to the collapse are kept.
 """
 
-FIELDS = {"Samples": {"first_recorded": "int32[]"}}  # step whose start is the first state that recorders of peaks count
+FIELDS = {"Samples": {"first_recorded": "int32[]"}}  # index of the first step whose initial state counts for peaks
 
 
 def wanted(plan):

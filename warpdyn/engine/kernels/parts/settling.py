@@ -1,4 +1,4 @@
-"""Stability of a rate law's memory: if a step is too long for its rate, deviations grow; this part computes them."""
+"""Stability of the memory of rate laws: if a step is too long, deviations of the memory grow; this part tracks them."""
 
 from warpdyn.engine.laws.rate_law import LARGEST_DEVIATION, deviation_after
 from warpdyn.engine.laws.springs import spring_row

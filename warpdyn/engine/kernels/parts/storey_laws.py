@@ -1,4 +1,4 @@
-"""The storeys of a chain and their laws: drift, coefficients, memory."""
+"""The storeys of a chain: properties, drift, and coefficients and memory of the storey law."""
 
 order = -90
 
@@ -34,7 +34,7 @@ def names(plan):
         "rate_of": law.rate,
         "advance": law.memory_after,
     }
-    # If a thread has all storeys of a sample, its storey i is storey i of the building.
+    # If a thread integrates all storeys of a sample, its storey i is storey i of the building.
     number = {} if plan.sections > 1 else {"g": "i"}
     return {
         **number,
@@ -46,7 +46,7 @@ def names(plan):
         "HOLDS_FORCE": law.force_at_accepted_state is not None,
         "HAS_PADS": storeys * plan.sections > plan.dofs,
         "table": wp.types.matrix(shape=(storeys * coefficients, lanes), dtype=dtype),
-        # Memory of all storeys, one after another; a law without memory does not use the single row.
+        # Memory of all storeys, one after the other; without memory there is one row, which is not used.
         "memories": wp.types.matrix(shape=(max(1, storeys * memory), lanes), dtype=dtype),
         "coefficient_vector": wp.types.vector(length=coefficients, dtype=dtype),
         "memory_vector": wp.types.vector(length=max(1, memory), dtype=dtype),

@@ -1,4 +1,4 @@
-"""Laws with straight branches: the full rules run only if a lane leaves its branch, which is rare."""
+"""Laws with straight branches: all rules of the law run only if a lane leaves its branch, which is rare."""
 
 from warpdyn.engine.kernels.plan import tableau
 from warpdyn.engine.laws.springs import spring_row

@@ -1,17 +1,17 @@
-"""The samples of a thread: one on a GPU, as many as fit in a vector register on a processor."""
+"""The samples of a thread: one on a GPU; on a CPU several, one per lane."""
 
 order = -100
 
 BORROWS = {"adaptivity": ("done", "part")}
 FIELDS = {
-    "Control": {"samples": "int32", "substeps": "int32"},  # steps in one interval of the motion
+    "Control": {"samples": "int32", "substeps": "int32"},  # number of samples; steps per interval of the motion
     "Samples": {
         "order": "int32[]",  # the samples in the order of their launch
         "structure": "int32[]",
         "motion": "int32[]",
         "scale": "float[]",
-        "step": "float[]",  # integration step; an adaptive method's longest
-        "run_intervals": "int32[]",  # intervals of the motion and of the free vibration after it
+        "step": "float[]",  # integration step; with an adaptive method the longest step
+        "run_intervals": "int32[]",  # number of intervals of the motion and of the free vibration after it
     },
     "Output": {"status": "int8[]"},
 }
@@ -45,7 +45,7 @@ def names(plan):
         **vars(structs(plan.dtype, users_of(plan.recorders))),
         "LANES": lanes,
         "STOREYS": plan.dofs,
-        "N": plan.storeys_of_thread,  # of a thread
+        "N": plan.storeys_of_thread,
         "IS_CHAIN": plan.family == "chain",
         "UNDIVIDED": plan.undivided,
         "row": row,

@@ -3,7 +3,7 @@
 from warpdyn.foundations.core.output_variables import Variable
 
 order = 60
-HISTORY = {  # named as the kernels' History has them
+HISTORY = {  # names are those of the fields of the struct History
     "displacement": Variable(("dof",), "m", "displacement relative to the base"),
     "velocity": Variable(("dof",), "m s-1", "velocity relative to the base"),
     "acceleration": Variable(("dof",), "m s-2", "absolute acceleration"),
@@ -12,7 +12,7 @@ HISTORY = {  # named as the kernels' History has them
 
 BORROWS = {"adaptivity": ("attempt",)}
 FIELDS = {
-    "Control": {"every": "int32"},  # steps between the states that a history keeps
+    "Control": {"every": "int32"},  # number of steps from one recorded state to the next
     "History": {name: "float[,,]" for name in HISTORY},  # [history, time, dof]
 }
 

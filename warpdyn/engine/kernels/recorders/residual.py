@@ -13,7 +13,7 @@ VARIABLES = {
         ),
     },
 }
-FIELDS = {"Samples": {"residual_steps": "int32[]"}}  # steps at the end over which the residual is averaged
+FIELDS = {"Samples": {"residual_steps": "int32[]"}}  # number of last steps over which the drift is averaged
 
 
 def wanted(plan):

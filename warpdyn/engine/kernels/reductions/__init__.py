@@ -1,1 +1,1 @@
-"""Kernels that count and add up the samples of a run by cell."""
+"""Kernels that count samples and add up demands and losses, separately for each cell of a result (such as a level)."""

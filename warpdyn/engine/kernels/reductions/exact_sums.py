@@ -1,10 +1,10 @@
 """Sums that do not depend on the order of their terms.
 
-A float64 term is cut into pieces of 30 bits, at fixed places counted from the least number of float64. Pieces at the
-same place are added as whole numbers, exactly. A cell keeps the sums of the highest piece that any of its terms has and
-of the three pieces below it. Terms are therefore rounded more than 90 bits below the first bit of the largest term, in
-any order (Demmel and Nguyen 2015, IEEE Transactions on Computers 64(7), in floating-point numbers), and parts of a run
-are added as they arrive.
+Each float64 term is divided into pieces of 30 bits. The positions of the pieces are fixed, counted from the smallest
+number of float64. Pieces at the same position are added exactly, as integers. A cell keeps four sums: those of the
+highest position of all of its terms and of the three positions below it. The terms are therefore rounded more than 90
+bits below the first bit of the largest term, whatever their order, and blocks of a run can be added as they finish
+(Demmel and Nguyen 2015, IEEE Transactions on Computers 64(7), have a similar method in floating-point numbers).
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 import warp as wp
 
 PIECES, WIDTH = 4, 30  # a sum of 2^33 pieces of 30 bits fits in an int64
-FRACTION = 52  # bits of float64 after the first one
-LEAST_EXPONENT = 1074  # the least number of float64 is 2^-1074
+FRACTION = 52  # bits of the significand of float64 after the first bit
+LEAST_EXPONENT = 1074  # the smallest positive number of float64 is 2^-1074
 BYTES_PER_CELL = 8 * (2 * (1 + PIECES) + 1)
 MASK = 2**WIDTH - 1
 
@@ -66,12 +66,12 @@ def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype
 
 @dataclass(frozen=True, eq=False)
 class ExactSums:
-    """Sums of values and of their squares in whole numbers, and the largest value, of each cell.
+    """Sum of values, sum of squares (both as integers) and largest value of each cell.
 
     Args:
-        bins: For values and for squares the place of the uppermost piece and the sums of pieces from there on, shape
-            [cell, 2, 1 + piece], as `add_exactly` adds them.
-        largest: Shape [cell].
+        bins: Position of the highest piece, then the sums of the pieces from this position down; for values and for
+            squares. Shape [cell, 2, 1 + piece]; `add_exactly` fills it.
+        largest: Largest value, shape [cell].
     """
 
     bins: np.ndarray
@@ -79,12 +79,12 @@ class ExactSums:
 
     @classmethod
     def of_nothing(cls, cells: int) -> ExactSums:
-        """Return the sums of `cells` cells to which nothing has been added."""
+        """Return empty sums for `cells` cells."""
         return cls(np.zeros((cells, 2, 1 + PIECES), dtype=np.int64), np.full(cells, -np.inf))
 
     @property
     def totals(self) -> np.ndarray:
-        """Sum and its rounding error, the same of squares, and the largest value, shape [cell, 5]."""
+        """Sum and its rounding error, sum of squares and its rounding error, and largest value; shape [cell, 5]."""
         found = np.empty((len(self.bins), 5))
         for which in range(2):
             found[:, 2 * which], found[:, 2 * which + 1] = as_floats(self.bins[:, which])
@@ -92,11 +92,11 @@ class ExactSums:
         return found
 
     def of_cells(self, cells: np.ndarray) -> ExactSums:
-        """Return the sums of some cells."""
+        """Return the sums of these cells."""
         return ExactSums(self.bins[cells], self.largest[cells])
 
     def include(self, cells: np.ndarray | slice, other: ExactSums) -> None:
-        """Add other sums to some cells, which must differ from each other."""
+        """Add other sums to these cells; a cell must not occur twice."""
         own = self.bins[cells]
         top = np.maximum(own[..., :1], other.bins[..., :1])
         self.bins[cells] = np.concatenate([top, _moved(own, top) + _moved(other.bins, top)], axis=-1)
@@ -104,7 +104,7 @@ class ExactSums:
 
 
 def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return sums as float64, and the rounding error of each; shape [cell, 1 + piece] becomes [cell]."""
+    """Convert bins of shape [cell, 1 + piece] to float64 sums and their rounding errors, each of shape [cell]."""
     top, pieces = bins[:, 0], bins[:, 1:].copy()
     for place in range(PIECES - 1, 0, -1):  # carry the bits above 30 to the next piece
         pieces[:, place - 1] += pieces[:, place] >> WIDTH
@@ -128,7 +128,7 @@ def _two_sum(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray
 
 
 def _moved(bins: np.ndarray, top: np.ndarray) -> np.ndarray:
-    """Return the sums of pieces, counted from another highest piece."""
+    """Return the bins for another position of the highest piece."""
     moved = top - bins[..., :1]
     found = np.zeros((*bins.shape[:-1], PIECES), dtype=np.int64)
     for piece in range(PIECES):

@@ -9,7 +9,7 @@ MODULE = "warpdyn_reductions"  # one module, because compiling one kernel takes 
 
 
 def kernel_named(name: str) -> Callable:
-    """Return the decorator of a kernel of the module; each kernel needs a different name."""
+    """Return a decorator that adds a kernel with this name to the module; names must differ."""
     return wp.kernel(name=name, module=wp.get_module(MODULE), enable_backward=False)
 
 

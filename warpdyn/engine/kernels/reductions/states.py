@@ -1,4 +1,4 @@
-"""States of samples and buildings: the number of bounds that each demand exceeds, counted by cell and outcome."""
+"""Damage states: the state of a sample is the number of limits that its demand exceeds; counts per cell and outcome."""
 
 import warp as wp
 
@@ -19,7 +19,7 @@ def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: i
 
 
 def states_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that counts the bounds that each sample's demand exceeds, at each place and at the worst."""
+    """Return the kernel that counts the limits that a demand exceeds: at each place (storey), and for the largest."""
     real, element = REALS[dtype], ELEMENT[dtype]
 
     @kernel_named(f"find_states_{dtype}")
@@ -111,7 +111,7 @@ def worst_outcome(
 
 
 def counts_kernel() -> wp.Kernel:
-    """Return the kernel that counts units (samples, or the worst of some of a row's) by cell and outcome."""
+    """Return the kernel that counts units (samples or groups of samples) for each cell and outcome."""
 
     @kernel_named("count_states")
     def count_states(

@@ -1,4 +1,4 @@
-"""Demands and losses, and their sums by cell."""
+"""Kernels that compute drift ratios and losses, and sums of demands and losses for each cell."""
 
 import warp as wp
 
@@ -7,11 +7,11 @@ from warpdyn.engine.kernels.reductions.module import REALS, kernel_named, parts_
 from warpdyn.engine.kernels.reductions.states import worst_outcome
 from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, OK
 
-SUMS = 5  # sum and its rounding error, the same of squares, and the largest value
+SUMS = 5  # sum and its rounding error, sum of squares and its rounding error, largest value
 
 
 def ratios_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that finds the storey drift ratios of samples."""
+    """Return the kernel that computes the storey drift ratios of samples."""
     real = REALS[dtype]
 
     @kernel_named(f"find_ratios_{dtype}")
@@ -33,7 +33,7 @@ def ratios_kernel(dtype: str) -> wp.Kernel:
 
 
 def least_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that finds the least of the largest demands of collapsed samples."""
+    """Return the kernel that finds, among collapsed samples, the smallest peak demand."""
     real = REALS[dtype]
 
     @kernel_named(f"find_least_{dtype}")
@@ -61,7 +61,7 @@ def least_kernel(dtype: str) -> wp.Kernel:
 
 
 def losses_kernel() -> wp.Kernel:
-    """Return the kernel that finds the loss of each unit, and its variance by the scatter of the loss ratio."""
+    """Return the kernel that computes the mean loss of each unit, and the variance due to random loss ratios."""
 
     @kernel_named("find_losses")
     def find_losses(
@@ -110,7 +110,7 @@ def rounded_off(before: wp.float64, value: wp.float64, after: wp.float64):
 
 
 def sums_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that adds up the demands of each row by cell, in the order of its samples."""
+    """Return the kernel that adds up the demands of each row for each cell, in the order of the samples."""
     real = REALS[dtype]
 
     @kernel_named(f"add_samples_{dtype}")
@@ -177,7 +177,7 @@ def sums_kernel(dtype: str) -> wp.Kernel:
 
 
 def totals_kernel() -> wp.Kernel:
-    """Return the kernel that adds the sums of rows to those of cells, exactly."""
+    """Return the kernel that adds the sums of rows exactly to the sums of cells."""
 
     @kernel_named("add_rows")
     def add_rows(

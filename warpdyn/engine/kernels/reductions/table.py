@@ -1,8 +1,8 @@
-"""Reductions of samples: damage states, counts of states, and sums that do not depend on the order of terms.
+"""Kernels of reductions: damage states, counts of states, and sums that do not depend on the order of terms.
 
-Rows are structures, draws or samples, and a part is some of a row's units. A launch takes every `step`-th part from
-`first` on: on a processor one thread takes a range of them (step 1) and others take other ranges; on a GPU each thread
-takes one.
+A row is a structure, a draw or a sample; it consists of units (samples or groups of samples). A part is a range of the
+units of a row. A launch processes every `step`-th part from `first` on. On a CPU each thread processes its own range
+of parts (`step` is 1); on a GPU each thread processes one part.
 """
 
 import functools
@@ -28,14 +28,14 @@ class Reductions:
     """The kernels.
 
     Args:
-        ratios: Storey drift ratios of samples, by type of their drifts.
-        states: Number of bounds that each sample's demand exceeds, per place and at the worst, by type of the demand.
-        least: The least of the largest demands of collapsed samples, by type of the demand.
-        sums: Sums of the demands of each row by cell, in the order of its samples, by type of the demand.
-        counts: Counts of units (samples, or the worst of some of a row's) by cell and outcome.
+        ratios: Storey drift ratios of samples; one kernel per dtype.
+        states: Number of limits that a demand exceeds, at each place and for the largest; one kernel per dtype.
+        least: Smallest peak demand among collapsed samples; one kernel per dtype.
+        sums: Sums of the demands of each row for each cell; one kernel per dtype.
+        counts: Counts of units for each cell and outcome.
         zeros: Sets states to 0.
-        losses: The loss of each unit, and its variance by the scatter of the loss ratio.
-        totals: Exact sums of cells, to which those of rows are added.
+        losses: Mean loss of each unit, and the variance due to random loss ratios.
+        totals: Adds the sums of rows exactly to the sums of cells.
     """
 
     ratios: dict[str, wp.Kernel]
@@ -48,7 +48,7 @@ class Reductions:
     totals: wp.Kernel
 
 
-MAKING = threading.Lock()  # several threads may ask for them, and a module accepts each kernel once
+MAKING = threading.Lock()  # several threads may call `reductions`, but a module accepts each kernel only once
 
 
 def reductions() -> Reductions:

@@ -1,7 +1,7 @@
-"""The skeleton for shear chains under explicit methods: a whole history in registers.
+"""The skeleton for shear chains under explicit methods; the state stays in registers during the whole history.
 
-A stage visits the storeys from the top down, so that the force from above is known, and updates the state in place. On
-a processor the loops over lanes are innermost and not unrolled, so that LLVM vectorises them.
+A stage visits the storeys from the top down, so that the force of the storey above is known, and updates the state in
+place. On a CPU the loops over lanes are innermost and not unrolled, so that LLVM vectorises them.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ def names(plan: Plan) -> dict[str, object]:
     """Return the constants, types and functions in the skeleton's text."""
     method, law = tableau(plan), spring_row(plan.law)
     is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
-    # If the storeys are visited in a loop, the lowest storey follows the loop; otherwise each storey would test whether
-    # there is one below it. Laws with straight branches have too much text per storey for a second copy.
+    # If the storeys are visited in a loop, the code for the lowest storey follows the loop; otherwise each storey would
+    # test whether there is a storey below it. For laws with straight branches this second copy would be too long.
     ends_on_ground = plan.lanes > 1 and 1 < plan.max_unroll < plan.dofs and law.leaves_line is None
     return {
         "STAGES": method.stages,
@@ -27,17 +27,17 @@ def names(plan: Plan) -> dict[str, object]:
         # The stage's state includes the memory of laws with a rate, and of all laws if a step is tried before it is
         # accepted.
         "TAKES_MEMORY": law.rate is not None or (is_mapping and is_adaptive),
-        # If the last stage is at the end of the step, its velocity is not that of the motion. Energies are then summed
-        # up by the trapezoidal rule over accepted states, and so they are if velocities are half a step behind.
+        # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
+        # are integrated by the trapezoidal rule over accepted states; so they are if velocities lag half a step behind.
         "TRAPEZOIDAL": (method.ends_in_stage and not is_adaptive) or method.halfway,
         "LAGS": method.halfway,
-        # A last stage at the end of the step determines the memory of the law at the end of the step.
+        # If the last stage is at the end of the step, its memory is the memory at the end of the step.
         "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
         # In an unrolled loop the top storey needs no force from above.
         "BEGINS_AT_TOP": plan.sections == 1 and plan.dofs <= plan.max_unroll,
         "ENDS_ON_GROUND": ends_on_ground,
         "IN_LOOP": plan.storeys_of_thread - ends_on_ground,  # storeys in the loop
-        # On a processor each storey passes the state below to the next storey, which would otherwise load it again.
+        # On a CPU each storey passes the state of the floor below to the next storey, which would otherwise reload it.
         "HANDS_DOWN": plan.lanes > 1,
         # One sample per thread without recorders of forces: the forces of the last state are not evaluated.
         "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",

@@ -1,10 +1,11 @@
 """The skeleton for shear chains under implicit methods: one tridiagonal system per step, solved in registers.
 
-The unknown is the acceleration at the step's end (with Wilson's method, beyond it). The matrix is that of a chain, with
-masses (including dampers to the ground) and storeys s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k). One
-loop from the top down sums up the residual and eliminates; one loop upwards substitutes. The pivot of a floor is the
-sum of the storey below and of the floors above, both positive, so that nothing cancels. A negative stiffness (P-Delta,
-loss of strength) reduces the mass term only a little.
+The unknowns are the accelerations at the end of the step (with Wilson's method, at t + theta h). The matrix has the
+form of a chain with a mass term per floor (including dampers to the ground) and a storey term
+s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k). A loop from the top down computes the residual and
+eliminates; a loop upwards substitutes. The pivot of a floor is the term of the storey below plus a positive term of the
+floors above, so that no digits cancel. A negative stiffness (P-Delta, loss of strength) reduces the mass term only a
+little.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """The skeleton for linear structures: the exact method, and implicit methods with full matrices, by propagators.
 
-The state is in coordinates of the undamped modes. A step adds an increment, the product of the propagator with the
-state and the load (propagators.py). Increments keep their digits in float32; a propagator near 1 would not. A state is
-seen at the start of the next step; an additional step of zero length sees the last one.
+The state is in coordinates of the undamped modes. A step adds an increment, a matrix times the state and the load
+(propagators.py). Increments are accurate in float32; a product with a matrix near the identity would not be. Recorders
+are called with a state at the start of the next step; an additional step of length zero calls them with the last state.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.plan import DTYPES, Plan
 from warpdyn.engine.methods.table import METHODS
 
-# Rows of the largest table that a processor's thread copies for its lanes (512 KiB for 16 lanes in float64).
+# Rows of the largest table that a CPU thread copies for its lanes (512 KiB for 16 lanes in float64).
 LARGEST_COPY = 4096
 FIELDS = {
     "Structure": {
-        # In coordinates of the modes; the last index is the pair of structure and step.
-        "propagator": "float[,]",  # increments by the state, [row x state, pair]
-        "load_response": "float[,]",  # increments by the loads, [row x load x 2, pair]
+        # In coordinates of the modes; a pair is a structure with a step.
+        "propagator": "float[,]",  # matrix from the state to the increments, [row x state, pair]
+        "load_response": "float[,]",  # matrix from the loads to the increments, [row x load x 2, pair]
         # Storey drift of a chain, [dof x mode, pair]; displacement of a linear system, [dof x mode, 1].
         "mode_shape": "float[,]",
-        "modal_stiffness": "float[,]",  # divided by modal mass, as the two below, [mode, pair]
-        "modal_damping": "float[,]",  # [mode, pair], [mode x mode, pair] where modes couple
+        "modal_stiffness": "float[,]",  # divided by the modal mass, as damping and load, [mode, pair]
+        "modal_damping": "float[,]",  # [mode, pair], or [mode x mode, pair] if damping couples the modes
         "modal_load": "float[,]",  # [mode, pair]
         "modal_mass": "float[]",  # [pair]
         "initial_state": "float[,]",  # modal displacements and velocities, [2 x mode, pair]

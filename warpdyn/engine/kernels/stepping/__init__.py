@@ -1,1 +1,1 @@
-"""How a method takes a step: one part of the kernels each."""
+"""Parts of kernels that belong to methods: slopes of stages, implicit systems, adaptive steps."""

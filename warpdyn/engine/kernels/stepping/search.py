@@ -1,14 +1,15 @@
-"""The search for the state at the end of an implicit step, if one solution of the system does not find it.
+"""The search for the state at the end of an implicit step, if one solution of the linear system is not sufficient.
 
-Newton's method is used if storeys yield or dashpots are nonlinear. Modal damping has a full matrix; its entries outside
-of the chain's diagonals are treated by iteration, too.
+Newton's method is used if storeys yield or dashpots are nonlinear. Modal damping has a full matrix; the effect of its
+entries outside of the three diagonals is found by iteration, too.
 """
 
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS
 
-# The search ends at this unbalanced force, relative to the largest force of the sample so far; or, if it no longer
-# decreases, at ROUNDINGS relative to stiffness times displacement, whose rounding limits it (float32, tall buildings).
+# The search ends if the unbalanced force, relative to the largest force of the sample so far, is at most this value. It
+# also ends if the unbalanced force no longer decreases and is at most ROUNDINGS times stiffness times displacement: the
+# rounding of this product limits it (float32, tall buildings).
 TOLERANCE = {"float32": 1e-6, "float64": 1e-12}
 ROUNDINGS = {"float32": 4e-6, "float64": 1e-14}
 

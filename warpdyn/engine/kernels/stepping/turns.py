@@ -1,4 +1,4 @@
-"""Storeys of return-mapping laws that turn inside a part of a step, which an adaptive method's estimate misses."""
+"""Return-mapping laws: the error if a storey turns within a step, which the estimate of adaptive methods omits."""
 
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS

@@ -1,14 +1,14 @@
-"""Bouc-Wen that degrades and pinches with the energy it dissipated (Baber and Wen 1981, Baber and Noori 1985).
+"""Bouc-Wen law with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
 
 A hardening spring is parallel to a hysteretic force that is proportional to z, as in `bouc_wen`. With A = 1 - deltaA e,
 at least 0, nu = 1 + deltaNu e, eta = 1 + deltaEta e and s the sign of the velocity,
 
     uy dz/dt = h v (A - nu |z|^n (gamma + beta s sign z)) / eta,    uy de/dt = (1 - alpha) z v,
 
-with uy the yield drift. Without pinching h = 1. With it (Foliente 1995),
+with uy the yield drift. Without pinching h = 1. With pinching (Foliente 1995),
 h = 1 - zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = zetas (1 - exp(-p e)),
 zeta2 = (psi + deltaPsi e) (lambda + zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z.
-Names that end in 1 are for n = 1.
+Functions whose names end in 1 are for n = 1.
 """
 
 import enum
@@ -25,11 +25,11 @@ from warpdyn.engine.laws.rate_law import along_drift
 from warpdyn.engine.laws.row_functions import device_functions
 from warpdyn.engine.laws.spring import Spring
 
-# The steepest fall of exp(-x^2).
+# Largest slope of exp(-x^2).
 STEEPEST = wp.constant(wp.float64(0.8577638849607068))
-# Least A in the stored energy.
+# Smallest A that is used in the elastic energy, to avoid a division by 0.
 LEAST_A = wp.constant(wp.float64(1e-3))
-# Gauss's rule on 0 to 1.
+# Points and weights of Gauss quadrature on the interval 0 to 1.
 _POINTS, _SHARES = np.polynomial.legendre.leggauss(8)
 NODES = wp.constant(wp.types.vector(length=8, dtype=wp.float64)((_POINTS + 1) / 2))
 WEIGHTS = wp.constant(wp.types.vector(length=8, dtype=wp.float64)(_SHARES / 2))
@@ -39,7 +39,7 @@ class M(Layout):
     """The memory."""
 
     Z = enum.auto()
-    ENERGY = enum.auto()  # that z took up, over the energy of yield
+    ENERGY = enum.auto()  # e: energy dissipated by z, divided by yield force times yield drift
 
 
 @wp.func
@@ -48,7 +48,7 @@ def baber_noori_force(drift: Any, memory: Any, c: Any):
 
 
 def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
-    """Return the law with or without pinching; without powers, which are slow, its exponent is 1."""
+    """Return the law with or without pinching; POWERS is False if the exponent n is 1, because powers are slow."""
 
     def rate(velocity: Any, memory: Any, c: Any):
         zero, one = type(velocity)(0.0), type(velocity)(1.0)

@@ -1,7 +1,7 @@
-"""Bouc-Wen storeys that degrade and pinch with the energy they dissipated (Baber and Wen 1981, Baber and Noori 1985).
+"""Bouc-Wen storeys with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
 
-F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`. The energy e that z dissipates, the integral of
-(1 - alpha) Fy z dd, is divided by Fy dy, with the yield drift dy = Fy / k. With A = 1 - deltaA e,
+F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`. e is the energy dissipated by z, that is the integral of
+(1 - alpha) Fy z dd, divided by Fy dy, where dy = Fy / k is the yield drift. With A = 1 - deltaA e,
 nu = 1 + deltaNu e and eta = 1 + deltaEta e,
 
     dy dz/dt = h v (A - nu |z|^n (gamma + beta sign(v z))) / eta,
@@ -14,7 +14,8 @@ divided by Fy dy; Shi is multiplied by dy, and deltaShi divided by Fy.
 
 Intended differences from OpenSees:
 
-- A is at least 0. In OpenSees it becomes negative, z changes against the velocity, and the storey supplies energy.
+- A is at least 0. In OpenSees A can become negative; then z decreases while the drift increases, and the storey
+  supplies energy.
 - The bound zu of z degrades with A and nu as in Foliente (1995), so that degradation and pinching can be combined.
 - OpenSees integrates a step by the backward Euler method, which is of first order.
 """
@@ -31,7 +32,7 @@ from warpdyn.engine.laws.law import Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; those from TOTAL_SLIP on only for storeys that pinch."""
+    """Coefficients of the device functions; storeys without pinching have only the coefficients before TOTAL_SLIP."""
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
@@ -54,10 +55,10 @@ class Coefficient(Layout):
 
 
 class BaberNoori(BoucWen):
-    """A Bouc-Wen storey that degrades and pinches with the dissipated energy (OpenSees: BoucWen and BWBN).
+    """A Bouc-Wen storey with degradation and pinching by dissipated energy (OpenSees: BoucWen and BWBN).
 
-    The equations are those of Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module
-    has them, and the differences from OpenSees. Losses and rates refer to the energy divided by Fy dy (OpenSees: in J).
+    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module has
+    the equations and the differences from OpenSees. Losses and rates are per energy divided by Fy dy (OpenSees: per J).
 
     Example:
         >>> wd.laws.BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)
@@ -65,25 +66,29 @@ class BaberNoori(BoucWen):
     """
 
     growth_loss: ArrayLike = parameter(
-        "1", "Baber-Wen deltaA: loss of A by energy over that of yield", low=0.0, default=0.0, opensees="deltaA"
+        "1", "deltaA: decrease of A per normalised energy", low=0.0, default=0.0, opensees="deltaA"
     )
     strength_loss: ArrayLike = parameter(
-        "1", "deltaNu: growth of nu, by which strength falls", low=0.0, default=0.0, opensees="deltaNu"
+        "1", "deltaNu: growth of nu (loss of strength) per normalised energy", low=0.0, default=0.0, opensees="deltaNu"
     )
     stiffness_loss: ArrayLike = parameter(
-        "1", "deltaEta: growth of eta, by which stiffness falls", low=0.0, default=0.0, opensees="deltaEta"
+        "1",
+        "deltaEta: growth of eta (loss of stiffness) per normalised energy",
+        low=0.0,
+        default=0.0,
+        opensees="deltaEta",
     )
     total_slip: ArrayLike = parameter(
         "1", "zetas: largest pinching", low=0.0, high=1.0, high_open=True, default=0.0, opensees="zetas"
     )
     pinching_rate: ArrayLike = parameter(
-        "1", "p: rate at which pinching begins, by energy", low=0.0, default=0.0, opensees="p"
+        "1", "p: rate at which pinching grows with normalised energy", low=0.0, default=0.0, opensees="p"
     )
     pinching_spread: ArrayLike = parameter(
         "1", "psi: breadth of pinching", low=0.0, low_open=True, default=0.1, opensees="Shi"
     )
     pinching_spread_rate: ArrayLike = parameter(
-        "1", "deltaPsi: growth of that breadth, by energy", low=0.0, default=0.0, opensees="deltaShi"
+        "1", "deltaPsi: growth of psi per normalised energy", low=0.0, default=0.0, opensees="deltaShi"
     )
     pinching_coupling: ArrayLike = parameter(
         "1", "lambda: breadth without pinching", low=0.0, low_open=True, default=0.5, opensees="lamda"
@@ -103,7 +108,7 @@ class BaberNoori(BoucWen):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the quickest variant: without exponentials if none pinches, without powers if all exponents are 1."""
+        """Return the fastest variant: no exponentials if no storey pinches, no powers if all exponents are 1."""
         name = "baber_noori_pinching" if np.any(p["total_slip"] > 0) else "baber_noori"
         return f"{name}_1" if np.all(p["exponent"] == 1) else name
 

@@ -1,7 +1,7 @@
 """Bilinear with kinematic hardening.
 
-A hardening spring is parallel to an elastic-perfectly-plastic one. The memory is the plastic drift; return mapping
-clamps it to the elastic range around the drift.
+A hardening spring acts in parallel with an elastic-perfectly-plastic spring. The memory is the plastic drift; return
+mapping clamps it to the range drift - yield drift to drift + yield drift.
 """
 
 import enum

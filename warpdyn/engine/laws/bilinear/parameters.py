@@ -11,7 +11,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions: a hardening spring is parallel to one that yields."""
+    """Coefficients of the device functions: an elastic (hardening) spring in parallel with a spring that yields."""
 
     HARDENING_STIFFNESS = enum.auto()
     YIELDING_STIFFNESS = enum.auto()
@@ -44,7 +44,7 @@ class Bilinear(Law):
 
 
 class ElasticPerfectlyPlastic(Law):
-    """An elastic-perfectly-plastic storey (OpenSees: ElasticPP, whose epsyP is the yield force over the stiffness).
+    """An elastic-perfectly-plastic storey (OpenSees: ElasticPP; its epsyP is the yield force divided by the stiffness).
 
     Example:
         >>> wd.laws.ElasticPerfectlyPlastic(yield_force=[1.2e6, 0.8e6])

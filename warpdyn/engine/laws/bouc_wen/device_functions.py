@@ -1,8 +1,8 @@
-"""Bouc-Wen: a hardening spring parallel to a hysteretic force that is proportional to z.
+"""Bouc-Wen: a hardening spring in parallel with a hysteretic force that is proportional to z.
 
-uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), with uy the yield drift. Powers are slow, so the exponents 1 and 2
-have separate functions. In the usual case, exponent 1 and beta = gamma, storeys unload along a straight line; z is then
-divided by its bound 1 / (2 beta), so that beta and gamma are part of the other coefficients.
+uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), where uy is the yield drift. Powers are slow, so there are separate
+functions for the exponents n = 1 and 2. In the usual case n = 1 and beta = gamma, storeys unload along a straight line;
+the functions for this case use z divided by its bound 1 / (2 beta), so that they do not need beta and gamma.
 """
 
 from typing import Any
@@ -28,8 +28,8 @@ def bouc_wen_elastic_energy(drift: Any, memory: Any, c: Any):
     )
 
 
-# Deviations of z decay at most at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy. If the rate depends on z, it is
-# computed in every stage: too long a step moves z beyond its bound, where the rate is higher.
+# Deviations of z decay at most at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy. If this rate depends on z, it is
+# computed in every stage, because a step that is too long moves z beyond its bound, where the rate is higher.
 @wp.func
 def bouc_wen_1_elastic_unloading_relaxation_rate(velocity: Any, memory: Any, c: Any):
     return wp.abs(velocity) * c[C.RATE]
@@ -93,7 +93,7 @@ def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
 
 
 def _row(name: str, rate: wp.Function, relaxation_rate: wp.Function, *, relaxes_by_velocity: bool = False) -> Spring:
-    """Return the device functions of a variant; variants differ in the rate of z."""
+    """Return the device functions of a variant; variants differ in dz/dt."""
     return Spring(
         bouc_wen_force,
         None,

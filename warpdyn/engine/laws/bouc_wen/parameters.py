@@ -1,4 +1,4 @@
-"""Bouc-Wen storeys (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z, |z| at most (beta + gamma)^(-1/n)."""
+"""Bouc-Wen storeys (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z with |z| <= (beta + gamma)^(-1/n)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 class Coefficient(Layout):
     """Coefficients of the device functions.
 
-    EXPONENT is read only if it is neither 1 nor 2, BETA_RATE and GAMMA_RATE only if beta and gamma differ.
+    EXPONENT is used only if it is neither 1 nor 2, BETA_RATE and GAMMA_RATE only if n is not 1 or beta and gamma
+    differ.
     """
 
     HARDENING_STIFFNESS = enum.auto()
@@ -28,9 +29,10 @@ class Coefficient(Layout):
 class BoucWen(Law):
     """A Bouc-Wen storey (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z.
 
-    Here `(Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v)`, with -beta < gamma <= beta: otherwise z grows without
-    bound, or returns more energy than was put in (Erlicher and Point 2004). In OpenSees' BoucWen, z is a deformation,
-    Fy / k times the z here, Ao is 1, and beta and gamma are (Fy / k)^-n times those here.
+    `(Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v)`, where v is the velocity. -beta < gamma <= beta is
+    required; otherwise z grows without bound, or the storey returns more energy than was put in (Erlicher and Point
+    2004). To obtain the same storey with OpenSees' BoucWen, multiply beta and gamma by (Fy / k)^-n and set Ao = 1; its
+    z is a deformation, Fy / k times the z of this class.
 
     Example:
         >>> wd.laws.BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
@@ -54,10 +56,10 @@ class BoucWen(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the quickest variant: exponents 1 and 2 need no power, which would take most of the time.
+        """Return the fastest variant: exponents 1 and 2 need no power, which would take most of the time.
 
-        Storeys with exponent 1 and beta = gamma have two coefficients less. Beta and gamma must then be the same
-        constant in all storeys, because `p` has only a few values of a scattered parameter.
+        Storeys with exponent 1 and beta = gamma need two coefficients less. This variant is used only if beta and gamma
+        are the same constant in all storeys, because `p` contains only a few values of a random parameter.
         """
         beta = np.ravel(p["beta"])[0]
         if all(np.all(p[name] == value) for name, value in {"exponent": 1, "beta": beta, "gamma": beta}.items()):
@@ -72,7 +74,7 @@ class BoucWen(Law):
         stiffness, hardening, strength = p["stiffness"], p["hardening_ratio"], p["yield_force"]
         rate = stiffness / strength
         if row == "bouc_wen_1_elastic_unloading":
-            bound = 1 / (p["beta"] + p["gamma"])  # of z, by which z is divided
+            bound = 1 / (p["beta"] + p["gamma"])  # bound of |z|; the memory is z divided by this bound
             return {
                 "hardening_stiffness": hardening * stiffness,
                 "hysteretic_force": (1 - hardening) * strength * bound,
@@ -96,16 +98,16 @@ class BoucWen(Law):
             return None
         place = first_place(bad)
         return (
-            f"gamma is {gamma[place]:g} where beta is {beta[place]:g} ({place_of(place)}); "
+            f"gamma is {gamma[place]:g} and beta is {beta[place]:g} ({place_of(place)}); "
             "a Bouc-Wen storey needs -beta < gamma <= beta"
         )
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """Return the stiffness at the beginning of unloading from the bound of z, or at rest if gamma = beta.
+        """Return the stiffness at the start of unloading from the bound of z, where it is largest.
 
-        Unloading, (Fy / k) dz/dd = 1 + (beta - gamma) |z|^n, and |z|^n is at most 1 / (beta + gamma). Loading it is at
-        most 1.
+        In unloading, (Fy / k) dz/dd = 1 + (beta - gamma) |z|^n, where |z|^n is at most 1 / (beta + gamma). In loading,
+        it is at most 1.
         """
         beta, gamma, hardening = p["beta"], p["gamma"], p["hardening_ratio"]
         return p["stiffness"] * (1 + (1 - hardening) * (beta - gamma) / (beta + gamma))

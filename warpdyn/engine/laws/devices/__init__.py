@@ -1,1 +1,1 @@
-"""Devices that are parallel to a storey's law: friction dampers, viscous dampers and stops."""
+"""Devices that act in parallel with the law of a storey: friction dampers, viscous dampers and stops."""

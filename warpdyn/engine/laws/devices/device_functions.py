@@ -1,12 +1,12 @@
 """Device functions of friction dampers and stops.
 
-A friction damper is a brace in series with a friction joint. Its memory is the slip; return mapping clamps it to the
-range around the drift in which the joint sticks.
+A friction damper is a brace in series with a friction joint. The memory is the slip of the joint. The joint sticks if
+the slip differs from the drift by at most the slip drift; return mapping clamps the slip to this range.
 
-A stop acts beyond a clearance, and returns a part of the energy that compressed it. Let k be its unloading stiffness, l
-the lost share of the energy and p the compression. Loading follows the force (1 - l) k p, and unloading the stiffness
-k, down to zero force at the compression l p. Without contact the stop recovers. Its memory is the compression at which
-the force is zero.
+A stop acts beyond a clearance and returns a part of its compression energy. Let k be its unloading stiffness, l the
+lost share of the energy and p the compression. In loading, the force is (1 - l) k p. In unloading, it decreases with
+the stiffness k and reaches zero at the compression l times the largest p. After the contact ends, the stop recovers.
+The memory is the compression at which the force is zero.
 """
 
 import enum
@@ -23,7 +23,7 @@ from warpdyn.engine.laws.spring import Spring
 class FrictionMemory(Layout):
     """The memory of a friction damper."""
 
-    SLIP = enum.auto()  # of its joint
+    SLIP = enum.auto()  # slip of the joint
 
 
 class StopMemory(Layout):

@@ -1,4 +1,4 @@
-"""Devices that are parallel to a storey's law, with their parameters; strengths are 0 in storeys without them."""
+"""Devices that act in parallel with the law of a storey; the strength is 0 in storeys without the device."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class FrictionCoefficient(Layout):
     """Coefficients of a friction damper."""
 
     BRACE_STIFFNESS = enum.auto()
-    SLIP_DRIFT = enum.auto()  # at which the joint slips
+    SLIP_DRIFT = enum.auto()  # drift at which the joint starts to slip
 
 
 class StopCoefficient(Layout):
@@ -32,7 +32,7 @@ class StopCoefficient(Layout):
     UNLOADING_STIFFNESS = enum.auto()
     CLEARANCE_AHEAD = enum.auto()
     CLEARANCE_BEHIND = enum.auto()
-    ENERGY_LOST = enum.auto()  # share of the energy that was put in
+    ENERGY_LOST = enum.auto()  # lost share of the compression energy
 
 
 class FrictionDamper(Device):
@@ -51,7 +51,7 @@ class FrictionDamper(Device):
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        # A joint without strength does not load its brace.
+        # If the slip force is 0, the brace has no force.
         brace = np.where(p["slip_force"] > 0, p["brace_stiffness"], 0.0)
         drift = np.divide(p["slip_force"], brace, out=np.zeros_like(brace), where=brace > 0)
         return {"brace_stiffness": brace, "slip_drift": drift}
@@ -64,7 +64,8 @@ class FrictionDamper(Device):
             return None
         place = first_place(bad)
         return (
-            f"brace_stiffness is 0 where slip_force is {slip[place]:g} N ({place_of(place)}); it must be above 0 there"
+            f"brace_stiffness is 0 and slip_force is {slip[place]:g} N ({place_of(place)}): give a stiffness above 0, "
+            "or set slip_force to 0 in a storey without this device"
         )
 
     @staticmethod
@@ -73,7 +74,9 @@ class FrictionDamper(Device):
 
 
 class Gap(Device):
-    """A stop on either side of the storey's drift, which returns a share of the energy that compressed it.
+    """A stop that acts beyond a clearance, in both directions of the storey drift.
+
+    In unloading, it returns the square of the coefficient of restitution times its compression energy.
 
     Example:
         >>> wd.laws.Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)
@@ -88,12 +91,12 @@ class Gap(Device):
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """The time of contact decides the rebound."""
+        """Return True: a small change of the time of contact changes the rebound."""
         return True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        given_back = p["restitution"] ** 2  # share of the energy
+        given_back = p["restitution"] ** 2  # returned share of the compression energy
         ahead = np.broadcast_to(p["clearance"], given_back.shape)
         return {
             "unloading_stiffness": p["contact_stiffness"] / given_back,
@@ -108,7 +111,7 @@ class Gap(Device):
 
 
 class OneSidedGap(Gap):
-    """A stop on the side of positive drift (OpenSees: an ElasticPPGap that never yields, if no energy is lost).
+    """A stop that acts at positive drifts only (with restitution 1: OpenSees' ElasticPPGap without yielding).
 
     Example:
         >>> wd.laws.OneSidedGap(clearance=0.05, contact_stiffness=5e8)
@@ -158,18 +161,18 @@ class ViscousDamper(Device):
 
 
 def kind_of_dampers(devices: tuple[str, ...], p: Values) -> str:
-    """Return the kind of a building's viscous dampers: "none", "linear" or "power" (of the velocity)."""
+    """Return "none", "linear" or "power" (the force of viscous dampers is a power of the velocity)."""
     if ViscousDamper.name not in devices:
         return "none"
     return "linear" if np.all(p["velocity_exponent"] == 1) else "power"
 
 
 def damper_values(p: Values) -> tuple[np.ndarray, ...]:
-    """Return the values of viscous dampers in kernels: coefficient, exponent minus 1, linear velocity."""
+    """Return the values that kernels need for viscous dampers: coefficient, exponent minus 1, linear velocity."""
     return p["damper_coefficient"], p["velocity_exponent"] - 1, p["linear_velocity"]
 
 
 def steepest_damping(p: Values) -> np.ndarray:
-    """Return the largest slope of the viscous dampers' force [N s/m]: that at rest."""
+    """Return the slope of the force of the viscous dampers at rest [N s/m], where it is largest."""
     coefficient, exponent_less_1, velocity = damper_values(p)
     return coefficient * velocity**exponent_less_1

@@ -1,8 +1,8 @@
 """Trilinear backbone with pinching, damage by ductility and energy, and softer unloading (OpenSees: Hysteretic).
 
-Drifts and forces are in units of the positive side's yield drift and yield force, and mirrored so that the storey moves
-ahead: one set of rules serves both directions. A line that leads in one direction only ends, behind the storey, at the
-last step.
+Drifts and forces are divided by the yield drift and yield force of the positive side. Their signs are changed if the
+storey moves in the negative direction, so that one set of rules serves both directions ("ahead" is the direction of
+movement). If a line can be followed in one direction only, its other end is the drift of the last step.
 """
 
 import enum
@@ -17,8 +17,8 @@ from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-FARTHEST = wp.constant(wp.float64(1e16))  # m: limit of a drift aimed at that damage moves out in each cycle
-# A line ends just before zero force: the rules depend on the sign of the force, which rounding must not decide.
+FARTHEST = wp.constant(wp.float64(1e16))  # m: limit of a target drift, which damage increases in each cycle
+# A line ends just before zero force: the rules depend on the sign of the force, and rounding must not decide it.
 LEAST_FORCE = wp.constant(wp.float64(1e-3))
 NO_END = wp.constant(wp.float64(1e30))
 
@@ -199,7 +199,7 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
 
 
 def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
-    """Return the law with or without an exponent of unloading, which takes two powers per force, and with two sides."""
+    """Return a variant; SOFTENS: with an unloading exponent (two powers per force), ASYMMETRIC: with two backbones."""
     hysteretic_step = _step_function(name, ASYMMETRIC)
 
     def flexibility(farthest: Any, is_positive: bool, c: Any):

@@ -1,16 +1,17 @@
 """Trilinear storeys with pinching, damage and softer unloading (OpenSees: Hysteretic), as in SimCenter's MDOF-LU.
 
-Beyond the last corner the backbone continues with its third slope if that rises, and is level otherwise. Damage by
-energy is divided by the energy under both sides of the backbone. The negative side has the backbone of the positive
-side, except for the parameters whose names end in `_negative`.
+Beyond the last corner the backbone continues with its third slope if this slope is positive; otherwise the force is
+constant. For damage by energy, the dissipated energy is divided by the energy under both sides of the backbone. The
+negative side has the parameters of the positive side, except for those whose names end in `_negative`.
 
 Differences from OpenSees:
 
 - No part of a backbone may be stiffer than its first part, and no corner may have a negative force.
-- Unloading is no softer than towards the origin. With an exponent near 1 and a force above yield it is softer in
-  OpenSees: the storey then pushes on beyond the origin, its force jumps in reloading, and cycles give energy.
-- A backbone that falls to zero force does so at the drift where its line crosses zero. OpenSees checks whether the
-  rounded force there is above zero; if it is, the storey counts as one that never lost its strength.
+- The unloading stiffness is at least that of the line to the origin. In OpenSees it can be smaller, with an exponent
+  near 1 and a force above yield: unloading then ends beyond the origin, the force jumps in reloading, and cycles
+  generate energy.
+- A falling backbone has lost its strength at the drift where its line crosses zero force. OpenSees checks whether the
+  rounded force there is above zero; if it is, OpenSees assumes that the storey never loses its strength.
 """
 
 from __future__ import annotations
@@ -88,13 +89,13 @@ class Hysteretic(Law):
         "1", "pinching of force in reloading (1: none)", low=0.0, high=1.0, default=1.0, opensees="pinchY"
     )
     damage_by_ductility: ArrayLike = parameter(
-        "1", "growth of the drift aimed at, by ductility", low=0.0, default=0.0, opensees="damage1"
+        "1", "growth of the reloading target drift by ductility", low=0.0, default=0.0, opensees="damage1"
     )
     damage_by_energy: ArrayLike = parameter(
-        "1", "growth of the drift aimed at, by energy", low=0.0, default=0.0, opensees="damage2"
+        "1", "growth of the reloading target drift by energy", low=0.0, default=0.0, opensees="damage2"
     )
     unloading_exponent: ArrayLike = parameter(
-        "1", "power of ductility by which unloading softens", low=0.0, high=1.0, default=0.0, opensees="beta"
+        "1", "exponent of ductility in the unloading stiffness", low=0.0, high=1.0, default=0.0, opensees="beta"
     )
 
     yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="s1n")
@@ -119,7 +120,7 @@ class Hysteretic(Law):
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """With damage, each reversal at zero force, or towards it, moves the drift aimed at outwards."""
+        """Return whether the storeys have damage: then each reversal near zero force increases the target drift."""
         return bool(np.any(p["damage_by_ductility"] > 0) or np.any(p["damage_by_energy"] > 0))
 
     @classmethod
@@ -163,7 +164,7 @@ class Hysteretic(Law):
 
 
 def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Return the coefficients of a side's backbone, and the energy under it, in its yield drifts and yield forces."""
+    """Return the coefficients of the backbone of a side and the energy under it; units: its yield drift and force."""
     (_, d2, d3), (_, f2, f3) = corners(p, 3)
     second, third = (f2 - 1) / (d2 - 1), (f3 - f2) / (d3 - d2)
     side = {

@@ -1,7 +1,7 @@
 """The law of Ibarra, Medina and Krawinkler (2005) with bilinear hysteresis, with the rules of OpenSees' IMKBilin.
 
-The force moves with the unloading stiffness until it meets the backbone of the side that the storey moves to. The
-backbone of a side deteriorates whenever the force changes its sign towards this side.
+The force changes with the unloading stiffness until it meets the backbone of the side (positive or negative) towards
+which the storey moves. The backbone of a side deteriorates each time the force takes the sign of this side.
 """
 
 import enum
@@ -45,7 +45,7 @@ class M(Layout):
 
 
 def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
-    """Return the law; without powers its exponent of deterioration is 1."""
+    """Return a variant of the law; POWERS is False if the exponent of deterioration is 1."""
     names, exponent, first_negative = row_of(IbarraMedinaKrawinklerBilinear, POWERS, ASYMMETRIC)
     EXPONENT = wp.constant(exponent)
     of_side = side_rules(name, first_negative)

@@ -1,8 +1,8 @@
 """Common rules of the laws of Ibarra, Medina and Krawinkler (2005): backbones, and deterioration by energy.
 
-Drifts and forces are in units of the positive side's yield drift and yield force, so the initial stiffness is 1. A
-backbone consists of the hardening line and the falling capping line. The energy that exhausts a storey is infinite if
-nothing deteriorates.
+Drifts and forces are divided by the yield drift and yield force of the positive side, so the initial stiffness is 1. A
+backbone consists of the hardening line and the falling capping line. Without deterioration, the energy capacity of a
+storey is infinite.
 """
 
 import enum
@@ -18,21 +18,21 @@ from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-SMALLEST = wp.constant(wp.float64(1e-30))  # least divisor, for quotients that are not used
+SMALLEST = wp.constant(wp.float64(1e-30))  # smallest divisor, to avoid divisions by 0 in quotients that are not used
 
 
 class Common(Layout):
-    """The first values of the memory of every kind, in yield drifts and yield forces."""
+    """The first memory values of all laws of this folder, in yield drifts and yield forces."""
 
-    DRIFT = enum.auto()  # of the last step
+    DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
-    STIFFNESS_LOSS = enum.auto()  # of unloading
-    ENERGY = enum.auto()  # that the storey has taken so far
-    ENERGY_BEFORE = enum.auto()  # that it had taken before the last change of the force's sign
+    STIFFNESS_LOSS = enum.auto()  # lost share of the unloading stiffness
+    ENERGY = enum.auto()  # energy dissipated so far
+    ENERGY_BEFORE = enum.auto()  # energy dissipated before the last change of the sign of the force
 
 
 def side_rules(name: str, FIRST_NEGATIVE: int | None) -> Callable:
-    """Return the function of the backbone of the side that a storey moves to, `(is_up, c) -> values`.
+    """Return the function `(is_up, c) -> values` for the backbone of the side towards which a storey moves.
 
     The values are yield force, hardening slope, falling slope, height of the capping line, residual force, ultimate
     drift, and deterioration rate.
@@ -62,12 +62,13 @@ def side_rules(name: str, FIRST_NEGATIVE: int | None) -> Callable:
 
 
 def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
-    """Return the functions of deterioration; without powers, which are slow, the exponent is 1.
+    """Return the functions of deterioration; POWERS is False if the exponent is 1, because powers are slow.
 
     Returns:
-        `(spent, left, exponent) -> share`: the share that is lost if an energy was spent of the energy that was left.
+        `(spent, left, exponent) -> share`: the lost share of a strength or stiffness; `spent` is the energy of the last
+        excursion, `left` the remaining energy capacity.
         `(force, stiffness, energy, energy_before, exponent, c) -> stiffness, is_exhausted`: the unloading stiffness of
-        a storey that turns back, and whether its energy is exhausted.
+        a storey that turns back, and whether its energy capacity is exhausted.
     """
 
     def deterioration(spent: Any, left: Any, exponent: Any):
@@ -113,17 +114,17 @@ def spring_of(
     values_on_line: int | None,
     coefficients: int,
 ) -> Spring:
-    """Return the storey law of Python functions that follow the path.
+    """Return the device functions of a storey law, made from Python functions.
 
     Args:
-        name: Start of the device functions' names.
-        follow: `(drift, memory, c) -> memory, tangent` at the drift, in the law's units.
-        go_on: The same for a storey that stays on its line.
-        leaves_line: `(drift, memory, c) -> bool`, true if the storey turns or passes a corner on its way there.
-        unloading: `(memory, c) -> stiffness, holds`: the present unloading stiffness, and whether energy is left.
-        of_side: As `side_rules` returns it.
-        memory: Number of values of the memory.
-        values_on_line: Number of values, from the first on, that may change along a line; None: all.
+        name: Prefix of the names of the device functions.
+        follow: `(drift, memory, c) -> memory, tangent` after a step to the drift, in yield drifts and yield forces.
+        go_on: As `follow`, for a storey that stays on its line.
+        leaves_line: `(drift, memory, c) -> bool`: whether the storey turns back or passes a corner in the step.
+        unloading: `(memory, c) -> stiffness, holds`: the unloading stiffness, and whether energy capacity is left.
+        of_side: Result of `side_rules`.
+        memory: Number of memory values.
+        values_on_line: Number of memory values, from the first, that may change along a line; None: all.
         coefficients: Number of coefficients.
     """
 

@@ -4,31 +4,32 @@ A backbone rises from yield to a capping point, falls to the residual force and 
 storey loses its strength. The negative side has the backbone of the positive side, except for the parameters whose
 names end in `_negative`; the initial stiffness is the same. An ultimate drift or a Lambda of 0 means infinity.
 
-Energy deteriorates the storey. Let E be the energy that the storey has taken so far, Ei that since the last change of
-the force's sign, and beta = (Ei / (Lambda Fy - E))^c. Each mode of deterioration has its own Lambda, a drift; Fy is the
-yield force of the positive side.
+Dissipated energy deteriorates the storey. Let E be the energy dissipated so far, Ei the energy dissipated since the
+last change of the sign of the force, Fy the yield force of the positive side, and beta = (Ei / (Lambda Fy - E))^c. Each
+mode of deterioration has its own Lambda, a drift.
 
-- Each time the force changes its sign, the side that it changes to loses the share D beta of its yield force and
-  hardening slope and of the force of its capping line, and its farthest peak moves out by the share D beta.
-- Each time the storey turns back, the unloading stiffness loses the share beta, without D.
+- Each time the force changes its sign, the backbone of the new side deteriorates: its yield force, hardening slope and
+  capping line decrease by the share D beta, and the drift of its farthest peak increases by the share D beta.
+- Each time the storey turns back, the unloading stiffness decreases by the share beta, without D.
 
-The rules are those of OpenSees' IMKBilin, IMKPeakOriented and IMKPinching (of 2022 and 2023). So the unloading
-stiffness of a bilinear storey that has reached its residual force is half the initial one. If a bilinear storey has
-lost its strength in one direction, it keeps the residual force in the other; the other kinds lose all strength at once.
+The rules are those of OpenSees' IMKBilin, IMKPeakOriented and IMKPinching (of 2022 and 2023). Two of them are less
+known. When a bilinear storey has reached its residual force, its unloading stiffness is half the initial stiffness. A
+bilinear storey that has lost its strength in one direction keeps the residual force in the other direction; the other
+laws lose all strength at once.
 
 Differences from OpenSees:
 
-- Once more energy was spent than was left of Lambda Fy, the storey is exhausted and has no force, as in the paper.
-  OpenSees' storeys continue without further deterioration if a single excursion takes E beyond Lambda Fy.
-- A storey never reloads more steeply than with its initial stiffness. OpenSees' forces jump if the peak aimed at is
-  close to the point where the force changed its sign, or behind it.
-- The residual force bounds a backbone everywhere. With OpenSees' IMKPeakOriented and IMKPinching it does so only beyond
-  the capping point, and the force jumps if deterioration has lowered the hardening part below it.
-- Without deterioration, Lambda is 0; OpenSees needs a large one. An excursion that has given back more energy than it
-  took deteriorates nothing; OpenSees raises the negative energy to the exponent, which is NaN for an exponent of 1.5.
-- A storey that turns back from its backbone gives back no more energy than it took since the force last changed its
-  sign: an unloading stiffness that is almost exhausted is limited by that. In OpenSees it approaches zero, and the
-  storey pushes on for hundreds of yield drifts.
+- When the dissipated energy reaches Lambda Fy, the storey has no force any more, as in the paper. In OpenSees, if a
+  single excursion increases E beyond Lambda Fy, the storey continues without further deterioration.
+- The reloading stiffness is at most the initial stiffness. In OpenSees the force jumps if the target peak is close to
+  the point where the force changed its sign, or behind this point.
+- The residual force is a lower bound of the whole backbone. In OpenSees' IMKPeakOriented and IMKPinching this holds
+  only beyond the capping point, and the force jumps if deterioration has lowered the hardening part below it.
+- Lambda = 0 means no deterioration; OpenSees needs a large Lambda instead. An excursion that returns more energy than
+  it took causes no deterioration; OpenSees raises the negative energy to the exponent, which gives NaN for 1.5.
+- A storey that turns back from its backbone returns at most the energy that it took since the force last changed its
+  sign. This limits how small the unloading stiffness becomes. In OpenSees the stiffness approaches zero, and the
+  storey unloads over hundreds of yield drifts.
 - A rate D above 1 lowers a strength to zero at most. In OpenSees strengths can become negative.
 """
 
@@ -46,10 +47,10 @@ from warpdyn.engine.laws.parameter import Parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in units of the positive side's yield drift and yield force.
+    """Coefficients of the device functions, in yield drifts and yield forces of the positive side.
 
-    A row has those that its kind needs, then the exponent of deterioration if that may differ from 1, then the
-    coefficients of the negative side if that may differ.
+    A row consists of the coefficients that the law needs, then the exponent of deterioration if it may differ from 1,
+    then the coefficients of the negative side if it may differ from the positive side.
     """
 
     INVERSE_YIELD_DRIFT = enum.auto()
@@ -105,7 +106,7 @@ RATE = Parameter("1", "rate D of deterioration", low=0.0, low_open=True, high=2.
 
 
 def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
-    """Return the rows of a kind of storey: without powers, which are slow on CPUs, with them, and with two sides."""
+    """Return the rows of a law: without powers (which are slow on CPUs), with powers, and with two backbones."""
     names = Coefficient.names(count)
     power = (*names, "deterioration_exponent")
     return {
@@ -116,14 +117,14 @@ def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
 
 
 def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, ...], int, int | None]:
-    """Return a row's coefficients, and the indices of the exponent and of the negative side's first coefficient."""
+    """Return the coefficients of a row, the index of the exponent, and the first index of the negative side."""
     names = law.rows[law.name + ("_asymmetric" if asymmetric else "_power" * powers)]
     common = len(law.rows[law.name])
     return names, common if powers else common - 1, common + 1 if asymmetric else None
 
 
 def _row(law: type[Law], p: Values) -> str:
-    """Return the row of storeys: that without powers if all of them have the exponent 1."""
+    """Return the row for these storeys; the row without powers if the exponent of all storeys is 1."""
     linear, power, asymmetric = law.rows
     if any(name.endswith("_negative") for name in p) or np.any(p["deterioration_rate"] > 1):
         return asymmetric
@@ -180,7 +181,7 @@ class IbarraMedinaKrawinklerBilinear(Law):
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
         found = _coefficients(p, row)
-        # The fall of its capping line is in proportion to the strength above the residual force.
+        # The slope of the capping line is proportional to the strength above the residual force.
         found["falling_slope"] = found["falling_slope"] / (1 - p["residual_force_ratio"])
         if "falling_slope_negative" in found:
             above = found["yield_force_negative"] - found["residual_force_negative"]
@@ -316,7 +317,7 @@ class IbarraMedinaKrawinklerPinching(Law):
 
 
 def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-    """Return the coefficients that all kinds read, in units of the positive side's yield drift and yield force."""
+    """Return the coefficients that all laws of this folder need, in yield drifts and forces of the positive side."""
     rate = p["stiffness"] / p["yield_force"]
 
     def capacity(name: str) -> np.ndarray:

@@ -1,9 +1,9 @@
 """The laws of Ibarra, Medina and Krawinkler (2005) that reload towards peaks, with the rules of OpenSees' materials.
 
-IMKPeakOriented: once the force has changed its sign, the storey reloads towards the last peak of that side if the line
-to it is steeper than the line to the farthest peak, otherwise towards the farthest peak. IMKPinching: the storey first
-reloads towards a lower point. Whenever the force changes its sign towards a side, the backbone of this side
-deteriorates and its farthest peak moves out. The force at the farthest peak is that of the backbone.
+IMKPeakOriented: when the force has changed its sign, the storey reloads towards the last peak or the farthest peak of
+the new side, whichever gives the steeper line. IMKPinching: the storey first reloads towards a lower point. Each time
+the force changes its sign, the backbone of the new side deteriorates, and the drift of its farthest peak increases. The
+force at the farthest peak is the force of the backbone there.
 """
 
 import enum
@@ -35,7 +35,7 @@ ELASTIC, UNLOADING, TO_PINCH, TO_LAST, TO_FARTHEST, ON_BACKBONE, FAILED = (
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces: `Common`, then others; the last two exist only with pinching."""
+    """The memory, in yield drifts and yield forces; `Common` comes first, the last two exist only with pinching."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
@@ -57,7 +57,8 @@ class M(Layout):
     PINCHING_FORCE = enum.auto()
 
 
-# Peaks are stored without an offset, whose rounding would make equal peaks differ. 0 means the first yield point.
+# Peaks are stored without subtracting the yield drift, which would make equal peaks differ by rounding. 0 means that
+# the peak is the first yield point.
 @wp.func
 def recalled(value: Any, yields: Any):
     return wp.where(value == type(value)(0.0), yields, value)
@@ -69,7 +70,7 @@ def kept(value: Any):
 
 
 def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
-    """Return the law, with or without pinching; without powers its exponent of deterioration is 1."""
+    """Return a variant of the law; POWERS is False if the exponent of deterioration is 1."""
     deterioration, after_turning = energy_rules(POWERS)
     law = IbarraMedinaKrawinklerPinching if PINCHES else IbarraMedinaKrawinklerPeakOriented
     names, exponent, first_negative = row_of(law, POWERS, ASYMMETRIC)

@@ -1,4 +1,4 @@
-"""Seismic isolators as storey laws, with the parameters of their specifications and the functions of `bilinear`."""
+"""Seismic isolators as storey laws, with the usual parameters of isolators and the device functions of `bilinear`."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from warpdyn.engine.laws.law import YIELD_FORCE, Law, Values, parameter, shared
 
 
 class LeadRubberBearing(Law):
-    """Lead-rubber bearings under a building, bilinear with the storey's stiffness before yield.
+    """Lead-rubber bearings under a building; the stiffness before yield is the `stiffness` of the storey.
 
     OpenSees: elastomericBearingPlasticity with kInit, qd = yield force times (1 - k2 / kInit), and alpha1 = k2 / kInit.
 
@@ -41,7 +41,7 @@ class LeadRubberBearing(Law):
 
 
 class FrictionPendulum(Law):
-    """Friction pendulum bearings under a building, with the storey's stiffness before they slide.
+    """Friction pendulum bearings under a building; the stiffness before sliding is the `stiffness` of the storey.
 
     OpenSees: singleFPBearing with Coulomb friction, under a constant weight.
 

@@ -1,4 +1,4 @@
-"""Viscous dampers in series with a brace. The memory is the force over the damper coefficient."""
+"""Viscous dampers in series with a brace. The memory is the force divided by the damper coefficient."""
 
 import enum
 from typing import Any
@@ -15,11 +15,11 @@ from warpdyn.engine.laws.spring import Spring
 class M(Layout):
     """The memory."""
 
-    FORCE = enum.auto()  # over the damper coefficient
+    FORCE = enum.auto()  # force divided by the damper coefficient
 
 
 def _maxwell_damper(row: str, POWER: bool) -> Spring:
-    """Return the row of linear dampers, or of dampers whose force is a power of the velocity."""
+    """Return the device functions of linear dampers, or (POWER) of dampers with a velocity exponent."""
 
     def force(drift: Any, memory: Any, c: Any):
         return c[C.DAMPER_COEFFICIENT] * memory[M.FORCE]

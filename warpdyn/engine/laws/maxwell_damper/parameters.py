@@ -1,13 +1,16 @@
-"""Viscous dampers in series with a brace that has a stiffness (Maxwell elements; OpenSees: ViscousDamper).
+"""Viscous dampers in series with a flexible brace (Maxwell elements; OpenSees: ViscousDamper).
 
 The force F of damper and brace follows F' = K (v - sign(F) (|F| / C)^(1 / alpha)), with the brace stiffness K, the
-velocity v of the storey drift, the damper coefficient C and the velocity exponent alpha. It is 0 at the start. With
+velocity v of the storey drift, the damper coefficient C and the velocity exponent alpha. F is 0 at the start. With
 alpha = 1 and a constant velocity, F = C v (1 - exp(-K t / C)). For a rigid brace use `ViscousDamper`.
 
-The force depends on time, so these dampers have two limits: only explicit methods that know the velocity integrate them
-(`rk4` and others), and `storey_hysteresis` and `pushover`, which are quasi-static, give a force of 0. The stable step
-includes the rate K / (alpha C) at which the force relaxes if it is C, that is at 1 m/s; for faster motions each run
-checks the rate itself. The energy that the damper dissipates is in `hysteretic_energy`.
+The force changes with time at a constant drift. This has two consequences:
+
+- Only explicit methods such as `rk4` support these dampers, except `central_difference_lagged`.
+- `storey_hysteresis` and `pushover` are quasi-static; there the force is 0.
+
+The force relaxes at the rate K / (alpha C) if F = C, the force at 1 m/s. The default step is short enough for this
+rate; for faster motions, each run checks the actual rate. `hysteretic_energy` contains the dissipated energy.
 
 Differences from OpenSees: its material ViscousDamper integrates the same equation in each step, as if the velocity were
 constant in the step; its material Maxwell ignores alpha.
@@ -25,11 +28,11 @@ from warpdyn.engine.laws.law import Device, Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; the row of linear dampers reads all except the last."""
+    """Coefficients of the device functions; linear dampers do not need the last one."""
 
-    STIFFNESS_RATIO = enum.auto()  # brace stiffness over damper coefficient
+    STIFFNESS_RATIO = enum.auto()  # brace stiffness divided by damper coefficient
     DAMPER_COEFFICIENT = enum.auto()
-    HALF_FLEXIBILITY = enum.auto()  # half the damper coefficient squared over the brace stiffness
+    HALF_FLEXIBILITY = enum.auto()  # C^2 / (2 K)
     INVERSE_EXPONENT = enum.auto()
 
 
@@ -78,7 +81,7 @@ class MaxwellDamper(Device):
             return None
         place = first_place(bad)
         return (
-            f"brace_stiffness is 0 where damper_coefficient is {damper[place]:g} ({place_of(place)}): a damper without "
+            f"brace_stiffness is 0 and damper_coefficient is {damper[place]:g} ({place_of(place)}): a damper without "
             "a brace has no force; give brace_stiffness above 0, or damper_coefficient=0 in this storey"
         )
 

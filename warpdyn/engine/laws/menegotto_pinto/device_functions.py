@@ -1,9 +1,10 @@
-"""Menegotto-Pinto steel: after every reversal a curve from the elastic line to the hardening line.
+"""Menegotto-Pinto steel: after each reversal, the force follows a curve from the elastic to the hardening line.
 
-The drift x is in yield drifts. A hardening spring is parallel to a force h that is 1 at yield. After a reversal at
-(x_r, h_r) in the direction s, h = h_r + s S g(r), with r = s (x - x_r) / S, g = r / (1 + r^R)^(1/R) and the distance
-S = s_y - s h_r to yield at s_y, which is 1 without isotropic hardening. R = R0 (1 - c1 xi / (c2 + xi)) falls with the
-plastic excursion xi before the reversal; c1 and c2 are the curvature's reduction and its ductility.
+The drift x is in yield drifts. A hardening spring acts in parallel with a force h, which is 1 at yield. After a
+reversal at (x_r, h_r), the storey moves in the direction s (1 or -1). Then h = h_r + s S g(r), where
+r = s (x - x_r) / S, g = r / (1 + r^R)^(1/R), and S = s_y - s h_r is the distance to yield. The yield level s_y is 1
+without isotropic hardening. The exponent R = R0 (1 - c1 xi / (c2 + xi)) decreases with the plastic excursion xi before
+the reversal; c1 is `curvature_reduction` and c2 the ductility of this reduction.
 """
 
 import enum
@@ -18,26 +19,26 @@ from warpdyn.engine.laws.menegotto_pinto.parameters import Coefficient as C, Men
 from warpdyn.engine.laws.row_functions import device_functions
 from warpdyn.engine.laws.spring import Spring
 
-# Least distance from a reversal to the hardening line, by which the drift is divided; rounding can make it 0.
+# Smallest distance S from a reversal to the hardening line; it is a divisor, and rounding could make it 0.
 LEAST_SPAN = wp.constant(wp.float64(1e-9))
-LEAST_RATIO = wp.constant(wp.float64(1e-30))  # in a logarithm
-TERMS = wp.constant(16)  # of the series of stored energy; each is less than 0.5^R times the term before
+LEAST_RATIO = wp.constant(wp.float64(1e-30))  # smallest argument of a logarithm
+TERMS = wp.constant(16)  # terms of the series for the elastic energy; each is less than 0.5^R times the last one
 
 
 class M(Layout):
-    """The memory up to the last reversal; HARDENED only with isotropic hardening."""
+    """The memory up to the last reversal; HARDENED exists only with isotropic hardening."""
 
-    DRIFT = enum.auto()  # x of the last step
-    TRANSITION = enum.auto()  # h of the last step
+    DRIFT = enum.auto()  # x at the last step
+    TRANSITION = enum.auto()  # h at the last step
     TURN_DRIFT = enum.auto()  # x_r
     TURN_TRANSITION = enum.auto()  # h_r
-    LARGEST_ABOVE = enum.auto()  # largest x of a reversal minus 1
-    LARGEST_BELOW = enum.auto()  # -1 minus the smallest
+    LARGEST_ABOVE = enum.auto()  # (largest x of a reversal) - 1
+    LARGEST_BELOW = enum.auto()  # -1 - (smallest x of a reversal)
     HARDENED = enum.auto()  # s_y - 1
 
 
 class Branch(Layout):
-    """The memory of the branch, after that of the reversal; all 0 before the first step."""
+    """The memory of the present branch, which follows the memory of the reversal; all 0 before the first step."""
 
     EXPONENT = enum.auto()  # R
     INVERSE_EXPONENT = enum.auto()
@@ -91,7 +92,7 @@ def area_under(height: Any, inverse_exponent: Any):
 
 def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     """Return the device functions without or with isotropic hardening."""
-    VALUES = wp.constant(len(M) if IS_ISOTROPIC else int(M.HARDENED))  # that a reversal sets
+    VALUES = wp.constant(len(M) if IS_ISOTROPIC else int(M.HARDENED))  # number of memory values that a reversal sets
     EXPONENT, INVERSE_EXPONENT, SPAN, INVERSE_SPAN = (wp.constant(VALUES + m) for m in Branch)
 
     def turned(direction: Any, memory: Any, c: Any):

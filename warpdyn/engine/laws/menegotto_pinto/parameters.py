@@ -12,7 +12,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; the last two only with isotropic hardening."""
+    """Coefficients of the device functions; the last two exist only with isotropic hardening."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     TRANSITION_FORCE = enum.auto()  # at h = 1
@@ -46,7 +46,7 @@ class MenegottoPinto(Law):
     )
     curvature_reduction: ArrayLike = parameter(
         "1",
-        "largest share cR1 that the exponent loses",
+        "largest relative decrease cR1 of the exponent",
         low=0.0,
         high=1.0,
         high_open=True,
@@ -55,7 +55,7 @@ class MenegottoPinto(Law):
     )
     curvature_reduction_ductility: ArrayLike = parameter(
         "1",
-        "plastic excursion cR2 over yield drift at half that loss",
+        "plastic excursion over yield drift, cR2, at which half of the largest decrease occurs",
         low=0.0,
         low_open=True,
         default=0.15,
@@ -63,14 +63,14 @@ class MenegottoPinto(Law):
     )
     isotropic_hardening: ArrayLike = parameter(
         "1",
-        "rise of the yield force over itself at the isotropic hardening ductility",
+        "relative rise of the yield force at the isotropic hardening ductility",
         low=0.0,
         default=0.0,
         opensees="a1 and a3",
     )
     isotropic_hardening_ductility: ArrayLike = parameter(
         "1",
-        "half the range of drift over yield drift of that rise",
+        "half the range of drifts over yield drift at which the isotropic hardening ratio is reached",
         low=0.0,
         low_open=True,
         default=1.0,
@@ -85,12 +85,12 @@ class MenegottoPinto(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the variant; isotropic hardening needs another power and another memory value."""
+        """Return the variant: isotropic hardening needs one more power and one more memory value."""
         return "menegotto_pinto_isotropic" if np.any(p["isotropic_hardening"]) else "menegotto_pinto"
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """With isotropic hardening, each reversal shifts the line that the next branch approaches."""
+        """Return whether there is isotropic hardening: then each reversal shifts the line of the next branch."""
         return cls.spring(p) == "menegotto_pinto_isotropic"
 
     @staticmethod
@@ -113,7 +113,7 @@ class MenegottoPinto(Law):
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on exponents below 1, with which the storey would yield at once, or None."""
+        """Return a sentence on an exponent that may fall below 1 (the storey would yield at once), or None."""
         exponent, reduction = p["transition_curvature"], p["curvature_reduction"]
         least = 1 / (1 - reduction)
         reason = "1 / (1 - curvature_reduction): the exponent of later transitions must be at least 1"

@@ -1,8 +1,8 @@
 """Kinematic backbones of several corners: elastic-perfectly-plastic springs in parallel (Iwan 1967; Masing 1926).
 
-An elastic spring with the hardening stiffness acts in parallel with one yielding spring for each corner of the
-backbone, which yields at the drift of that corner. The memory is the plastic drift of each yielding spring. A spring of
-an asymmetric storey yields at a different drift in each direction.
+An elastic spring with the hardening stiffness acts in parallel with springs that yield, one for each corner of the
+backbone; a spring yields at the drift of its corner. The memory is the plastic drift of each of these springs. In an
+asymmetric storey, a spring yields at a different drift in each direction.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ from warpdyn.engine.laws.spring import Spring
 
 
 def _multilinear(law: type[Law], corners: int) -> Spring:
-    """Return the row of backbones with this number of corners."""
+    """Return the device functions of backbones with this number of corners."""
     name = f"multilinear_{corners}"
     CORNERS = wp.constant(corners)
 
@@ -57,7 +57,7 @@ def _multilinear(law: type[Law], corners: int) -> Spring:
 
 
 def _asymmetric(law: type[Law], corners: int) -> Spring:
-    """Return the row of backbones with this number of corners on each side."""
+    """Return the device functions of two different backbones with this number of corners on each side."""
     name = f"multilinear_{corners}_asymmetric"
     names = law.rows[name]
     SPRINGS_IN_PARALLEL = wp.constant(len(names) // 3)

@@ -1,13 +1,14 @@
 """Trilinear and quadrilinear backbones with kinematic hardening (OpenSees: MultiLinear).
 
-OpenSees' points e1 s1, e2 s2, ... are the corners. The first corner is at `yield_force`; the others are given by drift
-over yield drift and force over yield force, so a backbone keeps its shape if stiffness and yield force are scattered.
-Beyond the last corner the slope is `hardening_ratio` times the stiffness.
+The corners are OpenSees' points (e1, s1), (e2, s2), ... The first corner is the yield point. The drifts and forces of
+the other corners are divided by the yield drift and the yield force, so that the backbone keeps its shape if stiffness
+and yield force are random. Beyond the last corner the slope is `hardening_ratio` times the stiffness.
 
 The negative side has the backbone of the positive side, except for the parameters whose names end in `_negative`; the
-stiffness and the hardening ratio are the same. Each of the springs in parallel that make up the storey then yields at a
-different drift in each direction: the spring that yields first in one direction also yields first in the other.
-OpenSees has no such material; its ElasticPP with two yield strains is one of these springs.
+stiffness and the hardening ratio are the same on both sides. The storey consists of springs in parallel. With two
+backbones, each spring yields at a different drift in each direction; the spring that yields first in one direction also
+yields first in the other direction. OpenSees has no such material; a single spring is its ElasticPP with two yield
+strains.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def _force_ratio(corner: int) -> Parameter:
 
 
 def _rows(corners: int) -> dict[str, tuple[str, ...]]:
-    """Return the rows of backbones with this number of corners; with two sides, 2 n - 1 springs yield for n corners."""
+    """Return the rows for n corners: n springs that yield, or 2 n - 1 springs if the sides differ."""
     springs = [(f"stiffness_{k}", f"yield_drift_{k}", f"yield_drift_below_{k}") for k in range(1, 2 * corners)]
     return {
         f"multilinear_{corners}": Coefficient.names(2 * corners + 1),
@@ -55,7 +56,7 @@ def _rows(corners: int) -> dict[str, tuple[str, ...]]:
 
 
 class Trilinear(Law):
-    """A storey of two corners with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
+    """A trilinear storey (two corners) with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
 
     Example:
         >>> wd.laws.Trilinear(yield_force=1e6, ductility_2=4, force_ratio_2=1.5, hardening_ratio=0.02)
@@ -89,7 +90,7 @@ class Trilinear(Law):
 
 
 class Quadrilinear(Law):
-    """A storey of three corners with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
+    """A quadrilinear storey (three corners) with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
 
     Example:
         >>> law = wd.laws.Quadrilinear(
@@ -128,7 +129,7 @@ class Quadrilinear(Law):
 
 
 def _slopes(p: Values, corners: int) -> list[np.ndarray]:
-    """Return the slopes of the backbone over the initial stiffness, the first of them 1."""
+    """Return the slopes of the parts of the backbone divided by the initial stiffness; the first slope is 1."""
     slopes = [np.ones_like(p["yield_force"])]
     ductility: float | np.ndarray = 1.0
     force: float | np.ndarray = 1.0
@@ -140,7 +141,7 @@ def _slopes(p: Values, corners: int) -> list[np.ndarray]:
 
 
 def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
-    """Return the hardening stiffness, then the stiffness lost at each corner and its drift."""
+    """Return the hardening stiffness, then for each corner the loss of stiffness and the drift."""
     slopes = _slopes(p, corners)
     yield_drift = p["yield_force"] / p["stiffness"]
     drifts = [yield_drift, *(p[f"ductility_{corner}"] * yield_drift for corner in range(2, corners + 1))]
@@ -153,8 +154,8 @@ def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
 def _coefficients_of_sides(p: Values, corners: int) -> dict[str, np.ndarray]:
     """Return the coefficients of springs that yield at a different drift in each direction.
 
-    At its corners each side loses the same stiffness in total, in other steps: the springs are the parts between the
-    stiffnesses lost so far on either side.
+    The stiffness decreases at the corners of each side, by the same total but in different steps. The steps of both
+    sides together divide this total into the stiffnesses of the springs.
     """
     sides = [_coefficients(side, corners) for side in (p, negative_side(p))]
     lost, drift = (
@@ -176,7 +177,7 @@ def _coefficients_of_sides(p: Values, corners: int) -> dict[str, np.ndarray]:
 
 
 def _problem(p: Values, corners: int) -> str | None:
-    """Return a sentence on a contradiction in a backbone, which must not fall and must bend down at each corner."""
+    """Return a sentence on a backbone that falls, or whose slope increases at a corner, or None."""
     ductility = np.ones_like(p["yield_force"])
     force: float | np.ndarray = 1.0
     for corner in range(2, corners + 1):

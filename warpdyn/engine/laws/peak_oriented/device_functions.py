@@ -1,13 +1,14 @@
-"""Peak-oriented storeys: reloading leads from zero force to the peak of its side.
+"""Peak-oriented storeys: after zero force, reloading leads towards the peak of the new side.
 
-The drift x is in yield drifts and the force f in yield forces. The backbone is the minimum of three lines, through the
-origin, the cracking point and the yield point. Unloading is straight; reloading after partial unloading returns to the
-point where unloading began.
+The drift x is in yield drifts and the force f in yield forces. The backbone consists of three lines, which begin at the
+origin, the cracking point and the yield point; the smallest of their forces counts. Unloading follows a straight line;
+reloading after partial unloading returns to the point where unloading began.
 
-`peak_oriented` unloads with the initial stiffness. `takeda` unloads towards the opposite cracking point before yield,
-and with x^-a of that stiffness after it, but no softer than towards the origin. If one side has yielded and the other
-has not cracked, the latter is loaded with the unloading slope up to the cracking force, then straight to the yield
-point. A line that can be followed in one direction only ends, behind the storey, at its last step.
+`peak_oriented` unloads with the initial stiffness. `takeda` unloads towards the opposite cracking point before yield.
+After yield, it unloads with x^-a times the slope at yield, but at least with the slope to the origin. If one side has
+yielded and the other side has not cracked, the other side is loaded with the unloading slope up to the cracking force,
+then along a line to the yield point. If a line can be followed in one direction only, its other end is the drift of the
+last step.
 """
 
 import enum
@@ -22,7 +23,7 @@ from warpdyn.engine.laws.peak_oriented.parameters import Coefficient as C, PeakO
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-LEAST_WAY = wp.constant(wp.float64(1e-9))  # least distance to the target, by which the force is divided
+LEAST_WAY = wp.constant(wp.float64(1e-9))  # smallest distance to the target; the force is divided by the distance
 # A line ends just before zero force: the rules depend on the sign of the force, which rounding must not decide.
 LEAST_FORCE = wp.constant(wp.float64(1e-3))
 FARTHEST = wp.constant(wp.float64(1e30))
@@ -33,7 +34,7 @@ class M(Layout):
 
     DRIFT = enum.auto()  # of the last step
     FORCE = enum.auto()
-    PEAK_ABOVE = enum.auto()  # peak of the positive side minus the cracking point
+    PEAK_ABOVE = enum.auto()  # drift of the positive peak minus the cracking drift
     PEAK_BELOW = enum.auto()
     LOWER_END = enum.auto()  # drifts between which the storey stays on its line
     UPPER_END = enum.auto()
@@ -62,7 +63,7 @@ def backbone_slope(x: Any, c: Any):
 
 
 def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
-    """Return the device functions for one of the two unloading rules."""
+    """Return the device functions of `PeakOriented` or `Takeda`, which differ in the unloading stiffness."""
     IS_TAKEDA = law is Takeda
 
     def unloading(side: Any, other: Any, c: Any):

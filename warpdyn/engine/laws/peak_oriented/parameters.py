@@ -1,19 +1,20 @@
 """Peak-oriented storeys: Clough's law and Takeda's, on a trilinear backbone of cracking and yield.
 
-`takeda` (Takeda, Sozen and Nielsen 1970) unloads more softly after larger peak drifts d of its side:
+In `takeda` (Takeda, Sozen and Nielsen 1970), the unloading stiffness of a side decreases with its peak drift d:
 
-- before yield, towards the cracking point of the other side;
-- after yield, with (yield drift / d)^`unloading_exponent` of that slope at yield, but no softer than to the origin.
+- before yield, unloading leads towards the cracking point of the other side;
+- after yield, the unloading stiffness is (yield drift / d)^`unloading_exponent` times that at the yield point, but at
+  least the slope of the line to the origin.
 
-Without cracking, which is the default, this is the modified Takeda law, or Clough's law with degrading unloading
-stiffness (Otani 1981). OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta as the unloading exponent,
-except for the bound towards the origin, and for the step in which the force changes its sign: there Hysteretic's force
-depends on the length of the step.
+Without cracking (default), this is the modified Takeda law, or Clough's law with degrading unloading stiffness (Otani
+1981). It equals OpenSees' Hysteretic with pinchX = pinchY = 1, no damage and beta as the unloading exponent, with two
+exceptions: the lower bound of the unloading stiffness, and the step in which the force changes its sign, where the
+force of Hysteretic depends on the length of the step.
 
-With cracking, the laws differ. Hysteretic unloads from the cracking point with (e1 / d)^beta of the initial stiffness,
-and reloads towards the cracking point of an uncracked side. Takeda's storey, once it has yielded, is loaded on such a
-side with the unloading slope up to the cracking force, and then towards the yield point. Inner loops lead to the peak
-of their side, as in Hysteretic, not to that of the previous cycle.
+With cracking, the laws differ. Hysteretic unloads from the cracking point with (e1 / d)^beta times the initial
+stiffness, and reloads an uncracked side towards its cracking point. In `takeda`, a storey that has yielded is loaded on
+an uncracked side with the unloading stiffness up to the cracking force, and then towards the yield point. Inner loops
+lead to the peak of their side, as in Hysteretic, not to the peak of the previous cycle.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in yield drifts and yield forces; the last two only of Takeda."""
+    """Coefficients of the device functions, in yield drifts and yield forces; only Takeda has the last two."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()

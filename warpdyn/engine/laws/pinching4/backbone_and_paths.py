@@ -1,6 +1,7 @@
 """The backbone of four points, and the paths of three straight parts of Pinching4's storeys.
 
-Drifts and forces are in units of the positive side's yield drift and yield force, for a storey that moves ahead.
+Drifts and forces are divided by the yield drift and yield force of the positive side; signs are such that the storey
+moves in the positive direction.
 """
 
 from typing import Any
@@ -42,13 +43,13 @@ def side_functions(name: str, FIRST_NEGATIVE: int | None) -> tuple[wp.Function, 
     """Return the functions of a side of a storey.
 
     Args:
-        name: Start of the device functions' names.
+        name: Prefix of the names of the device functions.
         FIRST_NEGATIVE: Index of the first coefficient of the negative side; None if both sides are the same.
 
     Returns:
         `(x, is_up, c) -> force, slope, end` of the backbone, as `pinching4_backbone`. `(is_up, c) -> values`: yield
-        drift, drift at the third corner, reloading drift and force, and the forces unloaded to, before and beyond the
-        third corner.
+        drift, drift at the third corner, reloading drift and force, and the force at which unloading ends, for peaks
+        before and beyond the third corner.
     """
     ASYMMETRIC = FIRST_NEGATIVE is not None
     FIRST = wp.constant(FIRST_NEGATIVE or 0)

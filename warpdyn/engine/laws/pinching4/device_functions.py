@@ -1,9 +1,9 @@
 """Four-point backbone with pinching, and with damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-Drifts and forces are in units of the positive side's yield drift and yield force, and mirrored so that the storey moves
-ahead: one set of rules serves both directions. A storey is on its backbone, or on a path of three straight parts from
-its last turning point to the farthest point ahead. Damage is computed at turning points, which alone use it; beyond the
-last corner of the backbone it does not change.
+Drifts and forces are divided by the yield drift and yield force of the positive side. Their signs are changed if the
+storey moves in the negative direction, so that one set of rules serves both directions. A storey is on its backbone, or
+on a path of three straight parts from its last turning point to the farthest point ahead. Damage is computed and used
+at turning points only; beyond the last corner of the backbone it does not change.
 """
 
 import enum
@@ -26,34 +26,35 @@ from warpdyn.engine.laws.spring import Spring
 
 # The storey is elastic in both directions until its drift passes this value.
 ELASTIC = wp.constant(wp.float64(1e-4))
-# A drift aimed at on a path is at least the smaller yield drift; less than that means: the storey is on its backbone.
+# The target drift of a path is at least the smaller yield drift. A smaller value means that the storey is on its
+# backbone.
 ON_BACKBONE = wp.constant(wp.float64(0.5))
 ON_PATH = wp.constant(wp.float64(0.75))
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; after LINE_END only with damage, CYCLES only with cycle damage."""
+    """The memory, in yield drifts and forces; after LINE_END only with damage, CYCLES only with cycle damage."""
 
-    DRIFT = enum.auto()  # of the last step
+    DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
-    HEADING = enum.auto()  # signed: the drift aimed at on a path, 1/2 on the backbone; 0 before the first step
-    TURN_DRIFT = enum.auto()  # of the last turn
+    HEADING = enum.auto()  # signed: target drift of a path, or 1/2 on the backbone; 0 before the first step
+    TURN_DRIFT = enum.auto()  # drift at the last turn
     TURN_FORCE = enum.auto()
     DEMAND_ABOVE = enum.auto()  # largest drift beyond yield
     DEMAND_BELOW = enum.auto()
-    LINE_SLOPE = enum.auto()  # of the straight part that the storey is on
+    LINE_SLOPE = enum.auto()  # slope of the present straight part
     LINE_END = enum.auto()
     STIFFNESS_LOSS = enum.auto()  # at the last turn
     STRENGTH_LOSS = enum.auto()
-    WAITING_STIFFNESS_LOSS = enum.auto()  # when the drift last passed the last corner
-    WAITING_GROWTH = enum.auto()  # of the drift aimed at
+    WAITING_STIFFNESS_LOSS = enum.auto()  # loss when the drift last passed the last corner
+    WAITING_GROWTH = enum.auto()  # growth of the target drift at that time
     WAITING_STRENGTH_LOSS = enum.auto()
     ENERGY = enum.auto()
     CYCLES = enum.auto()  # number of cycles times 4 times the farthest drift
 
 
 class Damage(Layout):
-    """The coefficients of a kind of damage, counted from its limit."""
+    """The coefficients of a kind of damage, numbered from its limit on."""
 
     LIMIT = enum.auto()
     BY_DRIFT = enum.auto()
@@ -81,7 +82,7 @@ def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhauste
 
 
 def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
-    """Return the law without damage, or with damage by "energy" or by "cycle"."""
+    """Return the device functions without damage (None), or with damage by "energy" or by "cycle"."""
     DAMAGES, BY_CYCLES, name = damage is not None, damage == "cycle", f"pinching4_{damage}_damage"
     VALUES = len(M) if BY_CYCLES else int(M.CYCLES) if DAMAGES else int(M.STIFFNESS_LOSS)
     row = (name if DAMAGES else "pinching4") + "_asymmetric" * ASYMMETRIC

@@ -1,15 +1,16 @@
 """Four-point storeys with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-GEM's vulnerability toolkit uses such storeys with reloading ratios of 0.5 and 0.25 and an unloading ratio of 0.05 (the
-defaults here), without damage or with the damage of `GEM_DAMAGE`. The negative side has the parameters of the positive
-side, except for those whose names end in `_negative`; the initial stiffness is the same. Damage depends on the largest
-ductility and on the use of the storey: the energy spent, divided by the energy factor times the energy under the larger
-backbone, or the number of cycles.
+The defaults are those of GEM's vulnerability toolkit: reloading ratios of 0.5 and 0.25, an unloading ratio of 0.05, and
+no damage; `GEM_DAMAGE` contains the damage parameters of the toolkit. The negative side has the parameters of the
+positive side, except for those whose names end in `_negative`; the initial stiffness is the same. Damage depends on the
+largest ductility and on one of these: the number of cycles, or the dissipated energy divided by the energy capacity
+(the energy factor times the energy under the larger backbone).
 
-An exponent of 0, which GEM's toolkit gives for all damage, makes damage a switch: any number except 0 to the power of 0
-is 1. The first drift beyond the backbone's first part, or the first energy spent, then does all of the damage at once,
-and rounding decides when. Results of single records differ by up to 40 % between float32, float64 and OpenSees at two
-steps; fractions over many records are reliable. A warning reports this. With exponents of 1, damage grows gradually.
+GEM's toolkit has exponents of 0 for all damage. Such damage is a switch, because every number except 0 to the power of
+0 is 1: all damage occurs at once, at the first drift beyond the first part of the backbone or with the first dissipated
+energy, and rounding decides when. Results of single records differ by up to 40 % between float32, float64 and OpenSees
+with two different steps; fractions of many records are reliable. A warning reports this. With exponents of 1, damage
+grows gradually.
 
 Differences from OpenSees:
 
@@ -18,8 +19,8 @@ Differences from OpenSees:
   drift.
 - The unloading ratio must be below the reloading ratio. Otherwise OpenSees reloads to the force of the last corner.
 - No part of a path is stiffer than the first part of the backbone. In OpenSees paths from small turns can be.
-- The unloading ratio has a lower bound. Without it, cycles to a peak whose force is below the corner's would give
-  energy.
+- The unloading ratio has a lower bound. Without it, cycles to a peak with a force below that of the corner would
+  generate energy.
 - A turn takes effect at once. OpenSees uses the old loss of stiffness and strength in part for one more step.
 - A storey that has lost its force stays without force. OpenSees divides 0 by 0 there, and if `reloading_drift` is 1.
 """
@@ -47,7 +48,7 @@ from warpdyn.engine.laws.parameter import Parameter
 NEVER = 1e16  # yield drifts
 DAMAGE = {
     "stiffness": "loss of unloading stiffness",
-    "reloading": "growth of the drift aimed at",
+    "reloading": "growth of the reloading target drift",
     "strength": "loss of strength",
 }
 #: The damage that GEM's vulnerability toolkit gives Pinching4, by parameter: `Pinching4(..., **GEM_DAMAGE)`.
@@ -68,7 +69,9 @@ GEM_DAMAGE = {
 _BY_DRIFT = {
     kind: Parameter("1", f"{name} at the last drift of the backbone", low=0.0) for kind, name in DAMAGE.items()
 }
-_BY_USE = {kind: Parameter("1", f"{name} by all energy, or a cycle", low=0.0) for kind, name in DAMAGE.items()}
+_BY_USE = {
+    kind: Parameter("1", f"{name} at exhausted energy capacity, or per cycle", low=0.0) for kind, name in DAMAGE.items()
+}
 _DRIFT_EXPONENT = {kind: Parameter("1", f"power of drift in {name}", low=0.0) for kind, name in DAMAGE.items()}
 _USE_EXPONENT = {kind: Parameter("1", f"power of energy or cycles in {name}", low=0.0) for kind, name in DAMAGE.items()}
 _LIMIT = {
@@ -80,7 +83,7 @@ _LIMIT = {
 
 
 class Negative(Layout):
-    """Coefficients of the negative side, in units of the positive side; they come last in a row that has them."""
+    """Coefficients of the negative side, in units of the positive side; they are the last ones of a row."""
 
     YIELD_FORCE = enum.auto()
     SECOND_LENGTH = enum.auto()
@@ -96,7 +99,7 @@ class Negative(Layout):
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in units of the positive side; without damage only the first twelve."""
+    """Coefficients of the device functions, in units of the positive side; the first twelve without damage."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
@@ -131,14 +134,14 @@ class Coefficient(Layout):
 
 _NEGATIVE = tuple(f"{name}_negative" for name in Negative.names())
 RELOADING_DRIFT = Parameter(
-    "1", "drift where reloading stiffens over that aimed at", low=0.0, high=1.0, high_open=True, opensees="rDispP"
+    "1", "drift at which reloading stiffens over the target drift", low=0.0, high=1.0, high_open=True, opensees="rDispP"
 )
 RELOADING_FORCE = Parameter(
-    "1", "force where reloading stiffens over that aimed at", low=0.0, high=1.0, opensees="rForceP"
+    "1", "force at which reloading stiffens over the target force", low=0.0, high=1.0, opensees="rForceP"
 )
 UNLOADING_FORCE = Parameter(
     "1",
-    "force at the end of unloading over that at the third corner, or fourth",
+    "force at the end of unloading over the force at the third or fourth corner",
     low=-1.0,
     high=1.0,
     opensees="uForceP",
@@ -192,14 +195,14 @@ class Pinching4(Law):
     strength_damage_limit: ArrayLike = shared(_LIMIT["strength"], default=0.0, opensees="gFLim")
     energy_factor: ArrayLike = parameter(
         "1",
-        "energy that can be spent over that under the backbone",
+        "energy capacity over the energy under the backbone",
         low=0.0,
         low_open=True,
         default=10.0,
         opensees="gE",
     )
     counts_cycles: ArrayLike = parameter(
-        "1", "whether damage goes by cycles (1) or energy (0)", low=0, high=1, default=0.0, opensees="dmgType"
+        "1", "whether damage depends on cycles (1) or energy (0)", low=0, high=1, default=0.0, opensees="dmgType"
     )
 
     yield_force_negative: ArrayLike = negative(YIELD_FORCE, "yield_force", opensees="eNf1")
@@ -278,12 +281,12 @@ class Pinching4(Law):
                 if np.any(bad := (factor > 0) & (limit == 0)):
                     return (
                         f"{kind}_damage_{name} is {factor[first_place(bad)]:g} where {kind}_damage_limit is 0 "
-                        f"({place_of(first_place(bad))}); a limit above 0 lets it act"
+                        f"({place_of(first_place(bad))}), so it has no effect: give a limit above 0"
                     )
         counts = p["counts_cycles"]
         if np.any(bad := ~np.isin(counts, (0, 1))) or np.any(bad := counts != np.ravel(counts)[0]):
             value, where = counts[first_place(bad)], place_of(first_place(bad))
-            return f"counts_cycles is {value:g} ({where}); it must be 0 or 1, alike in all storeys"
+            return f"counts_cycles is {value:g} ({where}); give 0 in all storeys or 1 in all storeys"
         return None
 
     @staticmethod
@@ -299,13 +302,13 @@ class Pinching4(Law):
             return None
         return (
             f"{', '.join(switches)} of 0 make{'s' * (len(switches) == 1)} Pinching4's damage a switch that rounding "
-            "throws: single records may be off by tens of percent, with any step and in OpenSees too; fractions over "
+            "throws: single records may be off by tens of percent, with any step and in OpenSees too; fractions of "
             "many records are reliable. With an exponent of 1, damage grows gradually"
         )
 
 
 def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Return a side's coefficients, the energy under its backbone and its last ductility, in its own units."""
+    """Return the coefficients of a side, the energy under its backbone and its last ductility, in units of the side."""
     drift, force = corners(p, 4)
     length, rise = (np.diff(values, axis=0) for values in (drift, force))
     slope = rise / length
@@ -338,11 +341,11 @@ def _side_problem(p: Values) -> str | None:
 
 
 def _unloading_problem(p: Values) -> str | None:
-    """Return a sentence on an unloading force that is too low, because cycles would give energy, or None.
+    """Return a sentence on an unloading force that is so low that cycles would generate energy, or None.
 
-    A cycle between -x and x, where the backbone's force is f, that reloads as stiffly as it unloads spends twice
-    (u + r f) (x - f) in units of yield, with the force u unloaded to and the ratio r of the force reloaded to. One that
-    reloads over a longer way spends more.
+    Consider a cycle between -x and x, in yield drifts, with the backbone force f at x. If it reloads with the unloading
+    stiffness, it dissipates 2 (u + r f) (x - f); u is the force at which unloading ends and r the ratio of the
+    reloading force to f. Cycles that reload more softly dissipate more.
     """
     _, (first, second, third, fourth) = corners(p, 4)
     ratio = np.ones_like(first)

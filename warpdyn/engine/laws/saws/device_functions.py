@@ -1,9 +1,10 @@
 """Wood-frame shear walls: the rules of SAWS as bounds on a force that moves with the unloading stiffness.
 
-Drifts and forces are in units of F0/S0 and F0, and mirrored so that the wall moves ahead: one set of rules serves both
-directions. The force moves with the unloading stiffness until it meets the upper bound of the side that the wall moves
-to: the envelope, if the wall last unloaded from this envelope; otherwise the pinched line, the reloading line and the
-envelope, one after the other. The lower bound is the mirrored upper bound of the other side.
+Drifts and forces are in units of F0/S0 and F0. Their signs are changed if the wall moves in the negative direction, so
+that one set of rules serves both directions. The force changes with the unloading stiffness until it meets the upper
+bound. If the wall last unloaded from the envelope of the side towards which it moves, the bound is this envelope;
+otherwise it consists of the pinched line, the reloading line and the envelope. The lower bound is the upper bound of
+the other side with opposite signs.
 """
 
 import enum
@@ -18,7 +19,7 @@ from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.saws.parameters import Coefficient as C
 from warpdyn.engine.laws.spring import Spring
 
-# Up to this multiple of the crossing drift a wall unloads along its envelope.
+# Up to this multiple of the crossing drift, a wall loads and unloads along its envelope.
 SMALL = wp.constant(wp.float64(1.05))
 # States: small drifts; on the envelope or unloading from it, signed by the side; between the bounds; failed.
 IS_SMALL = wp.constant(wp.float64(0.0))
@@ -33,7 +34,7 @@ class M(Layout):
     DRIFT = enum.auto()
     FORCE = enum.auto()
     STATE = enum.auto()
-    FARTHEST_ABOVE = enum.auto()  # drift reached on the envelope of the positive side, 0 before
+    FARTHEST_ABOVE = enum.auto()  # largest drift reached on the positive envelope, 0 before it is reached
     FARTHEST_BELOW = enum.auto()
 
 

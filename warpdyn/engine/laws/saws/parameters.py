@@ -131,7 +131,7 @@ class Saws(Law):
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """The strength falls beyond the peak."""
+        """Return True: the strength falls beyond the peak."""
         return True
 
     @staticmethod
@@ -170,18 +170,18 @@ class Saws(Law):
 
 
 def _envelope(drift: np.ndarray, hardening: np.ndarray) -> np.ndarray:
-    """Return the force of the curved part of the envelope over F0, at a drift over F0/S0."""
+    """Return the force of the curved part of the envelope, divided by F0, at a drift divided by F0/S0."""
     return -(1 + hardening * drift) * np.expm1(-drift)
 
 
 def _peak(p: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return drift and force of the envelope's peak, and how far the pinched line rises up to that drift."""
+    """Return the drift and the force of the peak of the envelope, and the rise of the pinched line up to this drift."""
     drift = p["drift_at_peak_force"] * p["stiffness"] / p["yield_force"]
     return drift, _envelope(drift, p["hardening_ratio"]), p["pinching_stiffness_ratio"] * drift
 
 
 def _crossing(hardening: np.ndarray, force: np.ndarray, slope: np.ndarray, peak_drift: np.ndarray) -> np.ndarray:
-    """Return the drift at which the envelope crosses a line of a force at zero drift and a slope."""
+    """Return the drift at which the envelope crosses the line force + slope * drift."""
     low, high = np.zeros_like(peak_drift * hardening), peak_drift * np.ones_like(hardening)
     for _ in range(60):  # bisection, down to the last digit
         middle = (low + high) / 2

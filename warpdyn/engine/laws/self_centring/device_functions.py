@@ -3,8 +3,8 @@
 The gap opens at the yield drift and closes at the closing drift, until its opening is 0. Return mapping clamps the
 opening into the range that the drift allows, so the force depends on the path but not on the step.
 
-With limits, the drift has three parts: beyond the bearing drift it deforms the bearing alone; of the rest, slip takes
-the part beyond the slip drift, and the flag takes what remains.
+With limits, the drift is divided into three parts. The part beyond the bearing drift deforms only the bearing. Of the
+rest, the part beyond the slip drift is slip; the remainder deforms the flag-shaped spring.
 """
 
 import enum
@@ -38,7 +38,7 @@ def self_centring_opening(drift: Any, before: Any, c: Any):
 
 
 def _self_centring(row: str, LIMITS: bool) -> Spring:
-    """Return the law with or without slip and bearing."""
+    """Return the device functions with or without slip and bearing (LIMITS)."""
     VALUES = len(M) if LIMITS else 1
 
     def flag_drift(drift: Any, memory: Any, c: Any):

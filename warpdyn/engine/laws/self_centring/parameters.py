@@ -32,7 +32,7 @@ NEVER = 1e30  # m: a limit that no storey reaches
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; the row without slip and bearing reads the first four."""
+    """Coefficients of the device functions; storeys without slip and bearing need only the first four."""
 
     HARDENING_STIFFNESS = enum.auto()
     GAP_STIFFNESS = enum.auto()  # initial less hardening stiffness, lost while the gap opens or closes
@@ -87,7 +87,7 @@ class SelfCentring(Law):
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """The moment at which a storey meets its bearing decides how it leaves the bearing."""
+        """Return whether there is a bearing: a small change of the time of contact changes the rebound."""
         return bool(np.any(p["bearing_drift"] > 0))
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""Faults of device functions in a class body that can be found without compiling them."""
+"""Checks of the device functions in a class body, without compiling them."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ARGUMENTS = {
     "tangent_on_line": STEP,
     "leaves_line": STEP,
 }
-#: Functions that return memory values: how many other values they return first.
+#: Functions that return memory values -> number of values that they return before the memory values.
 RETURNS_MEMORY = {"follow": 1, "return_mapping": 0, "memory_after": 0, "rate": 0, "memory_on_line": 0}
 VECTORS = ("memory", "before", "after", "c")
 LINES = ("memory_on_line", "tangent_on_line", "leaves_line")
@@ -30,33 +30,27 @@ PATHS = "follow(drift, memory, c), or rate(velocity, memory, c) with force(drift
 
 
 def check_set_of_functions(names: Collection[str], memory: tuple[str, ...]) -> None:
-    """Check that functions make up a law.
-
-    Raises:
-        TypeError: If one is missing, or two contradict each other.
-    """
+    """Raise a TypeError if a device function is missing, or if two of them contradict each other."""
     found = set(names)
     if "follow" in found:
         if more := found & {"force", "return_mapping", "memory_after", "rate"}:
-            raise TypeError(f"follow already gives force and memory: remove {', '.join(sorted(more))}, or follow")
+            raise TypeError(
+                f"follow already returns force and memory: remove {', '.join(sorted(more))}, or remove follow"
+            )
     elif "force" not in found:
         raise TypeError(f"its force is missing: define {PATHS}")
     elif {"rate", "return_mapping"} <= found:
-        raise TypeError("its memory has a rate and a return_mapping: define one of the two")
+        raise TypeError("it defines rate and return_mapping: define only one of them")
     elif memory and not found & {"rate", "return_mapping"}:
-        raise TypeError(f"nothing changes its memory ({', '.join(memory)}): define follow(drift, memory, c)")
+        raise TypeError(f"no function changes its memory ({', '.join(memory)}): define follow(drift, memory, c)")
     if not memory and (unused := found & {"rate", "return_mapping", "memory_after", "relaxation_rate"}):
-        raise TypeError(f"{min(unused)} needs memory values: name them, such as memory = ('slip',)")
+        raise TypeError(f"{min(unused)} needs memory values: declare them in the class, for example memory = ('slip',)")
     if found & set(LINES) and not set(LINES) <= found:
         raise TypeError(f"{', '.join(LINES)} belong together: define all three, or none of them")
 
 
 def check_memory(memory: object) -> None:
-    """Check the names of memory values.
-
-    Raises:
-        TypeError: If they are not a tuple of different names.
-    """
+    """Raise a TypeError if `memory` is not a tuple of different names."""
     names = memory if isinstance(memory, tuple) else ()
     is_names = isinstance(memory, tuple) and all(isinstance(name, str) and name.isidentifier() for name in names)
     if not is_names or len(set(names)) != len(names):
@@ -64,11 +58,7 @@ def check_memory(memory: object) -> None:
 
 
 def check_function(function: Captured, memory: tuple[str, ...]) -> None:
-    """Check arguments, assignments and returned values of a device function.
-
-    Raises:
-        TypeError: If one of them is wrong.
-    """
+    """Raise a TypeError if the arguments, assignments or returned values of a device function are wrong."""
     node, name = function.node, function.name
     arguments = argument_names(node)
     expected = ARGUMENTS.get(name)
@@ -83,7 +73,7 @@ def check_function(function: Captured, memory: tuple[str, ...]) -> None:
             instead = "compute other coefficients in derived(p)" if getattr(written, "id", "") == "c" else new
             raise at(each, f"{name} changes {ast.unparse(each)}: {instead}")
         if isinstance(each, ast.FunctionDef | ast.Lambda | ast.ListComp | ast.Try | ast.With) and each is not node:
-            raise at(each, f"{name} contains {type(each).__name__}, which a kernel cannot run: write a device function")
+            raise at(each, f"{name} contains {type(each).__name__}, which a kernel cannot run: rewrite it without it")
     if not _always_returns(node.body):
         raise TypeError(f"{name} does not return a value on every path: end each branch with return")
     if expected is None:
@@ -106,14 +96,14 @@ def argument_names(node: ast.FunctionDef) -> tuple[str, ...]:
 
 
 def returned(node: ast.Return) -> list[ast.expr]:
-    """Return the values that a return statement returns."""
+    """Return the expressions of a return statement."""
     if node.value is None:
         return []
     return list(node.value.elts) if isinstance(node.value, ast.Tuple) else [node.value]
 
 
 def at(node: ast.AST, text: str) -> TypeError:
-    """Return an error with the line of the author's file or notebook cell."""
+    """Return a TypeError whose message ends with the line in the author's file or notebook cell."""
     return TypeError(f"{text} (line {getattr(node, 'lineno', 1)})")
 
 
@@ -125,7 +115,7 @@ def _always_returns(body: list[ast.stmt]) -> bool:
 
 
 def unknown(kind: str, name: str, known: Mapping[str, object] | tuple[str, ...]) -> str:
-    """Return a sentence on an unknown coefficient or memory value, with a near miss."""
+    """Return a sentence on an unknown coefficient or memory value, with a similar name if there is one."""
     from warpdyn.foundations.core.near_misses import did_you_mean
 
     listed = ", ".join(known) or "(none)"

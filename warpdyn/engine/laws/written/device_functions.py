@@ -1,10 +1,10 @@
-"""Warp functions of laws that are written in a class body, and those that follow from them.
+"""Warp functions of laws that are written in a class body, and default functions derived from them.
 
-`follow` gives force and memory after a step at once. Force, return mapping and tangent of all such laws are the same
-functions of it. The tangent is a difference quotient in the direction of the last step.
+`follow` returns force and memory after a step. `force`, `return_mapping` and `tangent` are derived from it in the same
+way for all such laws. The tangent is a difference quotient in the direction of the last step.
 """
 
-# No `from __future__ import annotations`: warp reads annotations as live types.
+# No `from __future__ import annotations`: Warp needs the types of annotations, not their text.
 
 import ast
 import importlib
@@ -19,10 +19,10 @@ from warpdyn.engine.laws.spring import Spring
 from warpdyn.engine.laws.written.source import Written
 
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws without one: 0.5 / stiffness
-# Lengths of difference quotients: a part of the drift, and at least some nanometres or micrometres.
+# Lengths of difference quotients, as a fraction of the drift, and smallest lengths [m].
 PART_OF_DRIFT, LEAST_CHORD = wp.constant(1e-6), wp.constant(1e-9)  # float64
 COARSE_PART_OF_DRIFT, COARSE_LEAST_CHORD = wp.constant(3e-4), wp.constant(1e-6)  # float32
-MEMORY_CHORD = wp.constant(1e-3)  # of memory values of the order of 1
+MEMORY_CHORD = wp.constant(1e-3)  # length of difference quotients for memory values, which are of the order of 1
 
 
 @wp.func
@@ -47,7 +47,7 @@ def written_spring(name: str, written: Written) -> Spring:
         functions |= _of_follow(name, functions["follow"], len(written.memory))
     if "return_mapping" in functions and "memory_after" not in functions:
         functions |= _mapped(name, functions["return_mapping"])
-    # A rate of decay that reads no memory, or warpdyn's own estimate, is computed once per step.
+    # The relaxation rate is computed once per step if it does not read the memory, or if warpdyn estimates it.
     once = "rate" in functions and not _reads_memory(written, "relaxation_rate")
     if "rate" in functions:
         if "relaxation_rate" not in functions:
@@ -65,13 +65,13 @@ def written_spring(name: str, written: Written) -> Spring:
 
 
 def _reads_memory(written: Written, name: str) -> bool:
-    """Return whether a function of a law reads the memory; False if the law does not have it."""
+    """Return whether a function of a law reads the memory; False if the law does not define the function."""
     found = [node for node in ast.parse(written.text).body if getattr(node, "name", "") == name]
     return any(isinstance(each, ast.Name) and each.id == "memory" for node in found for each in ast.walk(node))
 
 
 def _built(name: str, written: Written) -> dict[str, Any]:
-    """Return the functions of the text as Warp functions."""
+    """Return {name in the class body: Warp function}, compiled from the source."""
     file = f"<device functions of {name}>"
     linecache.cache[file] = (len(written.text), None, written.text.splitlines(keepends=True), file)
     namespace: dict[str, Any] = {"wp": wp, "Any": Any, "__name__": __name__}
@@ -130,7 +130,7 @@ def _tangent_of_rate(name: str, force: wp.Function, rate: wp.Function) -> dict[s
 def _relaxation(name: str, rate: wp.Function, memory: int) -> dict[str, Any]:
     M = memory
 
-    # The largest row sum of the derivative of the rate by the memory bounds the rates of decay.
+    # The largest absolute row sum of the Jacobian d(rate)/d(memory) is an upper bound of the rates of decay.
     def relaxation_rate(velocity: Any, memory: Any, c: Any):
         now = rate(velocity, memory, c)
         sums = type(memory)()

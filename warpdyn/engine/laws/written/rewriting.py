@@ -1,7 +1,7 @@
 """Device functions of a class body, rewritten as Warp needs them.
 
-Authors write `c.yield_force`, `memory.slip`, `2 * drift` and `return force, slip`. Warp needs places of vectors and
-numbers of the kernel's type: `c[0]`, `memory[0]`, `type(drift)(2.0) * drift`, and one vector with the memory.
+Authors write `c.yield_force`, `memory.slip`, `2 * drift` and `return force, slip`. Warp needs vector elements and
+numbers of the kernel's dtype: `c[0]`, `memory[0]`, `type(drift)(2.0) * drift`, and one vector with all memory values.
 """
 
 from __future__ import annotations
@@ -23,26 +23,26 @@ from warpdyn.engine.laws.written.checks import (
 )
 from warpdyn.engine.laws.written.source import Captured, Written, captured, device_function
 
-QUICKER = {("min", 2): "minimum", ("max", 2): "maximum", ("clamp", 3): "clamped"}  # on CPUs than Warp's own
+QUICKER = {("min", 2): "minimum", ("max", 2): "maximum", ("clamp", 3): "clamped"}  # faster than Warp's on CPUs
 EXTREMA = "warpdyn.engine.device.extrema"
 MOST_MULTIPLIED = 4  # x**4 is written as x*x*x*x
-PYTHON = ("abs", "min", "max", "range", "type", "int", "bool", "True", "False")  # names that Warp knows
+PYTHON = ("abs", "min", "max", "range", "type", "int", "bool", "True", "False")  # Python names that Warp supports
 AFTER = "memory_after_step"
 
 
 def written(
     functions: Mapping[str, Captured], memory: tuple[str, ...], available: tuple[str, ...], hidden: str
 ) -> Written:
-    """Check a law's device functions and return them as Warp needs them.
+    """Check the device functions of a law, and rewrite them for Warp.
 
     Args:
         functions: The functions in the class body by name.
         memory: Names of the memory values.
         available: Names of the coefficients that the functions may read.
-        hidden: Coefficient that warpdyn's own functions read, or "".
+        hidden: Coefficient that only warpdyn's default functions read, or "".
 
     Raises:
-        TypeError: If a function has a fault.
+        TypeError: If a function breaks a rule.
     """
     read = {
         each.attr
@@ -63,7 +63,7 @@ def written(
 
 
 class _Book:
-    """The functions of a law, those that they call, and the names that they may use."""
+    """The device functions of a law, the functions that they call, and the names that they may use."""
 
     def __init__(
         self,
@@ -76,13 +76,13 @@ class _Book:
         self.imports: set[tuple[str, str, str]] = set()
 
     def imported(self, module: str, name: str) -> str:
-        """Return the name in the text of a function of warpdyn."""
+        """Note that the text imports a function of warpdyn, and return its name in the text."""
         self.imports.add((f"quick_{name}", module, name))
         return f"quick_{name}"
 
 
 class _Rewriting(ast.NodeTransformer):
-    """One function, from the form of its author to that of Warp."""
+    """Rewrites one function as Warp needs it."""
 
     def __init__(self, function: Captured, book: _Book) -> None:
         self.function, self.book, self.node = function, book, copy.deepcopy(function.node)
@@ -191,7 +191,7 @@ class _Rewriting(ast.NodeTransformer):
         return self._outer(node)
 
     def _outer(self, node: ast.Name | ast.Attribute) -> ast.expr:
-        """Return an expression for a value from outside of the class."""
+        """Return the expression for a value that is defined outside of the class."""
         words = ast.unparse(node)
         root, *attributes = words.split(".")
         if root not in self.function.values:

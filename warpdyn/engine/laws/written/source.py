@@ -1,4 +1,4 @@
-"""Device functions of a class body as text, which can be compared, hashed, pickled and built in any process."""
+"""Device functions of a class body as source, which can be compared, hashed, pickled and compiled in any process."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ class Written:
     """The device functions of one law.
 
     Args:
-        text: Their source, with coefficients and memory values as places of vectors.
-        functions: From the names in the class body ("follow", "tangent") to the names in the text.
-        imports: Name in the text, module and attribute of each function of warpdyn that the text calls.
-        coefficients: Names of the coefficients, in the order of their places.
-        memory: Names of the memory values, in the order of their places.
+        text: Their source, as rewritten for Warp.
+        functions: (Name in the class body, such as "follow"; name in the text) of each function.
+        imports: (Name in the text, module, attribute) of each function of warpdyn that the text calls.
+        coefficients: Names of the coefficients, in the order of the vector.
+        memory: Names of the memory values, in the order of the vector.
     """
 
     text: str
@@ -32,7 +32,7 @@ class Written:
 
     @property
     def digest(self) -> str:
-        """Eight letters that differ for other functions, coefficients or memory values."""
+        """Eight characters that depend on the source, the coefficients and the memory values."""
         return hashlib.sha256(repr((self.text, self.imports, self.coefficients, self.memory)).encode()).hexdigest()[:8]
 
 
@@ -41,9 +41,9 @@ class Captured:
     """A function as its author wrote it.
 
     Args:
-        name: Its name.
-        node: Its definition.
-        values: Values of the names that it reads and does not assign; a name without a value is missing.
+        name: Name of the function.
+        node: Syntax tree of its definition.
+        values: Values of names that are defined outside of the function; undefined names are omitted.
     """
 
     name: str
@@ -51,18 +51,18 @@ class Captured:
     values: Mapping[str, Any]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the name only: the text of the law is complete, and values may be modules."""
+        """Pickle only the name: `Written` contains the source, and `values` may contain modules."""
         return Captured, (self.name, None, {})
 
 
 def device_function(value: object) -> Callable[..., Any] | None:
-    """Return the Python function of a Warp function (`@wp.func`), or None; warp need not be imported."""
+    """Return the Python function of a Warp function (`@wp.func`), or None; this does not import Warp."""
     is_warp = type(value).__module__.partition(".")[0] == "warp" and type(value).__name__ == "Function"
     return getattr(value, "func", None) if is_warp else None
 
 
 def captured(name: str, function: Callable[..., Any]) -> Captured:
-    """Return a function's definition and the values that it reads.
+    """Return the definition of a function and the outside values that it reads.
 
     Raises:
         TypeError: If its source is not available, as in an interactive prompt.
