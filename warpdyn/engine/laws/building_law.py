@@ -108,7 +108,6 @@ class BuildingLaw:
             found = SideBySide(found, device)
         return found
 
-<<<<<<< HEAD
     def coefficients(
         self, p: Values, variants: tuple[list[Variant], list[Variant]] | None = None
     ) -> tuple[np.ndarray, ...]:
@@ -120,11 +119,6 @@ class BuildingLaw:
                 structures alone may fit quicker device functions, with other coefficients.
         """
         laws, devices = self.variants(p) if variants is None else variants
-=======
-    def coefficients(self, p: Values) -> tuple[np.ndarray, ...]:
-        """Return the coefficients of the device functions, each [structure, storey]."""
-        laws, devices = self.variants(p)
->>>>>>> h/textc
         if len(self.laws) == 1 and not devices:
             return self.laws[0].coefficients(p, laws[0].name)
         shape, count = np.shape(p["stiffness"]), len(set(laws))
