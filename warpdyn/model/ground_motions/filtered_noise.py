@@ -87,7 +87,8 @@ class WhiteNoise(_Spectrum):
     """White noise, approximated by a motion that is linear between nodes.
 
     Values at nodes are independent, with variance 2 pi intensity / interval. The spectral density is
-    intensity * sinc(frequency * interval)^4: it equals the intensity at frequencies well below 1 / interval.
+    the intensity times sinc(frequency interval)^4, so that it equals the intensity at frequencies well below
+    1 / interval.
 
     Args:
         intensity: Two-sided spectral density over circular frequency [m2/s3].

@@ -32,23 +32,24 @@ def response_spectra(
 ) -> xr.Dataset:
     """Return the response spectra of ground motions.
 
-    The base acceleration is linear between its values and zero after them. The response is exact, and its peak is that
-    in continuous time, during the record or in the free vibration after it. The rounding error is about 1e-16 times the
-    phase angle of an undamped oscillator at the end of the record, and smaller with damping.
+    The base acceleration is linear between samples and zero after the last sample. The response is exact; its peak is
+    the maximum over continuous time, including free vibration after the record. The relative rounding error is about
+    1e-16 times the phase angle of an undamped oscillator at the end of the record, and smaller with damping.
 
     Source: Nigam and Jennings (1969), "Calculation of response spectra from strong-motion earthquake records".
 
     Args:
         motions: One ground motion or several.
-        periods: Undamped natural periods [s], one or a 1-D array.
+        periods: Undamped natural periods [s], one value or a 1-D array.
         damping_ratios: Viscous damping as a fraction of critical [1], from 0 up to but not including 1, one or a 1-D
             array.
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU if there is no GPU.
-        threads: CPU threads; None for every core that this process may use.
+        device: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is no GPU.
+        threads: Number of CPU threads; None: all cores that this process may use.
 
     Returns:
-        Dataset over (motion, damping_ratio, period): `spectral_displacement` relative to the ground, and its products
-        with the circular frequency and its square, `pseudo_spectral_velocity` and `pseudo_spectral_acceleration`.
+        Dataset with the dimensions (motion, damping_ratio, period): `spectral_displacement` (relative to the ground);
+        `pseudo_spectral_velocity`, its product with the circular frequency; and `pseudo_spectral_acceleration`, its
+        product with the squared circular frequency.
 
     Raises:
         ValueError: If `motions` is empty, a period is not finite and positive or is outside 1e-5 to 1e9 steps of a
@@ -96,7 +97,7 @@ def spectral_displacements(
     device: str | None = "cpu",
     threads: int | None = None,
 ) -> np.ndarray:
-    """Return the spectral displacement [m], shape [motion, damping_ratio, period], without checks of the input."""
+    """Return the spectral displacement [m], shape [motion, damping_ratio, period]; arguments are not checked."""
     # Imported here, because a scene, which contains intensity measures, must not import warp.
     from warpdyn.engine.kernels.auxiliary.oscillator_peaks import largest_displacements
     from warpdyn.engine.kernels.queues import checked_devices

@@ -313,12 +313,10 @@ def _checked_modes(given: tuple[int, int] | None, storeys: int) -> tuple[int, in
         raise ValueError(f"damping_modes must be two modes, such as (1, 3), got {given!r}")
     first, second = (whole_number(f"damping_modes[{i}]", mode, 1) for i, mode in enumerate(given))
     if max(first, second) > storeys or (first >= second and storeys > 1):
-        raise ValueError(
-            "damping_modes of a one-storey building must be (1, 1), its only mode"
-            if storeys == 1
-            else f"damping_modes must be two different modes from 1 to {storeys}, in increasing order"
-            + f", got {given!r}"
-        )
+        allowed = f"two different modes from 1 to {storeys}, in increasing order"
+        if storeys == 1:
+            allowed = "(1, 1) for a one-storey building, which has only mode 1"
+        raise ValueError(f"damping_modes must be {allowed}, got {given!r}")
     return first, second
 
 

@@ -1,4 +1,4 @@
-"""Readers of recorded ground motions, pairs of components, and what is mostly done to a record before it is used."""
+"""Recorded ground motions: readers of files, pairs of components, and usual processing (detrending, filter, trim)."""
 
 from warpdyn.model.ground_motions.records.arrays import from_array, from_dataset
 from warpdyn.model.ground_motions.records.at2 import read_at2

@@ -12,7 +12,7 @@ from warpdyn.model.ground_motions.records.units import ALLOWED_UNITS, checked_st
 
 
 def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "motion") -> GroundMotion:
-    """Return the motion of an array of accelerations.
+    """Return the ground motion with the accelerations in an array.
 
     Args:
         acceleration: Ground acceleration [`unit`], shape [time]; the first value acts at t = 0.
@@ -39,20 +39,20 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
 
 
 def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -> list[GroundMotion]:
-    """Return the motions of a labelled array with a `time` coordinate [s] and a `units` attribute.
+    """Return the ground motions in a labelled array with a coordinate `time` [s] and an attribute `units`.
 
     Args:
         data: An array with dimension `time` and at most one more, such as `record`, or a dataset that contains it.
-        variable: Name of the variable in a dataset; None if only one variable has the dimension `time`.
+        variable: Name of the variable in a dataset; None: the only variable with the dimension `time`.
 
     Returns:
-        One motion [m/s2] for each position along the other dimension, named by its coordinate. Without another
-        dimension, one motion with the name of the array.
+        One motion [m/s2] for each element of the other dimension; its name is the element's coordinate. If `time` is
+        the only dimension, one motion with the name of the array.
 
     Raises:
-        ValueError: If the variable is missing or ambiguous, has other dimensions, its unit is missing or unknown, its
-            name says velocity or displacement, the times are missing, uneven or not in seconds, or a value is not
-            finite or is masked.
+        ValueError: If the variable is missing or ambiguous, or has other dimensions; if its unit is missing or unknown,
+            or its name is that of a velocity or displacement; if times are missing, uneven or not in seconds; or if a
+            value is not finite or is masked.
         TypeError: If `data` is neither a Dataset nor a DataArray.
 
     Example:

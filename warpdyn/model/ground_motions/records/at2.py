@@ -40,19 +40,20 @@ def read_at2(path: str | Path) -> GroundMotion:
         path: The file; its name without the suffix names the motion.
 
     Returns:
-        The motion [m/s2], with its record and its component (from line 2 of the file, else from its
-        name), which are empty if neither contains them.
+        The motion [m/s2]. `record` and `component` are those in line 2 of the file, otherwise those in the file's name;
+        "" if neither contains them.
 
     Raises:
-        FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
-        ValueError: If the file is empty, contains velocities or displacements, the header does not name a known unit, a
-            number of values and a step, a value is not a finite number or is written in another form than all others
-            (a lost point or digit), there are fewer or more values than the header states, or the last one is cut.
+        FileNotFoundError, IsADirectoryError: If the file does not exist, or is a directory.
+        ValueError: If the file is empty or contains velocities or displacements; if the header lacks a known unit, the
+            number of values or the step; if a value is not a finite number, or has another form than all other values
+            (a decimal point or digit may be lost); if the number of values is not that in the header; or if the last
+            value is incomplete.
         TypeError: If `path` is not the name of a file.
 
     Warns:
-        UserWarning: If the layout of a line differs from all others (a lost sign), no newline ends the file and its
-            values have no common form, or line 2 and the name of the file give different components.
+        UserWarning: If the layout of a line differs from all other lines (a sign may be lost), the last value may be
+            incomplete, or line 2 and the name of the file contain different components.
 
     Example:
         >>> motion = wd.records.read_at2("RSN6_IMPVALL.I_I-ELC180.AT2")
@@ -65,7 +66,7 @@ def read_at2(path: str | Path) -> GroundMotion:
 
 
 def read_at2_and_header(path: str | PathLike) -> GroundMotion:
-    """Return the motion of a file, with the record and component of line 2 only; the file's name is not used."""
+    """Return the motion in a file, with record and component from line 2 only, not from the file's name."""
     record = RecordText.of(path)
     if len(record.lines) < 4:
         raise ValueError(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(record.lines)}")
@@ -81,7 +82,7 @@ def read_at2_and_header(path: str | PathLike) -> GroundMotion:
 
 
 def _unit_of(line: str, place: str) -> float:
-    """Return the factor to m/s2 from the header line that names the unit."""
+    """Return the factor to m/s2 for the unit that a header line names."""
     quantity = _OTHER_QUANTITY.search(line)
     if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
         raise NotARecordError(

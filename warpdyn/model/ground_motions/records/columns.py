@@ -61,36 +61,37 @@ def read_text(
     decimal_comma: bool = False,
     header_lines: int | None = None,
 ) -> GroundMotion:
-    """Read a record from a text file with a column of accelerations and, usually, one of times.
+    """Read a record from a text file with a column of accelerations and, usually, a column of times.
 
-    A single column is the acceleration. Of two columns, the first is the time, or an index if `step` is given. Blank
-    lines, lines that start with # or %, and lines of words before the first number are skipped. The first sample acts
-    at t = 0, also if its time is another one.
+    If there is one column, it contains the accelerations. If there are two, the first contains the times, or an index
+    if `step` is given. Blank lines, lines that start with # or %, and lines of words before the first number are
+    skipped. The first sample acts at t = 0, even if its time in the file is different.
 
     Args:
         path: The file; its name without the suffix names the motion.
         unit: Unit of the acceleration, one of `UNITS`.
-        step: Sampling step [s]; needed if there are no times, and compared with the times otherwise.
-        acceleration_column: Number, from 0, or name of the column in the last line before the numbers; needed if there
-            are more than two columns. Then no column is read as times without `time_column`.
-        time_column: Number or name of the column of times.
-        time_unit: "s" or "ms"; None for seconds, with a warning if the times cannot be in seconds.
-        delimiter: Separator of the columns. None for a semicolon, a comma or white space, as in the first line.
-        decimal_comma: Whether numbers are written as 0,5.
-        header_lines: Number of lines to skip before the first number; None to skip lines of words.
+        step: Sampling step [s]. It is required if there is no column of times; otherwise it is compared with the times.
+        acceleration_column: Column of accelerations: its number, from 0, or its name in the last line before the
+            numbers. It is required if there are more than two columns; then times are read only if `time_column` is
+            given.
+        time_column: Column of times: its number, from 0, or its name.
+        time_unit: Unit of the times, "s" or "ms"; None: seconds, with a warning if the times cannot be in seconds.
+        delimiter: Separator of the columns; None: the semicolon, comma or white space in the first line of numbers.
+        decimal_comma: Whether numbers have decimal commas, such as 0,5.
+        header_lines: Number of lines to skip before the first number; None: lines of words are skipped.
 
     Returns:
-        The motion [m/s2]. Its component is the one in the column's name ("NS", "acc_EW (gal)"), otherwise in the
-        header, otherwise in the file's name; `record` and `component` are empty if the component is unknown.
+        The motion [m/s2]. `component` is that in the column's name ("NS", "acc_EW (gal)"), otherwise that in the
+        header, otherwise that in the file's name. If the component is unknown, `record` and `component` are "".
 
     Raises:
-        FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
-        ValueError: If the unit is unknown, the file is empty, a value is not a finite number, the column of the
-            acceleration is ambiguous, lines contain several successive values, lines have different numbers of columns,
-            commas may be decimal commas, there are fewer than two samples, the last value is cut, or the step is
-            missing, not above 0 or not that of the times; if the header or the name of the column states another unit,
-            step, number of samples or quantity; or if the values are times, or the first one is the step or the number
-            of samples.
+        FileNotFoundError, IsADirectoryError: If the file does not exist, or is a directory.
+        ValueError: If the unit is unknown, the file is empty, or a value is not a finite number; if the column of
+            accelerations is ambiguous, lines contain several successive values or have different numbers of columns, or
+            commas may be decimal commas; if there are fewer than two samples, or the last value is incomplete; if the
+            step is missing, not above 0 or differs from the times; if the header or the column's name contains another
+            unit, step, number of samples or quantity; or if the values are times, or the first value is the step or the
+            number of samples.
         TypeError: If `path` is not the name of a file.
 
     Example:
@@ -108,7 +109,7 @@ def read_text(
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """The columns of a text to read; the fields are arguments of `read_text`."""
+    """The arguments of `read_text` that define the columns."""
 
     acceleration_column: int | str | None = None
     time_column: int | str | None = None
@@ -119,9 +120,9 @@ class ColumnChoice:
 
 
 def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: ColumnChoice) -> GroundMotion:
-    """Return the motion of a text, with the component in its column's name or header.
+    """Return the motion in a text file, with the component from the column's name or the header.
 
-    The record is the file's name without its suffix if the column's name contains the component, otherwise empty.
+    If the column's name contains the component, `record` is the file's name without suffix; otherwise it is "".
     """
     factor = unit_factor(unit, "unit")
     if step is not None:
@@ -218,7 +219,7 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
 
 
 def _names_of(line: str, count: int, mark: str | None) -> list[str]:
-    """Return the names of the columns in a line; empty if their number is not that of the columns."""
+    """Return the names of the columns in a line; an empty list if the number of names differs from `count`."""
     if re.match(r"\W*\w[\w ]*[:=]", line):
         return []  # "units: cm/s2"
     if mark is not None:
@@ -239,7 +240,7 @@ def _is_skipped(line: str) -> bool:
 
 
 def _is_header(line: str) -> bool:
-    """Return whether a line contains only words, without a number or the damaged text of a number."""
+    """Return whether a line contains only words, and no number or damaged number."""
     words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
     return not _MISSING.fullmatch(line) and all(_HEADER_WORD.match(word) for word in words)
 
@@ -258,10 +259,10 @@ def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated:
 
 
 def _refuse_successive_values(table: _Table, acceleration: int | None) -> None:
-    """Raise a ValueError if lines contain several successive values of one record, as in many formats.
+    """Raise a ValueError if each line contains several successive values of one record, as in many formats.
 
-    Then values differ less from the next value, also from the end of a line to the start of the next, than from the
-    value below.
+    This is so if values differ less from the next value (in the same line, or at the start of the next line) than from
+    the value below.
     """
     if table.count < (3 if acceleration is None else 2) or len(table.numbers) < FEWEST_ALIKE:
         return
@@ -303,15 +304,17 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
                 raise ValueError(f"{table.path}: {what} must be at most {count - 1}, counted from 0, got {column}")
             chosen.append(int(column))
     if len(set(chosen)) < len(chosen):
-        raise ValueError(f"{table.path}: acceleration_column and time_column are the same column")
+        raise ValueError(
+            f"{table.path}: acceleration_column and time_column are the same column: give two different columns"
+        )
     return (chosen[1] if time is not None else None), chosen[0]
 
 
 def _refuse_gaps(table: _Table) -> None:
-    """Raise a ValueError if a line between two values contains no value: a sample may be missing.
+    """Raise a ValueError if a line between two values contains no value, because a sample may be missing.
 
-    Spreadsheets write "#N/A" or an empty cell for a missing sample. Without times, nothing else shows that all later
-    samples come one step early. Files in which every second line is blank have no gap.
+    Spreadsheets write "#N/A" or an empty cell for a missing sample. Without a column of times, this line is the only
+    sign that all later samples would be read one step too early. If every second line is blank, no sample is missing.
     """
     at = np.array(table.numbers.line_numbers)
     steps = np.diff(at)
@@ -334,7 +337,7 @@ def _lines_between(table: _Table) -> bool:
 
 
 def _check_damage(table: _Table, columns: list[int]) -> None:
-    """Raise a ValueError or warn if the text of a number shows that it is damaged."""
+    """Raise a ValueError, or warn, if the text of a number seems to be damaged, such as by a lost digit."""
     numbers = table.numbers
     is_ended = table.text.endswith("\n")
     last = [] if is_ended else [numbers.tokens(i)[-1] for i in range(len(numbers))]
@@ -353,7 +356,7 @@ def _check_damage(table: _Table, columns: list[int]) -> None:
 
 
 def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float | None, time_unit: str | None) -> float:
-    """Return the step [s] of a column of times; raise a ValueError if it is an index and no step is given."""
+    """Return the step of a column of times [s]; raise a ValueError if it contains an index and `step` is missing."""
     tokens = [table.numbers.tokens(i)[column] for i in (0, 1)]
     is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))
     if is_index and time_unit is None:

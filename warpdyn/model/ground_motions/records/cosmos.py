@@ -37,7 +37,7 @@ _PEAK_TOLERANCE = 1e-3  # of the peak in the header
 
 
 def read_cosmos(path: str | Path, components: str = "horizontal") -> list[GroundMotion]:
-    """Read the accelerations of a COSMOS file (.V1C, .V2C), which has one channel or several, except vertical ones.
+    """Read the accelerations in a COSMOS file (.V1C, .V2C) with one or several channels; by default horizontal ones.
 
     Source: COSMOS, "Strong Motion Data Format", version 1.20 (2001).
 

@@ -25,26 +25,26 @@ def read_directory(
     unit: str | None = None,
     step: float | None = None,
 ) -> list[GroundMotion]:
-    """Read every record file of a directory whose name matches a pattern, except vertical components.
+    """Read the record files of a directory whose names match a pattern; by default only horizontal components.
 
-    `read` reads each file, in any of its formats. The component is the one in the file's header (", UP", ", 180" in
-    line 2 of an AT2 file), otherwise the one in its name ("-UP", "DWN", "-V1"), which is compared with the names of all
-    other files. Hidden files, "._" files of macOS and backup copies of editors are skipped.
+    Files may have any format of `read`. A file's component is that in its header (", UP", ", 180" in line 2 of an AT2
+    file), otherwise that in its name ("-UP", "DWN", "-V1"), which is compared with the names of all other files. Hidden
+    files, "._" files of macOS and backup copies of editors are skipped.
 
     Args:
-        path: The directory; its subdirectories are not searched.
-        pattern: Shell pattern of the file names, such as `"*.V2"`; upper and lower case are the same.
-        components: "horizontal", "vertical" or "all". A record whose component is not known counts as horizontal, with
-            a warning, if no vertical record is in the directory; otherwise it is left out, with a warning.
-        unit: Unit of the accelerations, one of `UNITS`, of files that do not state it: text, SAC and MiniSEED.
-        step: Step [s] of files that do not state it, as in `read`.
+        path: The directory; subdirectories are not searched.
+        pattern: Pattern of the file names, such as `"*.V2"`; upper and lower case are not distinguished.
+        components: "horizontal", "vertical" or "all". If a record's component is unknown, it counts as horizontal if
+            the directory has no vertical record; otherwise it is not read. A warning is given in both cases.
+        unit: Unit of the accelerations, one of `UNITS`, for files that do not contain it: text, SAC and MiniSEED.
+        step: Step [s] for files that do not contain it, as in `read`.
 
     Returns:
         The motions [m/s2], in the order of their file names, with `record` and `component` if they are known.
 
     Raises:
-        FileNotFoundError: If there is no such directory, no file in it matches, or no file has such a component.
-        ValueError: If `read` refuses a file that matches, or `components` is another word.
+        FileNotFoundError: If the directory does not exist, no file matches, or no file has a wanted component.
+        ValueError: If `read` raises an error for a matching file, or `components` is invalid.
         TypeError: If `path` is not the name of a directory.
 
     Example:
@@ -89,7 +89,7 @@ def _other_patterns(present: list[Path]) -> str:
 
 
 def _parts_of(file: Path, unit: str | None, step: float | None) -> list[FileOfMotions]:
-    """Return the motions of a file, or those of each record in an archive."""
+    """Return the motions of a file, or of each file in an archive."""
     data = bytes_of(file)
     try:
         return read_archive(file, data, unit, step) if is_archive(data) else [read_file(file, data, unit, step)]
@@ -100,7 +100,7 @@ def _parts_of(file: Path, unit: str | None, step: float | None) -> list[FileOfMo
 
 
 def _with_names(files: list[FileOfMotions], folder: str) -> list[GroundMotion]:
-    """Return the motions of all files, with records and components from the names if the headers do not state them."""
+    """Return the motions of all files; records and components that headers do not contain are taken from names."""
     single = [file for file in files if len(file.motions) == 1]
     found = records_and_components(
         [file.name for file in single],

@@ -32,9 +32,9 @@ def read_esm(path: str | Path) -> GroundMotion:
 
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
-        ValueError: If the header lacks a line or states another quantity than acceleration, a value is not a finite
-            number or is written in another form than the others, their number is not that of the header, the largest is
-            not the header's peak, or the last one is cut.
+        ValueError: If the header lacks a line or describes another quantity than acceleration; if a value is not a
+            finite number or has another form than the other values; if the number of values or the peak differs from
+            the header; or if the last value is incomplete.
         TypeError: If `path` is not the name of a file.
 
     Example:

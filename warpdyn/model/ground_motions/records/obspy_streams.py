@@ -27,15 +27,15 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
     """Return the motions of an obspy stream, one for each trace, including vertical components.
 
     The values are the data times the calibration `stats.calib`. For K-NET and KiK-net, this gives m/s2, although the
-    files are in gal. Nothing is corrected: values of K-NET have an offset, which `detrend` removes.
+    files are in gal. Records are not corrected: those of K-NET have an offset, which `detrend` removes.
 
-    MiniSEED contains counts of the digitizer, and most SAC files do. They are accelerations only after
-    `stream.remove_response(inventory, output="ACC")`, which gives m/s2.
+    MiniSEED files and most SAC files contain counts of the digitizer. `stream.remove_response(inventory, output="ACC")`
+    converts counts to accelerations in m/s2.
 
     Args:
         stream: The stream, such as `obspy.read("AKT0131103111446.EW")`, with pip install "obspy>=1.4".
-        unit: Unit of the values, one of `UNITS`; it may be left out if obspy knows that they are in m/s2: for K-NET and
-            KiK-net, and after `remove_response(output="ACC")`.
+        unit: Unit of the values, one of `UNITS`. It is not needed for K-NET and KiK-net, and after
+            `remove_response(output="ACC")`, because obspy then gives values in m/s2.
 
     Returns:
         The motions [m/s2], named by the traces, with the station and start as `record` and the channel as `component`.
@@ -146,7 +146,7 @@ def _refuse_counts(trace: Any, values: np.ndarray, place: str) -> None:
 
 
 def _refuse_second_calibration(stats: Any, values: np.ndarray, place: str) -> None:
-    """Raise a ValueError if the peak that K-NET states is that of the data, so that the calibration was applied."""
+    """Raise a ValueError if the data have the peak in K-NET's header, because the calibration was applied already."""
     stated = 0.01 * float(stats.get("knet", {}).get("accmax", 0.0))  # m/s2
     peak = float(np.abs(values - values.mean()).max())
     if stated > 0 and float(stats.calib) != 1.0 and abs(peak - stated) <= 0.02 * stated:
@@ -157,10 +157,9 @@ def _refuse_second_calibration(stats: Any, values: np.ndarray, place: str) -> No
 
 
 def _records_of(traces: Sequence[Any], places: Sequence[str]) -> list[str]:
-    """Return the record of each trace: overlapping traces of one sensor have one record, named by the first start.
+    """Return the name of each trace's record; overlapping traces of one sensor are one record, named by its start.
 
-    A warning says if components of one record start a few samples apart, because they are read as if they started
-    together.
+    If components of a record do not start at the same time, a warning is given, because they are read as if they did.
     """
     records = [""] * len(traces)
     last: dict[tuple[str, str], tuple[Any, Any, str]] = {}

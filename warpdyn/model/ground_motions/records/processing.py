@@ -29,7 +29,7 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
         trend: "constant" or "linear".
 
     Raises:
-        ValueError: If the trend is another word.
+        ValueError: If `trend` is neither "constant" nor "linear".
         TypeError: If `motion` is not a GroundMotion.
 
     Example:
@@ -46,11 +46,11 @@ def detrend(motion: GroundMotion, trend: str = "linear") -> GroundMotion:
 
 @suggests_names
 def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 4) -> GroundMotion:
-    """Return a motion after a Butterworth band-pass filter, forward and backward, so that no phase shift remains.
+    """Return a motion after a Butterworth band-pass filter, applied forward and backward, without phase shift.
 
-    Zeros are added before the start and after the end, each for `1.5 * order / lowest` seconds. The result includes
-    this padding, because the filter moves part of the motion into it; without it, the ground would start with a jump
-    and would not come to rest. `trim` shortens the result and leaves the ground at rest.
+    Zeros are added before the start and after the end, for `1.5 * order / lowest` seconds each (padding). The result
+    includes the padding, because the filter moves part of the motion into it: without this part, the ground would start
+    with a jump and would not come to rest. `trim` shortens the result and leaves the ground at rest.
 
     Source: Boore and Bommer (2005), "Processing of strong-motion accelerograms: needs, options and consequences"; on
     the padding, Boore (2005), "On pads and filters: processing strong-motion data", BSSA 95(2).
@@ -94,14 +94,15 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
 def trim(
     motion: GroundMotion, start: float = 0.05, end: float = 0.95, pad: float = 0.0, taper: float = 5.0
 ) -> GroundMotion:
-    """Return the strong part of a motion, with tapers before and after it that leave the ground at rest.
+    """Return the strong part of a motion, with tapers before and after it, so that the ground is at rest at both ends.
 
-    The part lies between two fractions of the Arias intensity and of the integral of the squared velocity (the earlier
-    start, the later end): the acceleration alone would cut off long-period waves. Outside this part, the velocity is
-    multiplied by a factor that falls smoothly to 0, so that the ground neither starts nor ends with a jump. If the
-    record ends in motion, the taper continues after its end. The acceleration within the part is unchanged.
+    The strong part starts when the Arias intensity or the integral of the squared velocity reaches the fraction `start`
+    of its final value, whichever is earlier. It ends when both have reached the fraction `end`. (The Arias intensity
+    alone would cut off long-period waves.) Before and after this part, the velocity is multiplied by a factor that
+    decreases smoothly to 0. If the ground is moving at the end of the record, the taper continues after the end. The
+    acceleration in the strong part is unchanged.
 
-    A warning reports if the spectral displacement (5 % damping) changes by more than 5 % at a period from 0.1 to 10 s.
+    A warning is given if the spectral displacement (5 % damping) changes by more than 5 % at a period of 0.1 to 10 s.
 
     Args:
         motion: The motion, preferably after `band_pass`, because a drift of the velocity counts as motion.
@@ -169,7 +170,7 @@ def _between(values: np.ndarray, step: float, start: float, end: float) -> tuple
 
 
 def _rise(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a factor that rises from 0 to 1 in some steps, with two continuous derivatives, and its slope per step."""
+    """Return a factor that rises from 0 to 1, with two continuous derivatives, and its slope per step."""
     x = np.linspace(0.0, 1.0, samples + 1)
     return x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2 / samples
 
@@ -186,7 +187,7 @@ def _warn_of_changed_spectrum(before: GroundMotion, after: GroundMotion) -> None
 
 
 def spectral_displacements(motion: GroundMotion, periods: np.ndarray) -> np.ndarray:
-    """Return peaks at samples of the relative displacement [m] of oscillators with 5 % damping, by period [s].
+    """Return the spectral displacements [m] for 5 % damping at periods [s]; peaks are searched at samples only.
 
     The response includes one period after the end of the motion.
     """

@@ -73,11 +73,11 @@ _HISTORY = re.compile(
 
 @dataclass(frozen=True)
 class Statement:
-    """Quantity and unit of numbers, as a name or a header states them.
+    """Quantity and unit of numbers in a column name or a header.
 
     Args:
-        quantity: Quantity, such as "acceleration", "velocity" or "time"; "" if it is not stated.
-        unit: The unit, unchanged; "" if it is not stated.
+        quantity: Quantity, such as "acceleration", "velocity" or "time"; "" if it is unknown.
+        unit: The unit as in the file; "" if it is unknown.
         factor: Factor from this unit to m/s2; None if it is not a unit of acceleration.
     """
 
@@ -105,7 +105,7 @@ def statement_of_name(name: str) -> Statement:
 
 
 def statement_of_header(lines: Sequence[str]) -> list[Statement]:
-    """Return the quantities and units that the lines of a header state."""
+    """Return the quantities and units in the lines of a header."""
     return [found for line in lines for found in _statements(_capitals(line).strip(" #%*!;\"'"))]
 
 
@@ -135,7 +135,7 @@ def _statements(line: str) -> Iterator[Statement]:
 
 
 def stated_step(lines: Sequence[str]) -> tuple[float, str] | None:
-    """Return the step [s] that a header states, with its words; None if it states no step."""
+    """Return the step [s] in a header, and the words that contain it; None if the header contains no step."""
     for line in lines:
         text = _capitals(line)
         for pattern, is_rate in ((_STEPS, False), (_RATES, True)):
@@ -149,13 +149,13 @@ def stated_step(lines: Sequence[str]) -> tuple[float, str] | None:
 
 
 def stated_count(lines: Sequence[str]) -> int | None:
-    """Return the number of samples that a header states; None if it states no number."""
+    """Return the number of samples in a header; None if the header does not contain it."""
     found = next(filter(None, (_COUNTS.search(_capitals(line)) for line in lines)), None)
     return int(found["value"]) if found else None
 
 
 def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit: str, factor: float) -> None:
-    """Raise a ValueError if a header or the name of a column states another quantity or unit than the user.
+    """Raise a ValueError if the header or the column's name contains another quantity or unit than the user gave.
 
     Args:
         path: The file.
@@ -189,7 +189,7 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
 
 
 def check_stated_numbers(path: str | PathLike, lines: Sequence[str], step: float, count: int) -> None:
-    """Raise a ValueError if a header states another step [s] or number of samples than these."""
+    """Raise a ValueError if the step [s] or the number of samples in the header differs from these values."""
     stated = stated_step(lines)
     if stated is not None and abs(stated[0] - step) > TIME_TOLERANCE * step:
         raise ValueError(

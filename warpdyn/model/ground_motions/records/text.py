@@ -87,17 +87,17 @@ class NumberLines:
         return self._split(self.lines[i])
 
     def widths(self) -> dict[int, int]:
-        """Return the numbers of columns that occur, each with the first line that has this number."""
+        """Return number of columns -> first line with this number of columns."""
         widths = {form: len(cells) for form, cells in self._cells.items()}
         if len(set(widths.values())) == 1:
             return {next(iter(widths.values())): 0}
         return {widths[form]: i for i, form in reversed(list(enumerate(self._forms)))}
 
     def values(self, columns: Sequence[int] | None = None) -> np.ndarray:
-        """Return all numbers in one row, or some columns, shape [column, line].
+        """Return all numbers as one row or, if columns are given, shape [column, line].
 
         Raises:
-            ValueError: If one is not a finite number, or one is missing between two separators.
+            ValueError: If a value is not a finite number, or a value is missing between two separators.
         """
         if all(_NUMBER.fullmatch(cell) for cells in self._cells.values() for cell in cells):
             is_fortran = b"D" in self._text or b"d" in self._text  # the letter of an exponent
@@ -115,7 +115,7 @@ class NumberLines:
         return np.array(rows).T
 
     def has_line(self, is_such: Callable[[str], bool]) -> bool:
-        """Return whether a function is true for some line, whose digits are replaced by 0."""
+        """Return whether a function is true for at least one line; it gets lines with all digits replaced by 0."""
         return any(is_such(form.decode("ascii")) for form in self._cells)
 
     def other_forms(self, column: int | None = None) -> tuple[str, str, str] | None:
@@ -165,10 +165,10 @@ class NumberLines:
 
     @cached_property
     def other_layouts(self) -> list[int]:
-        """The lines whose numbers end at other positions than in almost all other lines.
+        """Return the lines whose numbers end at other positions than in almost all other lines.
 
-        A number that lost its sign or a digit moves the numbers after it. The last line may be shorter. Lines of a file
-        without columns of a fixed width do not differ.
+        If a number has lost its sign or a digit, the numbers after it are shifted. The last line may be shorter. If the
+        file has no columns of fixed width, no line is returned.
         """
         tabs = [i for i, line in enumerate(self.lines) if "\t" in line] if b"\t" in self._text else []
         if 0 < len(tabs) <= 2 and len(self) >= FEWEST_ALIKE:
@@ -188,7 +188,7 @@ class NumberLines:
         return [i for i in rows if i != len(self) - 1 or last != common[: len(last)]]
 
     def _more_blanks(self) -> list[int]:
-        """The one or two lines with more blanks than all others: a blank may have replaced a sign."""
+        """Return the one or two lines with more blanks than all other lines: a blank may have replaced a sign."""
         counts: Counter[int] = Counter()
         for form, count in self._counts.items():
             counts[form.rstrip().count(b" ")] += count
@@ -240,11 +240,12 @@ def warn_of_blank_end(text: str, path: str | PathLike) -> None:
 
 
 def check_last_value(text: str, values: Sequence[str], path: str | PathLike) -> None:
-    """Raise a ValueError if the last value of a file is cut; warn if it may be.
+    """Raise a ValueError if the last value of a file is incomplete; warn if it may be incomplete.
 
-    A value before white space is complete, but blanks after the last newline are a line that is cut. If no newline ends
-    the file, its last value must have the same number of characters after the decimal point (with the exponent) as all
-    others. If the others differ, the last value may be cut if it has fewer characters than each of them.
+    A value is complete if a newline follows; blanks after the last newline are an incomplete line. If the file does not
+    end with a newline, its last value must have as many characters after the decimal point (including the exponent) as
+    all other values. If the other values differ in this number and the last value has fewer characters than each of
+    them, it may be incomplete.
 
     Args:
         text: The text of the file.

@@ -86,7 +86,7 @@ def checked_step(step: float, place: str) -> float:
 
 
 def step_of_times(times: np.ndarray, step: float | None, place: str) -> float:
-    """Return the given step, or that of the times [s]; raise a ValueError if the times are uneven."""
+    """Return `step`, or the step of the times if it is None [s]; raise a ValueError if times are not equally spaced."""
     if step is None:
         # 12 digits, because the mean has rounding errors in its last digits.
         step = float(f"{(times[-1] - times[0]) / (times.size - 1):.12g}")

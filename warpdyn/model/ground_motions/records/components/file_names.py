@@ -47,7 +47,7 @@ _OF_ONE_LETTER = frozenset("NSEWVZULTXYRH")
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A part of a name that may be a label."""
+    """A part of a file's name that may be the label of a component."""
 
     orientation: Orientation
     before: str
@@ -70,16 +70,18 @@ class _Candidate:
 
 
 def record_and_component(name: str, header: str = "", among: Iterable[str] = (), place: str = "") -> tuple[str, str]:
-    """Return the record and the component of a file, each "" if neither its header nor its name contains it.
+    """Return record and component of a file; "" for each that neither the header nor the file's name contains.
 
-    For example, `record_and_component("RSN6_IMPVALL.I_I-ELC180")` is `("RSN6", "180")`, because PEER's numbers are
-    unique.
+    For example, `record_and_component("RSN6_IMPVALL.I_I-ELC180")` is `("RSN6", "180")`; the record is PEER's number
+    alone, because it is unique.
 
     Args:
         name: Name of the file, with or without folder and suffix, such as "RSN6_IMPVALL.I_I-ELC180.AT2".
-        header: Label of the component in the file's header, which has priority; "" if the header contains no component.
-        among: Names of other files of the same set, to find where the names differ.
-        place: The file, for a warning if header and name contradict each other; "" for no warning.
+        header: Label of the component in the file's header; "" if the header contains no component. The header's label
+            is used; the label in the name is used if the header's label is not a direction, or if the name clearly
+            marks a vertical record.
+        among: Names of other files of the same set, from which the varying part of the names is found.
+        place: Name of the file, for a warning if header and name contradict each other; "": no warning.
     """
     return records_and_components([name, *among], [header], [place])[0]
 
@@ -115,7 +117,7 @@ def records_and_components(
 
 
 def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) -> str:
-    """Return the label of the header, or that of the name if the name is sure to be that of a vertical record."""
+    """Return the header's label, or the name's label if the header has no direction or the name is surely vertical."""
     if header.kind == "unknown":
         return name.label or (header.label if header.family else "")
     if name.kind == "unknown" or not is_sure:
@@ -132,7 +134,7 @@ def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) 
 
 
 def numbered_record(name: str) -> str:
-    """Return a file's name without suffix and the number or letter of a component: "0111" for "0111b.smc"."""
+    """Return a file's name without suffix and without the component's number or letter: "0111" for "0111b.smc"."""
     stem = _stem(name)
     return "" if orientation(stem).family else re.sub(r"[-_. ]?(?:0?[1-9]|[a-c])$", "", stem, flags=re.IGNORECASE)
 
@@ -172,14 +174,14 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
 
 
 def _letters_within(stem: str) -> Iterator[_Candidate]:
-    """Yield single letters next to a digit, such as those of "000055xa", "000055ya" and "000055za"."""
+    """Yield single letters next to a digit, such as x, y and z in "000055xa", "000055ya" and "000055za"."""
     for found in re.finditer(r"(?<=\d)[NSEWVZULTXY](?=[A-Z])|(?<=[A-Z])[NSEWVZULTXY](?=\d)", stem, re.IGNORECASE):
         before, after = stem[: found.start()], stem[found.end() :]
         yield _Candidate(orientation(found[0]), before, after, _ONLY_IN_SETS, False)
 
 
 def _is_added(after: str) -> bool:
-    """Return whether what follows a label is only what programs add to a name."""
+    """Return whether the text after a label consists only of words that programs add to names."""
     return all(_PROCESSING.fullmatch(token[0]) for token in _TOKEN.finditer(after))
 
 
@@ -205,7 +207,7 @@ def _of_whole(label: str, before: str, separators: int) -> int | None:
 
 
 def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
-    """Yield the labels that may follow a station's code at the end of a token, and their distinctiveness."""
+    """Yield labels that may follow a station's code without separator at the end of a token; and distinctiveness."""
     if (found := _GLUED_AZIMUTH.match(token)) and int(found["label"]) <= 360:
         # "H-E06140" is a station and an azimuth; longer numbers are dates.
         digits = len(token) - len(token.rstrip("0123456789"))
@@ -233,7 +235,7 @@ def _best(
     header: Orientation,
     common: set[tuple[str, str]],
 ) -> tuple[_Candidate | None, bool]:
-    """Return the most likely candidate, or None, and whether it is sure even if the header contradicts it."""
+    """Return the most likely candidate or None, and whether it is clear enough to contradict the header."""
     ranked: list[tuple[tuple[float, ...], _Candidate, bool]] = []
     for i, candidate in enumerate(candidates):
         present = directions[candidate.key]
@@ -269,7 +271,7 @@ def _best(
 
 
 def _is_same_direction(one: Orientation, other: Orientation) -> bool:
-    """Return whether two labels name one direction."""
+    """Return whether two labels mean the same direction."""
     if one.kind != other.kind or one.kind == "unknown":
         return False
     if one.azimuth is not None and other.azimuth is not None:
@@ -278,7 +280,7 @@ def _is_same_direction(one: Orientation, other: Orientation) -> bool:
 
 
 def _is_other_direction(one: Orientation, other: Orientation) -> bool:
-    """Return whether two labels may be two directions of one sensor: perpendicular, or two axes of one system."""
+    """Return whether two labels may be different directions of one sensor (perpendicular, or axes of one system)."""
     if one.sensor != other.sensor:
         return False
     if one.kind == other.kind == "vertical" or "unknown" in (one.kind, other.kind):

@@ -13,12 +13,12 @@ class Orientation:
     """The direction that a sensor measures, from a label.
 
     Args:
-        label: The label in the form in which `GroundMotion.component` stores it, such as "090", "EW2" or "UP".
+        label: The label in the form of `GroundMotion.component`, such as "090", "EW2" or "UP".
         kind: "vertical", "horizontal", or "unknown" if the label does not contain a direction.
-        azimuth: Azimuth of a horizontal sensor [degrees clockwise from north], None if the label does not contain it.
-            The sign of a direction is not kept: "EW" and "WE" are both 90.
-        sensor: Part of the label that numbers the sensor and not the direction: "2" of "EW2", "HN" of "HNE".
-        family: Labels that are used together have one family, such as "seed" (HNE, HNN, HNZ) or "axes" (L, T).
+        azimuth: Azimuth of a horizontal sensor [degrees clockwise from north]; None if the label does not contain it.
+            Opposite directions have the same azimuth: "EW" and "WE" have 90.
+        sensor: Part of the label that identifies the sensor, not the direction: "2" in "EW2", "HN" in "HNE".
+        family: Name of a system of labels, such as "seed" (HNE, HNN, HNZ) or "axes" (L, T).
     """
 
     label: str
@@ -70,7 +70,7 @@ _WORDS_AROUND = re.compile(
 
 
 def orientation(label: str) -> Orientation:
-    """Return the direction in the label of a component.
+    """Return the direction that the label of a component describes.
 
     Args:
         label: Text from a header or a file name: an azimuth ("180", "90 DEG"), a bearing ("N26W", "S 00 E"), compass
@@ -102,14 +102,14 @@ def orientation(label: str) -> Orientation:
 
 
 def azimuth_label(azimuth: float) -> str:
-    """Return the label of an azimuth [degrees]: "090", "034.5"; empty if it is outside 0 to 360."""
+    """Return the label of an azimuth [degrees], such as "090" or "034.5"; "" if it is outside 0 to 360."""
     if not 0 <= azimuth <= 360:
         return ""
     return f"{azimuth:03.0f}" if float(azimuth).is_integer() else f"{azimuth:05.1f}"
 
 
 def is_vertical(component: str) -> bool:
-    """Return whether the label of a component is that of a vertical one."""
+    """Return whether a label is that of a vertical component."""
     return orientation(component).kind == "vertical"
 
 

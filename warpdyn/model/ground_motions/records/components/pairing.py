@@ -1,4 +1,4 @@
-"""Pairs of the two horizontal components that one instrument recorded."""
+"""Pairs of horizontal components that were recorded by the same instrument."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ LARGEST_SKEW = 45.0  # degrees
 
 
 def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:
-    """Return the two horizontal components of each record, for runs in both directions.
+    """Return the pairs of horizontal components of each record, for runs in both directions.
 
-    Sensors of one record have separate pairs if their labels number them: EW1 and NS1 of a borehole, EW2 and NS2 at the
-    surface, HNE and HNN of an accelerometer, BHE and BHN of a seismometer at one station. Azimuths need not be exactly
-    90 degrees apart.
+    If a record contains several sensors, and labels identify them, each sensor has a pair: EW1 and NS1 in a borehole,
+    EW2 and NS2 at the surface; HNE and HNN of an accelerometer, BHE and BHN of a seismometer at the same station.
+    Azimuths need not be exactly 90 degrees apart.
 
     Args:
-        motions: The motions, with `record` and `component`; vertical components are left out.
+        motions: The motions, with `record` and `component`; vertical components are ignored.
 
     Returns:
-        A pair for each sensor of each record, in the order in which they first appear.
+        One pair per sensor of each record, in the order in which the sensors first appear.
 
     Raises:
-        ValueError: If a motion has no `record`, a sensor has one horizontal component or more than two, both have the
-            same direction, their azimuths are less than 45 degrees apart, or a component is unknown although the record
-            has a vertical component.
+        ValueError: If a motion has no `record`; if a sensor has one horizontal component or more than two; if both
+            components have the same direction, or azimuths that are less than 45 degrees apart; or if a component is
+            unknown although the record has a vertical component.
         TypeError: If a motion is not a GroundMotion.
 
     Example:
@@ -43,7 +43,7 @@ def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMot
 
 
 def instrument_of(motion: GroundMotion) -> tuple[str, str]:
-    """Return the record of a motion, and the sensor that its label numbers."""
+    """Return the record of a motion, and the part of its label that identifies the sensor."""
     return motion.record, orientation(motion.component).sensor
 
 
@@ -57,7 +57,7 @@ def _by_record(motions: Sequence[GroundMotion]) -> list[tuple[str, list[GroundMo
 
 
 def _checked_pair(record: str, members: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:
-    """Return the pairs of the sensors of one record; raise a ValueError if they are not pairs."""
+    """Return the pairs of one record, one per sensor; raise a ValueError if the motions are not pairs."""
     labels = {id(motion): orientation(motion.component) for motion in members}
     remaining = [motion for motion in members if labels[id(motion)].kind != "vertical"]
     unknown = [motion for motion in remaining if labels[id(motion)].kind == "unknown"]

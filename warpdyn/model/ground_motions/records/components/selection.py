@@ -1,4 +1,4 @@
-"""Selection of the horizontal or vertical records of a set, also if the component of some records is not known."""
+"""Selection of horizontal or vertical records in a set, in which some components may be unknown."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MOST_NAMED = 3
 
 
 def select_components(motions: Sequence[GroundMotion], components: str, path: str | PathLike) -> list[GroundMotion]:
-    """Return the motions of a file that have the components that a user asked for; raise a ValueError if none has."""
+    """Return the horizontal, vertical or all motions of a file; raise a ValueError if there is no such motion."""
     labels, records = [motion.component for motion in motions], [motion.record for motion in motions]
     is_chosen = chosen_components(labels, components, [motion.name for motion in motions], records, str(path))
     chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
@@ -33,16 +33,16 @@ def select_components(motions: Sequence[GroundMotion], components: str, path: st
 def chosen_components(
     labels: Sequence[str], components: str, names: Sequence[str], records: Sequence[str], place: str
 ) -> list[bool]:
-    """Return for each record of a set whether it has the components that a user asked for; warn of unknown components.
+    """Return for each motion of a set whether it is one of the wanted components; warn of unknown components.
 
-    A record whose component is not known counts as horizontal only if the set has no vertical record, and the record
-    does not have two other horizontal components.
+    A motion with an unknown component counts as horizontal only if the set has no vertical motion, and its record does
+    not have two other horizontal components.
 
     Args:
-        labels: Component of each record; empty if it is not known.
-        components: "horizontal", "vertical" or "all".
-        names: Name of each record in a warning.
-        records: Name of the record that each component belongs to; "" if it is not known.
+        labels: Component of each motion; "" if it is unknown.
+        components: Wanted components: "horizontal", "vertical" or "all".
+        names: Name of each motion, for a warning.
+        records: Name of the record of each motion; "" if it is unknown.
         place: Folder or file of the set, for the warning.
     """
     kinds = [orientation(label).kind for label in labels]
@@ -69,6 +69,6 @@ def chosen_components(
 
 
 def _some_names(names: Sequence[str], chosen: Sequence[int]) -> str:
-    """Return the first names, and how many more there are."""
+    """Return the first names and the number of the other names, as text."""
     more = f" and {len(chosen) - _MOST_NAMED} more" if len(chosen) > _MOST_NAMED else ""
     return ", ".join(repr(names[i]) for i in chosen[:_MOST_NAMED]) + more

@@ -86,7 +86,7 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
 
 
 def _of_channel(header: Header, name: str, i: int, *, is_needed: bool = True) -> tuple[str, str]:
-    """Return the value of a channel in a line such as "/0.005/0.005/0.005", and its place; two lines state 12."""
+    """Return the value of channel i in a line such as "/0.005/0.005/0.005", and its place; 12 values need two lines."""
     lines = [value for key, value in header.items() if key.startswith(name.upper())]
     texts = [(each.strip(), place) for text, place in lines for each in text.split("/")[1:]]
     if i < len(texts) and (texts[i][0] or not is_needed):

@@ -28,7 +28,7 @@ _DIRECTIONS = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": 
 def read_knet(path: str | PathLike) -> list[GroundMotion]:
     """Read a record of K-NET or KiK-net: 17 header lines, then whole numbers, which a factor converts to gal.
 
-    The mean, which is the offset of the instrument, is removed, because the peak in the header excludes it.
+    The mean is the offset of the instrument. It is removed, because the peak in the header does not include it.
 
     Source: NIED, "Format of the strong-motion data (ASCII)".
     """

@@ -70,15 +70,15 @@ _OTHERS = (
 
 @dataclass(frozen=True)
 class FileOfMotions:
-    """The motions of one file, with the records and components that its header states.
+    """The motions of one file, with records and components from its header.
 
-    People type line 2 of AT2 files and the headers of text. Their components are compared with the component in the
-    file's name, and the record is the one in the name. Programs write the headers of other formats.
+    Line 2 of AT2 files and headers of text files are typed by people: their component is compared with the component in
+    the file's name, and the record is taken from the name. Headers of other formats are written by programs.
 
     Args:
         path: The file, or the member of an archive.
         motions: The motions.
-        format: Name of the format; "text" without a known header.
+        format: Name of the format; "text" for text without a known header.
     """
 
     path: str | PathLike
@@ -92,16 +92,16 @@ class FileOfMotions:
 
     @property
     def is_typed(self) -> bool:
-        """Whether a person typed the component in the header; the name of a column is not compared."""
+        """Whether the component comes from a header that a person typed."""
         return self.format == "AT2" or (self.format == "text" and not self.motions[0].record)
 
     @property
     def uses_name(self) -> bool:
-        """Whether the record and component of the file's name are needed."""
+        """Whether record and component in the file's name must be read."""
         return len(self.motions) == 1 and (self.is_typed or not self.motions[0].component)
 
     def named(self, record: str, component: str) -> GroundMotion:
-        """Return the only motion with this component, and with the record of the file's name or of its header."""
+        """Return the file's only motion with this component, and with this record or that of the header."""
         (motion,) = self.motions
         order = (record, motion.record) if self.is_typed else (motion.record, record)
         return replace(motion, record=order[0] or order[1], component=component)
@@ -117,10 +117,10 @@ def read(
     GeoNet, ASA 2.0 (Mexico), SAC and MiniSEED (by obspy), and text in columns or with several values per line.
 
     Args:
-        path: The file. Its name and the components name the motions.
-        unit: Unit of the accelerations, one of `UNITS`, of files that do not state it: text, SAC and MiniSEED.
-        step: Step [s] of text without times, and of records that were digitised at uneven times (some V1 and SMC
-            files), which are interpolated linearly. In other files it is compared with the step that the file states.
+        path: The file. Motions are named by the file's name and the component.
+        unit: Unit of the accelerations, one of `UNITS`, for files that do not contain it: text, SAC and MiniSEED.
+        step: Step [s] for text without times, and for records that were digitised at uneven times (some V1 and SMC
+            files), which are interpolated linearly. For other files it is compared with the step in the file.
         components: "horizontal", "vertical" or "all".
 
     Returns:
@@ -129,8 +129,8 @@ def read(
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
         ModuleNotFoundError: If the file is SAC or MiniSEED, and obspy is not installed.
-        ValueError: If the file contains no accelerations (the message names its format and what to do), it is damaged,
-            `unit` or `step` is missing or contradicts the file, or the file has no such component.
+        ValueError: If the file contains no accelerations (the message names its format and a remedy) or is damaged; if
+            `unit` or `step` is missing or differs from the file; or if the file has no wanted component.
         TypeError: If `path` is not the name of a file.
 
     Example:
@@ -145,7 +145,7 @@ def read(
 
 
 def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[FileOfMotions]:
-    """Return the motions of each record in an archive, as `read_file` does; warn of files that are not records."""
+    """Return the motions of each file in an archive, as `read_file` does; warn of files that are not records."""
     files: list[FileOfMotions] = []
     others: dict[str, str] = {}
     for member in members(path, data):
@@ -163,7 +163,7 @@ def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: floa
 
 
 def _with_names(file: FileOfMotions) -> list[GroundMotion]:
-    """Return the motions of a file, with the component of the file's name if the file does not state it."""
+    """Return the motions of a file; a component that the file does not contain is taken from the file's name."""
     if not file.uses_name:
         return list(file.motions)
     record, component = record_and_component(file.name, file.motions[0].component, place=str(file.path))
@@ -173,7 +173,7 @@ def _with_names(file: FileOfMotions) -> list[GroundMotion]:
 
 
 def read_file(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> FileOfMotions:
-    """Return the motions of one file by the reader of its format, with the records and components of its header."""
+    """Read one file with the reader of its format; records and components are those of its header."""
     if is_miniseed(data) or is_sac(data):
         return FileOfMotions(path, tuple(read_seismic(path, data, unit, step)), "seismic")
     record = RecordText.of(path)

@@ -25,7 +25,7 @@ _TOUCHING = re.compile(r"(?<=[\d.])(?=[-+]\d*\.)")  # 0.123-0.456: a sign after 
 
 @dataclass(frozen=True)
 class Header:
-    """Number of lines before the values, with the number of values and the step [s] that these lines state."""
+    """Number of lines before the values, and the number of values and the step [s] in these lines."""
 
     lines: int
     count: int | None
@@ -35,7 +35,7 @@ class Header:
 def header_of(record: RecordText) -> Header:
     """Return the header of text without a known format: lines of words, and a line with the number of values or step.
 
-    A line of one or two numbers before longer lines that states neither raises a ValueError.
+    If a line of one or two numbers before longer lines contains neither, a ValueError is raised.
     """
     first = next((i for i, line in enumerate(record.lines) if not _is_words(line)), len(record.lines))
     words = record.lines[:first]
@@ -123,7 +123,7 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
 
 
 def _check_separators(record: RecordText, places: list[int]) -> None:
-    """Raise a ValueError if separators differ, commas may be decimal ones, or a number did not fit its field."""
+    """Raise a ValueError if separators differ, commas may be decimal commas, or asterisks replace a number."""
     for i in places:
         if "**" in record.lines[i]:
             raise ValueError(
@@ -149,7 +149,7 @@ def _check_separators(record: RecordText, places: list[int]) -> None:
 
 
 def _lines_of_other_layout(lines: list[str]) -> list[int]:
-    """Return lines whose numbers end at other positions than in most lines, if there are few: a sign may be lost."""
+    """Return lines whose numbers end at other positions than in most lines, if they are few; a sign may be lost."""
     ends = [tuple(match.end() for match in re.finditer(r"[\d.](?=[-+\s,;]|$)", line)) for line in lines]
     common, alike = Counter(ends).most_common(1)[0]
     others = [

@@ -1,1 +1,1 @@
-"""Shared parts of readers: archives, encodings, values of fixed width, and comparisons with headers."""
+"""Functions that several readers use: archives, encodings, values of fixed width, and comparisons with headers."""

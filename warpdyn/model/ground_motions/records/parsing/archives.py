@@ -54,7 +54,7 @@ def is_tar(data: bytes) -> bool:
 
 
 def zip_names(data: bytes) -> list[str] | None:
-    """Return the names of a zip archive's files, or None if this is another file."""
+    """Return the names of the files in a zip archive, or None if the file is not a zip archive."""
     if data[:4] not in (b"PK\x03\x04", b"PK\x05\x06"):
         return None
     try:
@@ -65,7 +65,7 @@ def zip_names(data: bytes) -> list[str] | None:
 
 
 def is_archive(data: bytes) -> bool:
-    """Return whether `members` opens a file; Excel and NumPy files, which are zip archives too, are not opened."""
+    """Return whether a file is an archive that `members` opens; Excel and NumPy files (also zip archives) are not."""
     names = zip_names(data)
     if names is not None:
         return not ("[Content_Types].xml" in names or (names and all(name.endswith(".npy") for name in names)))

@@ -55,7 +55,7 @@ _LARGEST_HEAD = 4096  # characters that are compared with these patterns
 
 
 def bytes_of(path: str | PathLike) -> bytes:
-    """Return the bytes of a file or of a member of an archive, or raise an error with the reason if it has none."""
+    """Return the bytes of a file or of a member of an archive; raise an error if it does not exist or is empty."""
     if isinstance(path, Member):
         return path.data
     if not isinstance(path, str | PathLike):
@@ -77,7 +77,7 @@ def bytes_of(path: str | PathLike) -> bytes:
 
 
 def refuse_other_content(path: str | PathLike, data: bytes) -> None:
-    """Raise a ValueError with the kind of a file that is not text, and what to do."""
+    """If a file is not text, raise a ValueError with its kind and a remedy."""
     names = zip_names(data)
     found: tuple[str, str] | None = None
     if names is not None:
@@ -106,7 +106,7 @@ def refuse_other_content(path: str | PathLike, data: bytes) -> None:
 
 
 def refuse_other_text(path: str | PathLike, text: str) -> None:
-    """Raise a ValueError with the kind of a text that contains no record, and what to do."""
+    """If a text is of a kind that contains no record, raise a ValueError with its kind and a remedy."""
     for pattern, what, remedy in _FIRST_TEXT:
         if re.match(pattern, text[:_LARGEST_HEAD], re.IGNORECASE):
             raise _refusal(path, what, remedy)

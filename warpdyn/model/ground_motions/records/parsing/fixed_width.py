@@ -51,7 +51,7 @@ class Layout:
 
 
 class Header(dict[str, tuple[str, str]]):
-    """The value and the place of each line "NAME: value" of a header; a missing name raises a ValueError.
+    """Name -> (value, place) for the lines "NAME: value" of a header; a missing name raises a ValueError.
 
     Args:
         path: The file.
@@ -109,7 +109,7 @@ class RecordText:
         return found
 
     def header(self, format: str, end: int, clean: Callable[[str], str] = str.upper) -> Header:
-        """Return the lines "NAME: value" before line `end`; `clean` returns the form in which a name is looked up."""
+        """Return the lines "NAME: value" before line `end`; `clean` converts a name to the key in the header."""
         header = Header(self.path, format)
         for i, line in enumerate(self.lines[:end]):
             name, colon, value = line.partition(":")
@@ -237,7 +237,7 @@ def layout_of_lines(record: RecordText, first: int, decimals: int | None = None)
 
 
 def check_end(record: RecordText, next_line: int) -> None:
-    """Raise a ValueError if lines follow the values, which end before the line of this number; warn of a cut end."""
+    """Raise a ValueError if a line from `next_line` on is not blank; warn if the file ends within a line."""
     rest = [i for i in range(next_line, len(record.lines)) if record.lines[i].strip()]
     if rest:
         raise ValueError(

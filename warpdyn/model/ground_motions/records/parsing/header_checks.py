@@ -1,4 +1,4 @@
-"""Comparisons of values with number, peak and duration in the header, and a search for markers of missing values."""
+"""Comparison of values with number, peak and duration in the header, and search for markers of missing values."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FEWEST_OTHERS = 10  # values that a marker is compared with
 
 
 def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> None:
-    """Raise a ValueError if the largest values are markers of missing ones, such as 9999 among values below 10.
+    """Raise a ValueError if the largest values are markers of missing values, such as 9999 among values below 10.
 
     Args:
         values: The values in the unit of the file.
@@ -43,7 +43,7 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
 
 
 def checked_values(numbers: NumberLines, text: str, columns: Sequence[int] | None = None) -> np.ndarray:
-    """Return the numbers of lines, checked for damage that the text shows; shape [column, line] if columns are given.
+    """Return the numbers in lines of text, after checks for damage; shape [column, line] if columns are given.
 
     Args:
         numbers: The lines.
@@ -64,7 +64,7 @@ def checked_values(numbers: NumberLines, text: str, columns: Sequence[int] | Non
 
 
 def check_count(found: int, stated: str, place: str) -> None:
-    """Raise a ValueError unless the number of values is the one that a header states."""
+    """Raise a ValueError if the number of values differs from that in the header."""
     expected = stated_count(stated, place)
     if found != expected:
         kind = "truncated" if found < expected else "too long"
@@ -78,7 +78,7 @@ def printed_precision(text: str) -> float:
 
 
 def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: float = 0.0) -> None:
-    """Raise a ValueError unless the largest absolute value is the peak that a header prints.
+    """Raise a ValueError if the largest absolute value differs from the peak in the header.
 
     Args:
         values: The values in the unit of the stated peak.
@@ -100,7 +100,7 @@ def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: f
 def check_time_of_peak(
     values: np.ndarray, step: float, stated: str, place: str, precision: float = 0.0, first: float = 0.0
 ) -> None:
-    """Raise a ValueError unless a value as large as the largest one is at the time that a header states.
+    """Raise a ValueError if the value at the time of the peak in the header is not the largest.
 
     Args:
         values: The values.
@@ -122,9 +122,9 @@ def check_time_of_peak(
 
 
 def check_duration(count: int, step: float, stated: str, place: str, precision: float = 0.0) -> None:
-    """Raise a ValueError unless a number of values lasts as long as a header states.
+    """Raise a ValueError if the number of values times the step differs from the duration in the header.
 
-    Headers state the time of the last value or that of one step later.
+    The duration in a header is the time of the last value, or one step more.
 
     Args:
         count: Number of values.
@@ -143,7 +143,7 @@ def check_duration(count: int, step: float, stated: str, place: str, precision: 
 
 
 def stated_count(text: str, place: str) -> int:
-    """Return a number of values that a header states."""
+    """Return the number of values in a header, from its text."""
     if not re.fullmatch(r"\s*\d{1,9}\s*", text, re.ASCII) or int(text) < 2:
         raise ValueError(f"{place}: the number of values must be a whole number of at least 2, got {text.strip()!r}")
     return int(text)

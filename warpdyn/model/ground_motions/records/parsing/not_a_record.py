@@ -4,8 +4,8 @@ from __future__ import annotations
 
 
 class NotARecordError(ValueError):
-    """A file contains no accelerations, or may contain none; in an archive such a file is skipped with a warning."""
+    """Error: a file contains no accelerations, or perhaps none. In an archive, it is skipped with a warning."""
 
 
 class AmbiguousTextError(ValueError):
-    """The columns of a text are ambiguous; an argument of `read_text` must define them."""
+    """Error: the columns of a text are ambiguous, and an argument of `read_text` must define them."""

@@ -17,7 +17,8 @@ def at_equal_steps(
 ) -> tuple[np.ndarray, float]:
     """Return values at equal steps, and the step [s].
 
-    Values at times that are even within their printed digits are unchanged. Others are interpolated linearly.
+    If times are equally spaced up to the rounding of printed digits, values are unchanged. Otherwise, they are
+    interpolated linearly.
 
     Args:
         times: Times [s].
