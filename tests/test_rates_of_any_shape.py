@@ -160,7 +160,7 @@ def test_curves_of_demand_and_collapse_agree_with_quad():
 
 def test_risk_targets_and_vulnerability_of_other_shapes():
     given = loglogistic(STATES)
-    with pytest.raises(ValueError, match=r"curves are of another shape: give design_intensity \[g\]"):
+    with pytest.raises(ValueError, match=r"curves have another shape: give design_intensity= \[g\]"):
         wd.check_risk_target(given, BENT)
     found = wd.check_risk_target(given, BENT, 0.3)
     assert float(found["conditional_probability"]) == pytest.approx(expit(LOGISTIC * np.log(0.3 / 0.5) / 0.6))
