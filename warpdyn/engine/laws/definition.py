@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import linecache
 import re
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
@@ -28,6 +29,14 @@ DEVICES: dict[str, type[Device]] = {}
 
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
 OF_STOREY = ("stiffness", "mass", "height")
+# Names that a building, a dataset or the class itself already has; a parameter with such a name would act as both.
+OF_BUILDINGS = ("gravity_load", "drift_capacity", "collapse_drift_ratio", "damped_storeys")
+OF_DAMPING = ("damping_ratio", "damping_coefficient", "damping_modes")
+OF_SAMPLES = ("sample", "structure", "storey", "floor", "motion", "motion_index", "im_level", "scale_factor", "event")
+OF_RESULTS = ("building", "archetype", "archetype_index", "status", "unreliable", "time", "demand")
+OF_CLASSES = ("name", "parameters", "values", "memory", "rows", "variants", "kind", "forces")
+OF_OTHERS = frozenset(OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS + OF_CLASSES)
+OF_DEMANDS = re.compile(r"peak_|residual_drift|base_shear|time_of_|.*_energy$")
 SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
@@ -82,6 +91,11 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
         if field.name in OF_STOREY:
             raise TypeError(
                 f"parameter {field.name!r} has the name of a property of every storey: rename the parameter"
+            )
+        if not cls.__module__.startswith("warpdyn.") and (field.name in OF_OTHERS or OF_DEMANDS.match(field.name)):
+            raise TypeError(
+                f"parameter {field.name!r} has the name of a property of buildings, or of a variable of datasets: "
+                f"rename the parameter, for example {cls.name}_{field.name}"
             )
         try:
             found[field.name] = known = make if isinstance(make, Parameter) else make()
@@ -174,15 +188,28 @@ def _text_of(cls: type[StoreyElement]) -> str:
     for each in cls.__mro__:
         if each.__module__.startswith("warpdyn.") or each is object:
             continue
-        for value in vars(each).values():
+        for name, value in vars(each).items():
             function = getattr(value, "__func__", value)
-            if inspect.isfunction(function) and function.__module__ == each.__module__:
-                parts.append(_source(function))
+            is_generated = name.startswith("__")  # by `dataclass`
+            if inspect.isfunction(function) and function.__module__ == each.__module__ and not is_generated:
+                parts += _sources(function, set())
     return "\n\n".join(parts)
 
 
-def _source(function: Callable[..., Any]) -> str:
+def _sources(function: Callable[..., Any], seen: set[str]) -> list[str]:
+    """Return the source of a function, with the constants and the sources of the user's functions that it reads."""
+    if function.__qualname__ in seen:
+        return []
+    seen.add(function.__qualname__)
     try:
-        return inspect.getsource(function)
+        linecache.checkcache(function.__code__.co_filename)
+        found = [inspect.getsource(function)]
     except (OSError, TypeError):
-        return repr((function.__code__.co_code, function.__code__.co_consts))
+        found = [repr((function.__code__.co_code, function.__code__.co_consts, function.__code__.co_names))]
+    read = inspect.getclosurevars(function)
+    for name, value in sorted({**read.globals, **read.nonlocals}.items()):
+        if inspect.isfunction(value) and not value.__module__.startswith(("warpdyn.", "numpy", "warp.")):
+            found += _sources(value, seen)
+        elif isinstance(value, int | float | str | tuple | list | dict | np.ndarray):
+            found.append(f"{name} = {value!r}")
+    return found

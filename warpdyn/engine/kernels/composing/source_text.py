@@ -24,13 +24,20 @@ SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 @functools.cache
 def source_of(function: Callable) -> str:
     """Return the source of a function without common indentation."""
-    return (
-        getattr(function, "__source__", None) or _body_source(function) or textwrap.dedent(inspect.getsource(function))
-    )
+    kept = getattr(function, "__source__", None) or _body_source(function)
+    if kept:
+        return str(kept)
+    linecache.checkcache(function.__code__.co_filename)  # a user may have edited the file in this process
+    return textwrap.dedent(inspect.getsource(function))
 
 
 def _body_source(function: Callable) -> str | None:
-    """Find the end of an argument-free function by its indentation: 10 times as fast as `inspect.getsource`."""
+    """Find the end of an argument-free function of warpdyn by its indentation: 10 times as fast as `inspect.getsource`.
+
+    A user's function may contain lines with less indentation, such as comments, so this returns None for it.
+    """
+    if not function.__module__.startswith("warpdyn."):
+        return None
     code = getattr(function, "__code__", None)
     lines = linecache.getlines(code.co_filename)[code.co_firstlineno - 1 :] if code is not None else []
     if not lines or not re.match(r" *def \w+\(\):$", lines[0]):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import inspect
 import re
 from collections.abc import Iterable, Mapping
 from types import FunctionType
 from typing import Any, ClassVar
 
 from warpdyn.engine.kernels.composing.source_text import bodies_of, source_of
+from warpdyn.engine.kernels.slots import SLOTS
 from warpdyn.foundations.core.output_variables import Variable
 
 USERS: dict[str, type[Recorder]] = {}  # recorders of users, by name
@@ -55,6 +57,12 @@ class Recorder:
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
         cls.part_name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
+        for name, each in vars(cls).items():
+            if name in SLOTS and isinstance(each, FunctionType) and each.__code__.co_argcount:
+                raise TypeError(
+                    f"recorder {cls.__name__}: {name}() has arguments, but a slot's function has none: write "
+                    f"def {name}(): its statements read the variables of the kernel"
+                )
         if any(isinstance(each, FunctionType) for each in vars(cls).values()):  # otherwise pickle makes an empty class
             for function in bodies_of(cls).values():
                 # Keep the source: the class may be pickled and sent to processes that do not have its file.
@@ -81,7 +89,11 @@ class RecorderName(str):
 
     def __repr__(self) -> str:
         """Return the name with a digest of the source; the fingerprint of a run contains this text."""
-        text = "".join(source_of(function) for function in bodies_of(USERS[str(self)]).values())
+        functions = bodies_of(USERS[str(self)]).values()
+        text = "".join(source_of(function) for function in functions)
+        for function in functions:
+            read = inspect.getclosurevars(function).globals
+            text += repr(sorted((name, repr(value)) for name, value in read.items() if isinstance(value, int | float)))
         return f"{str(self)!r} (source {hashlib.sha256(text.encode()).hexdigest()[:16]})"
 
 
