@@ -379,32 +379,3 @@ def test_functions_outside_of_the_class_and_numbers_are_taken_along(tmp_path, re
     force = wd.storey_hysteresis(building(namespace["Mine"](), 1), [0.0, 0.01])["storey_force"].values[1, 0]
     assert force == pytest.approx(STIFFNESS * 0.01)
     assert "0.5" in namespace["Mine"].written
-
-
-@pytest.mark.fast
-def test_constants_that_a_law_reads_are_part_of_its_text():
-    """A killed run must not resume with another value of a constant."""
-    texts = []
-    for factor in (1.0, 0.5):
-
-        class _Scaled(wd.laws.Bilinear):
-            @staticmethod
-            def problem(p, factor=factor):
-                return None
-
-            @staticmethod
-            def caution(p):
-                return None if factor > 0 else "negative"
-
-        texts.append(_Scaled.written)
-    assert texts[0] != texts[1]
-    assert "factor = 0.5" in texts[1]
-    assert "co_code" not in texts[1]
-    assert "\\x" not in texts[1]  # no bytecode
-
-
-@pytest.mark.fast
-@pytest.mark.parametrize("name", ["gravity_load", "drift_capacity", "peak_storey_drift", "sample", "input_energy"])
-def test_a_parameter_may_not_have_the_name_of_something_else(name):
-    with pytest.raises(TypeError, match=f"parameter '{name}' has the name of a property of buildings"):
-        type("Named", (wd.laws.Law,), {"__annotations__": {name: float}, name: wd.laws.parameter("N", "a force")})
