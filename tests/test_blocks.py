@@ -362,6 +362,6 @@ def test_what_takes_long_is_told_before_it(unlaunched, caplog):
 def test_a_step_that_cannot_be_meant_does_not_start_a_billion_steps_silently(unlaunched):
     motion = wd.GroundMotion([0.0, 1.0, 0.0], 1e6)
     scene = wd.Scene(wd.ShearBuilding(1.0, 40.0, 1.0), motion, recorders=("drift",), tail=0.0)
-    told = r"sample 0 takes .* steps of .* is the motion's step in seconds"
+    told = r"sample 0 takes .* steps of .* check that the step of the motion is in seconds"
     with pytest.warns(UserWarning, match=told), pytest.raises(ReachedError):
         wd.simulate(scene, device="cpu")

@@ -108,7 +108,7 @@ def test_numbers_that_do_not_fit_are_refused(number, message):
     asked = wd.DamageCounts(CITY_LIMITS, number=number, over="motion")
     with pytest.raises(ValueError, match=message):
         simulate(scene_of("crossed", CITY), statistics=asked)
-    with pytest.raises(ValueError, match=r"number(\[0\] is nan| must be above 0 for each building)"):
+    with pytest.raises(ValueError, match=r"number(\[0\] is nan| must be above 0 and have one value for each building)"):
         wd.damage_shares(simulate(scene_of("cloud", CITY)), CITY_LIMITS, number=number)
 
 

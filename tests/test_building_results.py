@@ -151,7 +151,7 @@ def test_what_does_not_belong_together_is_refused(stock):
     refuses("no column replacement_cost", inventory=without, ratios=OF_CITY)
     some = INVENTORY.assign(replacement_cost=INVENTORY["replacement_cost"].where(INVENTORY["id"] != "b4"))
     refuses(r"1 \('b4'\) of 25 buildings have no replacement cost", inventory=some, ratios=OF_CITY)
-    refuses("'sample_count', which is one of the results", inventory=INVENTORY.assign(sample_count=1))
+    refuses("column 'sample_count', but a result has the same name", inventory=INVENTORY.assign(sample_count=1))
     refuses("loss_ratios must name the damage states", ratios={"slight": 0.1})
     refuses(
         r"no damage counts over \('building',\)",
@@ -256,7 +256,7 @@ def test_losses_that_are_not_one_a_building_are_refused(stock):
         with pytest.raises(ValueError, match=message):
             wd.event_losses(counted)
     counted = simulate(scene_of("cloud", stock.portfolio), statistics=wd.DamageLoss(LIMITS, OF_CITY, over="motion"))
-    with pytest.raises(ValueError, match="annual rate of each of the 3 events"):
+    with pytest.raises(ValueError, match="one annual rate of at least 0 for each of the 3 events"):
         wd.event_losses(counted, event_rates=[0.1])
     counted["failed_count_by_motion"][1, 0], counted["counted_count_by_motion"][1] = 2, 23
     with pytest.raises(ValueError, match="2 of 25 buildings failed in motion 1; at most 1 % may"):

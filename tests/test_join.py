@@ -247,7 +247,7 @@ def test_capacities_are_joined_along_structures_or_motions():
     joined = wd.join([one, two])
     assert joined.sizes["structure"] == 4
     assert np.unique(joined["drawn_structure"]).tolist() == [0, 1, 2, 3]
-    with pytest.raises(ValueError, match=r"occur twice.*wd\.join"):
+    with pytest.raises(ValueError, match=r"are repeated.*wd\.join"):
         wd.fragility_from_capacities(xr.concat([one, two], "structure", **CONCAT))
     with pytest.raises(ValueError, match="6 pairs of a structure and a motion of dataset 1 are in dataset 0"):
         wd.join([one, one])

@@ -82,7 +82,7 @@ def test_samples_are_labelled(run):
     assert np.array_equal(labelled["earthquake_index"].values, draw % EARTHQUAKES)
     assert np.array_equal(labelled["site_index"].values, np.asarray(design.site)[building, draw])
     assert labelled["earthquake_name"].values.tolist() == ["first", "second"]
-    with pytest.raises(ValueError, match="more structures than the 2 of the design"):
+    with pytest.raises(ValueError, match="75 or more structures, but the design has 2"):
         wd.sites.label_samples(found, make_design(site=[[0], [1]]))
 
 

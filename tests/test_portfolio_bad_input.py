@@ -26,7 +26,7 @@ BAD = {
     ),
     "listed": (
         lambda: wd.Portfolio({"ok": wd.Archetype(chain(1)), "a": wd.Archetype(chain(3), 5, TABLE)}),
-        "^scatter\\['stiffness'\\] lists 4 buildings, but there are 5",
+        "^scatter\\['stiffness'\\] lists values of 4 buildings, but the archetype has 5",
     ),
     "unknown": (
         lambda: wd.Portfolio({"a": wd.Archetype(chain(1), scatter={"masss": 1.0})}),

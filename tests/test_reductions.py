@@ -174,7 +174,7 @@ def test_fragility_from_counts_is_that_of_the_run(design, share, monkeypatch):
     assert of_run["fragility_median"].notnull().any()
     xr.testing.assert_identical(of_counts, of_run)
     xr.testing.assert_identical(wd.fragility(counts, LIMITS), of_run)
-    with pytest.raises(ValueError, match=r"counted by the limits .* remove limits="):
+    with pytest.raises(ValueError, match=r"has counts for the limits .* remove limits="):
         wd.fragility(counts, {"slight": 0.004})
 
 

@@ -236,7 +236,7 @@ def test_bad_input_is_refused_by_name():
         wd.simulate(scene, structures=3)
     with pytest.raises(ValueError, match="histories of an EventSequence are not kept"):
         wd.simulate(scene, structures=2, histories=wd.Histories((0,)))
-    with pytest.raises(ValueError, match="error chooses the step by a pilot of one event"):
+    with pytest.raises(ValueError, match="pilot of target_error can run only one event"):
         wd.simulate(scene, structures=2, target_error=0.01)
     with pytest.raises(ValueError, match="'exact' is for linear structures"):
         wd.simulate(wd.Scene(make_building("elastic"), events), structures=2, method="exact")
