@@ -36,7 +36,9 @@ OF_SAMPLES = ("sample", "structure", "storey", "floor", "motion", "motion_index"
 OF_RESULTS = ("building", "archetype", "archetype_index", "status", "unreliable", "time", "demand")
 OF_CLASSES = ("name", "parameters", "values", "memory", "rows", "variants", "kind", "forces")
 OF_OTHERS = frozenset(OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS + OF_CLASSES)
-OF_DEMANDS = re.compile(r"peak_|residual_drift|base_shear|time_of_|.*_energy$")
+OF_DEMANDS = re.compile(
+    r"peak_|residual_drift|base_shear|time_of_|(input|hysteretic|viscous|kinetic|dissipated)_energy$"
+)
 SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
