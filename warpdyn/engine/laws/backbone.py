@@ -34,6 +34,11 @@ def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
     return [one, *(p[f"ductility_{i}"] * one for i in numbers)], [one, *(p[f"force_ratio_{i}"] * one for i in numbers)]
 
 
+def has_negative_side(p: Values) -> bool:
+    """Return whether parameters of the negative side are given, so that the two sides of a storey may differ."""
+    return any(name.endswith("_negative") for name in p)
+
+
 def negative_side(p: Values) -> Values:
     """Return the parameters of the negative side of a law under the names of the positive side."""
     return {**p, **{name.removesuffix("_negative"): p[name] for name in p if name.endswith("_negative")}}

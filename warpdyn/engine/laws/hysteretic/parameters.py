@@ -27,6 +27,7 @@ from warpdyn.engine.laws.backbone import (
     ductility,
     falls,
     force_ratio,
+    has_negative_side,
     named_as_negative,
     negative_side,
 )
@@ -114,7 +115,7 @@ class Hysteretic(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        if any(name.endswith("_negative") for name in p):
+        if has_negative_side(p):
             return "hysteretic_asymmetric"
         return "hysteretic_softer_unloading" if np.any(p["unloading_exponent"] > 0) else "hysteretic"
 

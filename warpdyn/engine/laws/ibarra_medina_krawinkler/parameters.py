@@ -40,7 +40,7 @@ import enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws.backbone import named_as_negative, negative_side
+from warpdyn.engine.laws.backbone import has_negative_side, named_as_negative, negative_side
 from warpdyn.engine.laws.bounds import first_place, place_of
 from warpdyn.engine.laws.law import YIELD_FORCE, Law, Layout, Values, negative, shared
 from warpdyn.engine.laws.parameter import Parameter
@@ -123,15 +123,33 @@ def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, .
     return names, common if powers else common - 1, common + 1 if asymmetric else None
 
 
-def _row(law: type[Law], p: Values) -> str:
-    """Return the row for these storeys; the row without powers if the exponent of all storeys is 1."""
-    linear, power, asymmetric = law.rows
-    if any(name.endswith("_negative") for name in p) or np.any(p["deterioration_rate"] > 1):
-        return asymmetric
-    return linear if np.all(p["deterioration_exponent"] == 1) else power
+class _IbarraMedinaKrawinkler(Law):
+    """Common part of the three laws."""
+
+    is_linear_until_yield = True
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        linear, power, asymmetric = cls.rows
+        if has_negative_side(p) or np.any(p["deterioration_rate"] > 1):
+            return asymmetric
+        return linear if np.all(p["deterioration_exponent"] == 1) else power
+
+    @classmethod
+    def counts_reversals(cls, p: Values) -> bool:
+        """Storeys lose stiffness or strength at each reversal."""
+        return True
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        return _coefficients(p, row)
+
+    @staticmethod
+    def problem(p: Values) -> str | None:
+        return _problem(p)
 
 
-class IbarraMedinaKrawinklerBilinear(Law):
+class IbarraMedinaKrawinklerBilinear(_IbarraMedinaKrawinkler):
     """A storey with a capping point and cyclic deterioration, bilinear (OpenSees: IMKBilin).
 
     After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
@@ -167,16 +185,6 @@ class IbarraMedinaKrawinklerBilinear(Law):
 
     opensees = ("IMKBilin",)
     rows = _rows("bilinear", Coefficient.RELOADING_CAPACITY)
-    is_linear_until_yield = True
-
-    @classmethod
-    def spring(cls, p: Values) -> str:
-        return _row(cls, p)
-
-    @classmethod
-    def counts_reversals(cls, p: Values) -> bool:
-        """Storeys lose stiffness or strength at each reversal."""
-        return True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -188,12 +196,8 @@ class IbarraMedinaKrawinklerBilinear(Law):
             found["falling_slope_negative"] = found["falling_slope_negative"] / above
         return found
 
-    @staticmethod
-    def problem(p: Values) -> str | None:
-        return _problem(p)
 
-
-class IbarraMedinaKrawinklerPeakOriented(Law):
+class IbarraMedinaKrawinklerPeakOriented(_IbarraMedinaKrawinkler):
     """A storey with a capping point and cyclic deterioration that reloads towards peaks (OpenSees: IMKPeakOriented).
 
     After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
@@ -230,27 +234,9 @@ class IbarraMedinaKrawinklerPeakOriented(Law):
 
     opensees = ("IMKPeakOriented",)
     rows = _rows("peak_oriented", Coefficient.PINCHING_FORCE_RATIO)
-    is_linear_until_yield = True
-
-    @classmethod
-    def spring(cls, p: Values) -> str:
-        return _row(cls, p)
-
-    @classmethod
-    def counts_reversals(cls, p: Values) -> bool:
-        """Storeys lose stiffness or strength at each reversal."""
-        return True
-
-    @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        return _coefficients(p, row)
-
-    @staticmethod
-    def problem(p: Values) -> str | None:
-        return _problem(p)
 
 
-class IbarraMedinaKrawinklerPinching(Law):
+class IbarraMedinaKrawinklerPinching(_IbarraMedinaKrawinkler):
     """A storey with a capping point and cyclic deterioration that pinches (OpenSees: IMKPinching).
 
     After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
@@ -293,16 +279,6 @@ class IbarraMedinaKrawinklerPinching(Law):
 
     opensees = ("IMKPinching",)
     rows = _rows("pinching", len(Coefficient))
-    is_linear_until_yield = True
-
-    @classmethod
-    def spring(cls, p: Values) -> str:
-        return _row(cls, p)
-
-    @classmethod
-    def counts_reversals(cls, p: Values) -> bool:
-        """Storeys lose stiffness or strength at each reversal."""
-        return True
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
@@ -310,10 +286,6 @@ class IbarraMedinaKrawinklerPinching(Law):
             "pinching_force_ratio": p["pinching_force_ratio"],
             "pinching_drift_share": 1 - p["pinching_drift_ratio"],
         }
-
-    @staticmethod
-    def problem(p: Values) -> str | None:
-        return _problem(p)
 
 
 def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:

@@ -14,11 +14,12 @@ strains.
 from __future__ import annotations
 
 import enum
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws.backbone import named_as_negative, negative_side
+from warpdyn.engine.laws.backbone import has_negative_side, named_as_negative, negative_side
 from warpdyn.engine.laws.bounds import above, first_bad
 from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, Values, negative, shared
 from warpdyn.engine.laws.parameter import Parameter
@@ -55,7 +56,28 @@ def _rows(corners: int) -> dict[str, tuple[str, ...]]:
     }
 
 
-class Trilinear(Law):
+class _Multilinear(Law):
+    """Common part of the laws with several corners."""
+
+    corners: ClassVar[int]  # of each side
+
+    opensees = ("MultiLinear",)
+    is_linear_until_yield = True
+
+    @classmethod
+    def spring(cls, p: Values) -> str:
+        return f"multilinear_{cls.corners}{'_asymmetric' * has_negative_side(p)}"
+
+    @classmethod
+    def named_coefficients(cls, p: Values, row: str) -> dict[str, np.ndarray]:
+        return (_coefficients_of_sides if row.endswith("_asymmetric") else _coefficients)(p, cls.corners)
+
+    @classmethod
+    def problem(cls, p: Values) -> str | None:
+        return _problem(p, cls.corners) or named_as_negative(_problem(negative_side(p), cls.corners), p)
+
+
+class Trilinear(_Multilinear):
     """A trilinear storey (two corners) with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
 
     Example:
@@ -72,24 +94,11 @@ class Trilinear(Law):
     ductility_2_negative: ArrayLike = negative(_ductility(2), "ductility_2")
     force_ratio_2_negative: ArrayLike = negative(_force_ratio(2), "force_ratio_2")
 
-    opensees = ("MultiLinear",)
+    corners = 2
     rows = _rows(2)
-    is_linear_until_yield = True
-
-    @classmethod
-    def spring(cls, p: Values) -> str:
-        return f"multilinear_2{'_asymmetric' * any(name.endswith('_negative') for name in p)}"
-
-    @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        return _coefficients_of_sides(p, 2) if row.endswith("_asymmetric") else _coefficients(p, 2)
-
-    @staticmethod
-    def problem(p: Values) -> str | None:
-        return _problem(p, 2) or named_as_negative(_problem(negative_side(p), 2), p)
 
 
-class Quadrilinear(Law):
+class Quadrilinear(_Multilinear):
     """A quadrilinear storey (three corners) with kinematic hardening (OpenSees: MultiLinear; Iwan 1967, Masing 1926).
 
     Example:
@@ -111,21 +120,8 @@ class Quadrilinear(Law):
     ductility_3_negative: ArrayLike = negative(_ductility(3), "ductility_3")
     force_ratio_3_negative: ArrayLike = negative(_force_ratio(3), "force_ratio_3")
 
-    opensees = ("MultiLinear",)
+    corners = 3
     rows = _rows(3)
-    is_linear_until_yield = True
-
-    @classmethod
-    def spring(cls, p: Values) -> str:
-        return f"multilinear_3{'_asymmetric' * any(name.endswith('_negative') for name in p)}"
-
-    @staticmethod
-    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        return _coefficients_of_sides(p, 3) if row.endswith("_asymmetric") else _coefficients(p, 3)
-
-    @staticmethod
-    def problem(p: Values) -> str | None:
-        return _problem(p, 3) or named_as_negative(_problem(negative_side(p), 3), p)
 
 
 def _slopes(p: Values, corners: int) -> list[np.ndarray]:

@@ -38,6 +38,7 @@ from warpdyn.engine.laws.backbone import (
     ductility,
     falls,
     force_ratio,
+    has_negative_side,
     named_as_negative,
     negative_side,
 )
@@ -228,7 +229,7 @@ class Pinching4(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        side = "_asymmetric" * any(name.endswith("_negative") for name in p)
+        side = "_asymmetric" * has_negative_side(p)
         if not any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE):
             return f"pinching4{side}"
         return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage{side}"
