@@ -45,7 +45,7 @@ from warpdyn.engine.kernels.queues import Queue, free_memory, open_queues
 from warpdyn.foundations.core.messages import collected_warnings
 from warpdyn.model.scene.scene import Scene
 
-MOST_PREPARED = 4  # jobs that a process remembers
+MOST_PREPARED = 4  # jobs that a worker of a cluster remembers, which runs many scenes
 # Regions for each worker, so that all workers end at about the same time; samples of the smallest region on a CPU and
 # on a GPU; samples of the largest region on a GPU, in at least two blocks that are processed in parallel.
 REGIONS_PER_WORKER, LEAST_CPU_REGION, LEAST_GPU_REGION, GPU_REGION = 4, 2**10, 2**15, 2**19
@@ -226,7 +226,7 @@ class Host:
             with self.collected() as messages:
                 found = self._jobs[job.key] = Prepared(job)
             found.messages = messages
-            while len(self._jobs) > MOST_PREPARED:
+            while self.is_worker and len(self._jobs) > MOST_PREPARED:
                 self._jobs.popitem(last=False)
         self._jobs.move_to_end(job.key)
         return found
