@@ -149,6 +149,11 @@ UNLOADING_FORCE = Parameter(
 )
 
 
+def _has_damage(p: Values) -> bool:
+    """Return whether any storey has damage."""
+    return any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE)
+
+
 class Pinching4(Law):
     """A four-point storey with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
@@ -230,14 +235,14 @@ class Pinching4(Law):
     @classmethod
     def spring(cls, p: Values) -> str:
         side = "_asymmetric" * has_negative_side(p)
-        if not any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE):
+        if not _has_damage(p):
             return f"pinching4{side}"
         return f"pinching4_{'cycle' if np.any(p['counts_cycles'] > 0) else 'energy'}_damage{side}"
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
         """Damage takes effect at reversals; if it counts cycles, each reversal is a part of a cycle."""
-        return "damage" in cls.spring(p)
+        return _has_damage(p)
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
