@@ -1,8 +1,26 @@
-"""The source of users' laws, which identifies a run, and the names of their parameters."""
+"""Sources of users' laws and recorders, which identify a run, and the names of parameters."""
 
 import pytest
 
 import warpdyn as wd
+from warpdyn.foundations.core.sources import sources_read
+
+LIMIT = 3.0
+
+
+def reads_a_constant():
+    return LIMIT
+
+
+def reads_it_through_another():
+    return reads_a_constant() + LIMIT
+
+
+@pytest.mark.fast
+def test_functions_that_a_function_calls_are_read_once():
+    found = sources_read(reads_it_through_another)
+    assert found[0].startswith("def reads_it_through_another")
+    assert found[1:] == ["LIMIT = 3.0", "def reads_a_constant():\n    return LIMIT\n", "LIMIT = 3.0"]
 
 
 def scaled(factor):

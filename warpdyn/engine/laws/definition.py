@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import linecache
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +17,7 @@ from warpdyn.engine.laws.written.checks import ARGUMENTS, check_memory, check_se
 from warpdyn.engine.laws.written.rewriting import written
 from warpdyn.engine.laws.written.source import Captured, captured, device_function
 from warpdyn.engine.methods.table import StoreyForces
+from warpdyn.foundations.core.sources import sources_read
 
 if TYPE_CHECKING:
     from warpdyn.engine.laws.law import Device, Law, StoreyElement
@@ -29,13 +29,12 @@ DEVICES: dict[str, type[Device]] = {}
 
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
 OF_STOREY = ("stiffness", "mass", "height")
-# Names that a building, a dataset or the class itself already has; a parameter with such a name would act as both.
+# Names that a building or a dataset already has; a parameter with such a name would act as both.
 OF_BUILDINGS = ("gravity_load", "drift_capacity", "collapse_drift_ratio", "damped_storeys")
 OF_DAMPING = ("damping_ratio", "damping_coefficient", "damping_modes")
 OF_SAMPLES = ("sample", "structure", "storey", "floor", "motion", "motion_index", "im_level", "scale_factor", "event")
 OF_RESULTS = ("building", "archetype", "archetype_index", "status", "unreliable", "time", "demand")
-OF_CLASSES = ("name", "parameters", "values", "memory", "rows", "variants", "kind", "forces")
-OF_OTHERS = frozenset(OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS + OF_CLASSES)
+OF_OTHERS = frozenset(OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS)
 OF_DEMANDS = re.compile(
     r"peak_|residual_drift|base_shear|time_of_|(input|hysteretic|viscous|kinetic|dissipated)_energy$"
 )
@@ -94,7 +93,9 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
             raise TypeError(
                 f"parameter {field.name!r} has the name of a property of every storey: rename the parameter"
             )
-        if not cls.__module__.startswith("warpdyn.") and (field.name in OF_OTHERS or OF_DEMANDS.match(field.name)):
+        base = cls.__mro__[-2]  # StoreyElement, whose attributes a parameter would replace
+        is_taken = field.name in OF_OTHERS or field.name in {*vars(base), *base.__annotations__}
+        if not cls.__module__.startswith("warpdyn.") and (is_taken or OF_DEMANDS.match(field.name)):
             raise TypeError(
                 f"parameter {field.name!r} has the name of a property of buildings, or of a variable of datasets: "
                 f"rename the parameter, for example {cls.name}_{field.name}"
@@ -194,24 +195,5 @@ def _text_of(cls: type[StoreyElement]) -> str:
             function = getattr(value, "__func__", value)
             is_generated = name.startswith("__")  # by `dataclass`
             if inspect.isfunction(function) and function.__module__ == each.__module__ and not is_generated:
-                parts += _sources(function, set())
+                parts += sources_read(function)
     return "\n\n".join(parts)
-
-
-def _sources(function: Callable[..., Any], seen: set[str]) -> list[str]:
-    """Return the source of a function, with the constants and the sources of the user's functions that it reads."""
-    if function.__qualname__ in seen:
-        return []
-    seen.add(function.__qualname__)
-    try:
-        linecache.checkcache(function.__code__.co_filename)
-        found = [inspect.getsource(function)]
-    except (OSError, TypeError):
-        found = [repr((function.__code__.co_code, function.__code__.co_consts, function.__code__.co_names))]
-    read = inspect.getclosurevars(function)
-    for name, value in sorted({**read.globals, **read.nonlocals}.items()):
-        if inspect.isfunction(value) and not value.__module__.startswith(("warpdyn.", "numpy", "warp.")):
-            found += _sources(value, seen)
-        elif isinstance(value, int | float | str | tuple | list | dict | np.ndarray):
-            found.append(f"{name} = {value!r}")
-    return found

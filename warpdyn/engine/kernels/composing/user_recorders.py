@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import re
 from collections.abc import Iterable, Mapping
 from types import FunctionType
@@ -12,6 +11,7 @@ from typing import Any, ClassVar
 from warpdyn.engine.kernels.composing.source_text import bodies_of, source_of
 from warpdyn.engine.kernels.slots import SLOTS
 from warpdyn.foundations.core.output_variables import Variable
+from warpdyn.foundations.core.sources import sources_read
 
 USERS: dict[str, type[Recorder]] = {}  # recorders of users, by name
 # Family of the structure -> recorder -> name -> variable.
@@ -90,10 +90,7 @@ class RecorderName(str):
     def __repr__(self) -> str:
         """Return the name with a digest of the source; the fingerprint of a run contains this text."""
         functions = bodies_of(USERS[str(self)]).values()
-        text = "".join(source_of(function) for function in functions)
-        for function in functions:
-            read = inspect.getclosurevars(function).globals
-            text += repr(sorted((name, repr(value)) for name, value in read.items() if isinstance(value, int | float)))
+        text = "".join(part for function in functions for part in sources_read(function, source_of))
         return f"{str(self)!r} (source {hashlib.sha256(text.encode()).hexdigest()[:16]})"
 
 
