@@ -50,7 +50,7 @@ myst_heading_anchors = 3
 os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
 
 # Programs in pages run when the site is built, and one that fails stops the build.
-# Each program runs in a separate process. Half of its time is spent in imports, and a third of that in Python's search
+# Each program runs in a separate process. 50 % of its time is spent in imports, and a third of that in Python's search
 # for reference cycles.
 notebooks = tempfile.TemporaryDirectory()
 (startup := Path(notebooks.name, "profile_default", "startup")).mkdir(parents=True)

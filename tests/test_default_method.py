@@ -97,7 +97,7 @@ def test_of_several_laws_and_dampings_the_least_accurate_counts(monkeypatch):
     assert default_method(forces_of("takeda|pinching4"), ("rayleigh",)).method == "velocity_verlet"
     assert default_method(forces_of("takeda"), ("rayleigh", "storey")).method == "velocity_verlet"
     assert default_method(forces_of("pinching4"), ("rayleigh", "storey")).method == "rk4"
-    assert default_method(forces_of("takeda|bouc_wen"), ("rayleigh",)).method == "rk4"  # of which nothing is measured
+    assert default_method(forces_of("takeda|bouc_wen"), ("rayleigh",)).method == "rk4"  # not measured
 
 
 @pytest.mark.fast
