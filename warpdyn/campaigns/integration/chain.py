@@ -13,6 +13,7 @@ from warpdyn.engine.laws.devices.parameters import damper_values, kind_of_damper
 from warpdyn.engine.methods.stability_limits import stable_step, stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
+from warpdyn.engine.tracing.arrays import may_be_true
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.modal import chain_stiffness_matrix
 from warpdyn.model.structures.physics import (
@@ -77,12 +78,12 @@ class ChainDynamics(Dynamics):
             rates = ratios * frequency
             rate = 2 * rates.max(axis=0)
             # An overdamped mode has two rates of decay; take the slower one.
-            over = ratios > 1
-            rates[over] = frequency[over] / (ratios[over] + np.sqrt(ratios[over] ** 2 - 1))
-            decay = rates.min(axis=0)
+            over = np.maximum(ratios, 1)
+            decay = np.where(ratios > 1, frequency / (over + np.sqrt(over**2 - 1)), rates).min(axis=0)
         if not self.forces.is_linear:
             stiffest = effective_stiffness(parameters, law.stiffest(parameters))
-            highest = circular_frequencies(mass, stiffest)[:, -1] if np.any(stiffest > effective) else frequency[-1]
+            is_stiffer = may_be_true(stiffest > effective)
+            highest = circular_frequencies(mass, stiffest)[:, -1] if is_stiffer else frequency[-1]
             if inherent.follows_tangent:
                 # The stiffest tangent adds to the dashpots; P-Delta does not reduce them.
                 springs = circular_frequencies(mass, law.stiffest(parameters))[:, -1]

@@ -78,6 +78,16 @@ class Sampler:
 
             self._points = qmc.LatinHypercube(len(self.variables), rng=generator).random(structures)
 
+    @property
+    def digits(self) -> np.ndarray:
+        """Shift and direction numbers of the Sobol sequence, shape [1 + bit, variable]; empty without a sequence."""
+        return np.zeros((1, 1), np.uint32) if self._sobol is None else self._sobol.digits
+
+    @property
+    def points(self) -> np.ndarray:
+        """Points of the Latin hypercube, shape [structure, variable]; empty without one."""
+        return np.zeros((1, 1)) if self._points is None else self._points
+
     def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
         """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
 

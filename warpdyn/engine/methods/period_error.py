@@ -8,6 +8,8 @@ import numpy as np
 
 from warpdyn.engine.methods.kinds import Method
 from warpdyn.engine.methods.table import METHODS
+from warpdyn.engine.tracing.arrays import is_traced
+from warpdyn.engine.tracing.tables import looked_up
 
 # Steps w h at which errors are tabulated; longer steps do not resolve the vibration.
 TABULATED = np.geomspace(1e-3, 1.5, 400)
@@ -52,5 +54,8 @@ def accurate_step(method: Method, period: np.ndarray, cycles: np.ndarray, error:
     """
     if method.kind == "exact" or method.is_adaptive:
         return np.full(np.shape(period), np.inf)
+    if is_traced(period, cycles):
+        step = looked_up(_table(method.name), TABULATED, error / np.maximum(cycles, 1.0))
+        return step * period / (2 * np.pi)
     place = np.searchsorted(_table(method.name), error / np.maximum(cycles, 1.0), side="right") - 1
     return TABULATED[np.maximum(place, 0)] * period / (2 * np.pi)

@@ -11,6 +11,8 @@ from numpy.typing import ArrayLike
 from warpdyn.engine.methods.amplification import limit_scale, oscillator_limits, polynomial_limits
 from warpdyn.engine.methods.kinds import ExplicitMethod, Method
 from warpdyn.engine.methods.table import METHODS
+from warpdyn.engine.tracing.arrays import is_traced
+from warpdyn.engine.tracing.tables import looked_up
 
 # The tabulated limit falls by at most this much (relative) from one damping ratio to the next, except at jumps.
 TABLE_TOLERANCE = 2e-3
@@ -157,10 +159,8 @@ def stable_step_of_yielding(
     frequency = _above_zero("highest_frequency", highest_frequency)
     rate = _at_least_zero("damping_rate", damping_rate)
     step = _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
-    if (step > 0).all():
-        return np.minimum(step, elastic_step)
     with np.errstate(divide="ignore"):
-        return np.minimum(elastic_step, relaxation_limit(method) / rate)
+        return np.minimum(elastic_step, np.where(step > 0, step, relaxation_limit(method) / rate))
 
 
 @cache
@@ -203,6 +203,9 @@ def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
 def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.ndarray) -> np.ndarray:
     """Return the steps [s] of oscillators from a table."""
     place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
+    if is_traced(place):
+        limit = looked_up(*table(method), place, _in_undivided_cells(table, method), LAST_PLACE)
+        return limit / (limit_scale(method, zeta) * frequency)
     coarse = np.minimum(CELLS / LAST_PLACE * place, CELLS - 1).astype(np.int32)
     limit = np.array(_in_undivided_cells(table, method)[coarse])
     divided = np.isnan(limit)
@@ -231,6 +234,8 @@ def _first(bad: np.ndarray) -> list[int]:
 
 
 def _at_least_zero(name: str, value: ArrayLike) -> np.ndarray:
+    if is_traced(value):
+        return value  # type: ignore[return-value] # its structures are checked on the device
     array = np.asarray(value, dtype=np.float64)
     bad = ~(np.isfinite(array) & (array >= 0))
     if bad.any():
@@ -240,6 +245,6 @@ def _at_least_zero(name: str, value: ArrayLike) -> np.ndarray:
 
 def _above_zero(name: str, value: np.ndarray) -> np.ndarray:
     value = _at_least_zero(name, value)
-    if (value == 0).any():
+    if not is_traced(value) and (value == 0).any():
         raise ValueError(f"{name}{_first(value == 0) or ''} is 0; it must be above 0")
     return value

@@ -193,7 +193,10 @@ class GivenValues(FrozenArrays, ParameterScatter):
 
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
         """Return the given values of the structures."""
-        values = self.values[structures]
+        return self.placed(self.values[structures], nominal)
+
+    def placed(self, values: Any, nominal: np.ndarray) -> Any:
+        """Return given values of some structures, structure first, in the shape of `draw`."""
         return np.broadcast_to(values.T, (*nominal.shape, len(values)))
 
 

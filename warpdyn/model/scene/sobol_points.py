@@ -61,6 +61,16 @@ class SobolPoints:
             number ^= next_digits() ^ shift  # the Gray code of 2^k has the bits k and k - 1
             self._tables[-1] = np.concatenate([self._tables[-1], self._tables[-1] ^ number])
 
+    @property
+    def digits(self) -> np.ndarray:
+        """The binary digits of the shift and the direction number of each bit of a Gray code, [1 + bit, dimension]."""
+        shift = self._tables[0][0]
+        rows = [shift]
+        for place, table in enumerate(self._tables):
+            bits = (len(table) - 1).bit_length()
+            rows += [table[2**bit] ^ (shift if place == 0 else 0) for bit in range(bits)]
+        return np.array(rows, np.uint32)
+
     def at(self, indices: np.ndarray) -> np.ndarray:
         """Return the points with these indices (all below `count`), shape [index, dimension], values in [0, 1)."""
         code = indices ^ (indices >> 1)

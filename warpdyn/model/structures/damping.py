@@ -174,9 +174,8 @@ class MassProportional(RatioDamping):
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
         """Return a0 = 2 zeta w1 and a1 = 0."""
-        factors = super().rayleigh(parameters, frequency)
-        factors[0] = 2 * parameters["damping_ratio"] * frequency[0]
-        return factors
+        of_mass = 2 * parameters["damping_ratio"] * frequency[0]
+        return np.stack([of_mass, np.zeros_like(of_mass)])
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
         """Return the factor of the mass."""
@@ -191,9 +190,8 @@ class StiffnessProportional(RatioDamping):
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
         """Return a0 = 0 and a1 = 2 zeta / w1."""
-        factors = super().rayleigh(parameters, frequency)
-        factors[1] = 2 * parameters["damping_ratio"] / frequency[0]
-        return factors
+        of_stiffness = 2 * parameters["damping_ratio"] / frequency[0]
+        return np.stack([np.zeros_like(of_stiffness), of_stiffness])
 
     def dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
         """Return dashpots in proportion to the storeys' stiffness."""
@@ -209,10 +207,8 @@ class Rayleigh(StiffnessProportional):
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
         """Return the factors a0 and a1 that give the damping ratio in both modes."""
         assert self.modes is not None
-        factors = Damping.rayleigh(self, parameters, frequency)
         first, second = (frequency[mode - 1] for mode in self.modes)
-        factors[:] = rayleigh_coefficients(first, second, parameters["damping_ratio"])
-        return factors
+        return np.stack(rayleigh_coefficients(first, second, parameters["damping_ratio"]))
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
         """Return the factor of the mass."""
@@ -247,12 +243,11 @@ class RayleighOfStoreys(StiffnessProportional):
         )
 
         assert self.storeys is not None
-        factors = Damping.rayleigh(self, parameters, frequency)
         lowest, last = self.storeys
         own = slice(lowest - 1, last)
         of_own = circular_frequencies(parameters["mass"][:, own], effective_stiffness(parameters)[:, own])
-        factors[1] = 2 * parameters["damping_ratio"] / of_own[:, 0]
-        return factors
+        of_stiffness = 2 * parameters["damping_ratio"] / of_own[:, 0]
+        return np.stack([np.zeros_like(of_stiffness), of_stiffness])
 
     def dashpots(self, parameters: Arrays, of_stiffness: np.ndarray) -> np.ndarray | None:
         """Return dashpots in proportion to the stiffness of the damped storeys, 0 in the other storeys."""

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 from scipy.linalg import eigh
 
+from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.foundations.core.checks import check_dataset, unmasked
 from warpdyn.foundations.core.description import Text
 
@@ -208,10 +209,11 @@ def rayleigh_coefficients(
     Raises:
         ValueError: If a frequency is not finite and above 0, or a ratio is not finite and 0 or above.
     """
-    omega_i, omega_j = _positive("omega_i", omega_i), _positive("omega_j", omega_j)
-    ratio = np.asarray(ratio, dtype=np.float64)
-    if not (np.isfinite(ratio) & (ratio >= 0)).all():
-        raise ValueError(f"ratio must be finite and 0 or above, got {ratio}")
+    if not is_traced(omega_i, omega_j, ratio):
+        omega_i, omega_j = _positive("omega_i", omega_i), _positive("omega_j", omega_j)
+        ratio = np.asarray(ratio, dtype=np.float64)
+        if not (np.isfinite(ratio) & (ratio >= 0)).all():
+            raise ValueError(f"ratio must be finite and 0 or above, got {ratio}")
     a1 = 2 * ratio / (omega_i + omega_j)
     return omega_i * omega_j * a1, a1
 

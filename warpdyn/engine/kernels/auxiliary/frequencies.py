@@ -15,6 +15,8 @@ import warp as wp
 from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.kernels.arguments import lane_rows
 from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.tracing.arrays import is_traced
+from warpdyn.engine.tracing.frequencies import traced_frequencies
 
 # Each division waits for the result of the last one. More lanes than fit in the registers were measured to be faster.
 LANES_OF_CHAINS = 64
@@ -149,6 +151,8 @@ def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     Returns:
         Circular frequencies [rad/s], ascending, shape [structure, mode], in Fortran order.
     """
+    if is_traced(mass, stiffness):
+        return traced_frequencies(mass, stiffness)
     structures, storeys = mass.shape
     arrays = [lane_rows(storeys, structures, LANES_OF_CHAINS, 1.0) for _ in range(3)]
     for array, values in zip(arrays, (mass, stiffness), strict=False):

@@ -1,0 +1,87 @@
+"""The preparation of a run's structures and samples, recorded from the NumPy functions that prepare them on the host."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.engine.kernels.preparing.structures import Draws, StructurePreparation, StructureValues
+from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, conditions, nodes_of
+from warpdyn.engine.tracing.frequencies import asked_frequencies
+from warpdyn.engine.tracing.nodes import Node, apply, constant
+from warpdyn.foundations.core.random_numbers import key_of
+from warpdyn.model.scene.scatter import GivenValues, combined, storeys_with
+from warpdyn.model.structures.physics import physics_problem
+
+
+def traced_structures(run: Run) -> StructurePreparation:
+    """Return the preparation of the structures of a run on a device.
+
+    Raises:
+        NotTraceableError: If a function of the preparation cannot be recorded.
+    """
+    model, sampler, structure = run.model, run.sampler, run.model.scene.structure
+    dynamics, nominal = model.dynamics, structure.nominal_values
+    if model.needs_step or dynamics.needs_eigenvalues:
+        raise NotTraceableError("the preparation needs the eigenvalues of matrices")
+    normals = Traced.inputs(lambda variable, row: f"z[{variable}]", len(sampler.variables), 1)
+    given: list[np.ndarray] = []
+    drawn, place = {}, 0
+    with conditions() as refused, asked_frequencies() as chains:
+        for name, spread in sampler.scatter.items():
+            count = spread.variables(structure.dofs)
+            if isinstance(spread, GivenValues):
+                values: Traced = spread.placed(_given(len(given), spread.values), nominal[name])
+                given.append(np.asarray(spread.values, dtype=np.float64))
+            else:
+                values = combined(nominal[name], spread, normals[place : place + count], np.arange(1))
+            drawn[name] = values.T
+            place += count
+            taken = storeys_with(nominal[name])
+            checked = drawn[name] if taken is None else drawn[name][..., taken]
+            np.any(structure.parameter_table[name].violations(checked))
+        everything = {**structure.parameters, **drawn}
+        problem = structure.storey_law.problem(everything) or physics_problem(everything)
+        if problem:
+            raise NotTraceableError(problem)
+    with asked_frequencies() as chains:
+        parameters = dynamics.parameters_of(drawn)
+        period, decay, stable, rayleigh = dynamics._vibration(parameters, model.method)
+        packed = dynamics.pack(parameters, rayleigh)
+    fields = {name: nodes_of(values)[..., 0] for name, values in packed.items()}
+    vibration = [nodes_of(each).ravel()[0] for each in (period, decay, stable)]
+    values_of = StructureValues({k: _array(v) for k, v in fields.items()}, vibration, _any(refused), chains)
+    draws = Draws(
+        model.scene.sampling,
+        key_of(model.seed),
+        sampler.digits,
+        sampler.points,
+        sampler.factor,
+    )
+    return StructurePreparation(draws, given, values_of, model.plan.dtype)
+
+
+def _given(number: int, values: np.ndarray) -> Traced:
+    """Return the given values of a parameter that a kernel reads, shape [1] or [1, storey]."""
+    name = f"given_{number}"
+    if values.ndim == 1:
+        return Traced.inputs(lambda row: f"{name}[number]", 1)
+    return Traced.inputs(lambda row, storey: f"{name}[number, {storey}]", 1, values.shape[1])
+
+
+def _array(nodes: object) -> np.ndarray:
+    if isinstance(nodes, np.ndarray):
+        return nodes
+    box = np.empty((), object)
+    box[()] = nodes
+    return box
+
+
+def _any(nodes: Sequence[Node]) -> Node:
+    """Return whether any of some conditions is true."""
+    found = constant(False)  # noqa: FBT003 # a value
+    for node in dict.fromkeys(nodes):
+        found = apply("logical_or", found, node)
+    return found

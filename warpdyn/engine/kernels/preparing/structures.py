@@ -1,0 +1,237 @@
+"""The kernels that draw structures and pack them for the kernels of histories.
+
+The first kernel draws the parameters, checks them, and writes the masses and stiffnesses of chains whose frequencies are
+needed. Another kernel finds the frequencies. The last kernel draws the same parameters again and writes everything else,
+because it takes less time to draw them twice than to store them.
+"""
+
+import functools
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.device.processor import module_options
+from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
+from warpdyn.engine.kernels.auxiliary.frequencies import frequencies_kernel, most_storeys
+from warpdyn.engine.kernels.composition import Composed, kernel_of
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.plan import DTYPES, structs
+from warpdyn.engine.kernels.preparing.text import arguments_of_tables, tables_in, written
+from warpdyn.engine.tracing.frequencies import PREFIX, Chains
+from warpdyn.engine.tracing.nodes import Node, apply, constant
+from warpdyn.engine.tracing.program import Program
+from warpdyn.engine.tracing.tables import args_of
+from warpdyn.foundations.core.random_numbers import Purpose
+
+PERIOD, DECAY, STABLE_STEP = range(3)  # rows of the array of vibrations
+LONGEST_PERIOD, LEAST_STABLE_STEP = range(2)  # places in the array of extremes
+
+POINTS = {
+    "monte_carlo": """\
+    for pair in range({pairs}):
+        drawn = uniform_pair(key, wp.uint64(number), {purpose}, wp.uint32(pair))
+        z[2 * pair] = drawn[0]
+        if 2 * pair + 1 < {variables}:
+            z[2 * pair + 1] = drawn[1]
+""",
+    "sobol": """\
+    code = wp.uint32(number ^ (number >> 1))
+    for v in range({variables}):
+        word = digits[0, v]
+        for bit in range(digits.shape[0] - 1):
+            if (code >> wp.uint32(bit)) % wp.uint32(2) == wp.uint32(1):
+                word = word ^ digits[bit + 1, v]
+        z[v] = wp.float64(word) * wp.float64({spacing!r})
+""",
+    "latin_hypercube": """\
+    for v in range({variables}):
+        z[v] = points[number, v]
+""",
+}
+# The normal value of a point at exactly 0 would be infinite.
+NORMALS = """\
+    for v in range({variables}):
+        z[v] = normal_of(wp.clamp(z[v], wp.float64({least!r}), wp.float64({most!r})))
+    for back in range({variables}):
+        v = {variables} - 1 - back
+        total = wp.float64(0.0)
+        for k in range(v + 1):
+            share = factor[v, k]
+            if share != wp.float64(0.0):
+                total += share * z[k]
+        z[v] = total
+"""
+HEAD = """\
+def {name}({arguments}):
+    s = wp.tid()
+    if s >= count:
+        return
+    number = first + s
+    z = variables()
+"""
+ARGUMENTS = {
+    "first": "int",
+    "count": "int",
+    "key": "wp.uint64",
+    "digits": "wp.array2d(dtype=wp.uint32)",
+    "points": "wp.array2d(dtype=wp.float64)",
+    "factor": "wp.array2d(dtype=wp.float64)",
+}
+ROW, TABLE = "wp.array(dtype=wp.float64)", "wp.array2d(dtype=wp.float64)"
+
+
+class Draws(NamedTuple):
+    """How random variables are drawn.
+
+    Args:
+        sampling: Key of POINTS.
+        key: Key of the seed.
+        digits: Shift and direction numbers of a Sobol sequence, shape [1 + bit, variable].
+        points: Points of a Latin hypercube, shape [structure, variable].
+        factor: Factor of the correlation matrix, shape [variable, variable].
+        bits: Binary digits of a coordinate of a Sobol point.
+    """
+
+    sampling: str
+    key: int
+    digits: np.ndarray
+    points: np.ndarray
+    factor: np.ndarray
+    bits: int = 30
+
+
+class StructureValues(NamedTuple):
+    """What is computed of each structure.
+
+    Args:
+        fields: Values of the fields of the kernels' struct, shape [row] or [].
+        vibration: Period [s], slowest decay [1/s] and stable step [s].
+        refused: Whether a value is out of its bounds.
+        chains: Chains whose frequencies are needed.
+    """
+
+    fields: Mapping[str, np.ndarray]
+    vibration: Sequence[Node]
+    refused: Node
+    chains: Sequence[Chains]
+
+
+class StructurePreparation:
+    """Draws and packs structures on a device.
+
+    Args:
+        draws: How random variables are drawn.
+        given: Given values of parameters, shape [structure] or [structure, storey], in the order of the inputs
+            `given_0`, `given_1`, ...
+        values: What is computed of each structure.
+        dtype: Number type of the kernels of histories.
+    """
+
+    def __init__(self, draws: Draws, given: Sequence[np.ndarray], values: StructureValues, dtype: str) -> None:
+        self.draws, self.given, self.values, self.dtype = draws, given, values, dtype
+        self.rows = {name: nodes.shape for name, nodes in values.fields.items()}
+        self._kernels = self._kernel_of_chains(), self._kernel_of_structures()
+        self._inputs: dict[str, list[Any]] = {}  # by device
+
+    def prepare(self, first: int, count: int, fields: Mapping[str, Any], vibration: Any, counts: Any, extremes: Any) -> None:
+        """Queue the kernels on the present stream of the device of the arrays.
+
+        Args:
+            first: Index of the first structure.
+            count: Number of structures.
+            fields: Arrays for the fields, structure last.
+            vibration: Array for the vibration, shape [3, structure].
+            counts: Array whose element 0 counts structures that are refused.
+            extremes: Array for the longest period and the least stable step.
+        """
+        device = str(vibration.device)
+        if device not in self._inputs:
+            self._inputs[device] = self._brought(device)
+        inputs = [first, count, np.uint64(self.draws.key), *self._inputs[device]]
+        [of_chains, tables_of_chains], [of_structures, tables] = self._kernels
+        chains, frequencies = [], []
+        for chain in self.values.chains:
+            shape = chain.mass.size, count
+            chains += [wp.empty(shape, dtype=wp.float64, device=device) for _ in range(2)]
+            frequencies.append(wp.empty(shape, dtype=wp.float64, device=device))
+        if chains:
+            wp.launch(
+                loaded(of_chains, device), dim=count, inputs=[*inputs, *args_of(tables_of_chains, device), *chains], device=device
+            )
+        for place, chain in enumerate(self.values.chains):
+            kernel = loaded(frequencies_kernel(most_storeys(chain.mass.size), 1), device)
+            arguments = [chain.mass.size, chains[2 * place], chains[2 * place + 1], frequencies[place]]
+            wp.launch(kernel, dim=count, inputs=arguments, device=device)
+        struct = structs(self.dtype).Structure()
+        for name, array in fields.items():
+            setattr(struct, name, array)
+        outputs = [*frequencies, struct, vibration, counts, extremes]
+        arguments = [*inputs, *args_of(tables, device), *outputs]
+        wp.launch(loaded(of_structures, device), dim=count, inputs=arguments, device=device)
+
+    def _brought(self, device: str) -> list[Any]:
+        draws = self.draws
+        arrays = [(draws.digits, wp.uint32), (draws.points, wp.float64), (draws.factor, wp.float64)]
+        arrays += [(values, wp.float64) for values in self.given]
+        return [wp.array(np.ascontiguousarray(values), dtype=dtype, device=device) for values, dtype in arrays]
+
+    def _kernel_of_chains(self) -> tuple[Any, list[str]]:
+        program, arguments = Program(), dict[str, str]()
+        for place, chain in enumerate(self.values.chains):
+            for kind, nodes in zip(("mass", "stiffness"), chain, strict=True):
+                arguments[f"{kind}_{place}"] = TABLE
+                for storey, node in enumerate(nodes):
+                    text = program.name_of(node)
+                    program.add(f"{kind}_{place}[{storey}, s] = {text}")
+        return self._kernel("prepare_chains", program, arguments)
+
+    def _kernel_of_structures(self) -> tuple[Any, list[str]]:
+        values, program, largest = self.values, Program(), np.finfo(np.float32).max
+        refused = values.refused
+        for name, nodes in values.fields.items():
+            for index in np.ndindex(nodes.shape):
+                node = nodes[index]
+                if self.dtype == "float32" and not node.is_constant:
+                    beyond = apply("greater", apply("absolute", node), constant(float(largest)))
+                    refused = apply("logical_or", refused, apply("logical_and", beyond, apply("isfinite", node)))
+                place = f"{index[0]}, s" if index else "s"
+                text = program.name_of(node)
+                program.add(f"structures.{name}[{place}] = dtype({text})")
+        for row, node in enumerate(values.vibration):
+            text = program.name_of(node)
+            program.add(f"vibration[{row}, s] = {text}")
+        period, stable = (program.name_of(values.vibration[row]) for row in (PERIOD, STABLE_STEP))
+        if not refused.is_constant or refused.value:
+            text = program.name_of(refused)
+            program.add(f"if {text}:")
+            program.add("    wp.atomic_add(counts, 0, 1)")
+        # Read first: most structures change no extreme, and atomic operations on one address wait for each other.
+        program.add(f"if {period} > extremes[{LONGEST_PERIOD}]:")
+        program.add(f"    wp.atomic_max(extremes, {LONGEST_PERIOD}, {period})")
+        program.add(f"if {stable} < extremes[{LEAST_STABLE_STEP}]:")
+        program.add(f"    wp.atomic_min(extremes, {LEAST_STABLE_STEP}, {stable})")
+        arguments = {f"{PREFIX}{place}": TABLE for place in range(len(values.chains))}
+        arguments |= {"structures": "Structure", "vibration": TABLE, "counts": "wp.array(dtype=wp.int32)", "extremes": ROW}
+        return self._kernel("prepare_structures", program, arguments)
+
+    def _kernel(self, name: str, program: Program, own: dict[str, str]) -> tuple[Any, list[str]]:
+        """Return a kernel that draws the random variables and runs a program; and the calls of its tables."""
+        variables = len(self.draws.factor)
+        tables = tables_in(program.text)
+        arguments = ARGUMENTS | {f"given_{i}": ROW if v.ndim == 1 else TABLE for i, v in enumerate(self.given)}
+        arguments |= arguments_of_tables(tables) | own
+        head = HEAD.format(name=name, arguments=", ".join(f"{key}: {kind}" for key, kind in arguments.items()))
+        known = {"variables": variables, "pairs": (variables + 1) // 2, "purpose": int(Purpose.STRUCTURE)}
+        known |= {"spacing": 2.0**-self.draws.bits, "least": 2.0**-54, "most": 1 - 2.0**-53}
+        body = (POINTS[self.draws.sampling] + NORMALS).format(**known) if variables else ""
+        names = {"uniform_pair": uniform_pair, "normal_of": normal_of, "dtype": DTYPES[self.dtype]}
+        names |= {"Structure": structs(self.dtype).Structure, "variables": _vector(max(1, variables))}
+        text, more = written(head + body + program.text + "\n", tables)
+        return kernel_of(Composed(text, names | more), module_options(64)), tables
+
+
+@functools.cache
+def _vector(length: int) -> Any:
+    return wp.types.vector(length=length, dtype=wp.float64)

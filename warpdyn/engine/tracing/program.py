@@ -1,0 +1,75 @@
+"""The text of a recorded computation: statements of a kernel, each value computed once and only if it is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from warpdyn.engine.tracing.nodes import OPERATIONS, Node
+
+
+class Program:
+    """Statements that compute values in a kernel.
+
+    Args:
+        indentation: Spaces before each statement.
+    """
+
+    def __init__(self, indentation: int = 4) -> None:
+        self.lines: list[str] = []
+        self._names: dict[Node, str] = {}
+        self._before = " " * indentation
+
+    def name_of(self, node: Node) -> str:
+        """Return the text of a value, after the statements that compute it."""
+        waiting = [node]
+        while waiting:  # without recursion: sums over storeys are deep
+            each = waiting[-1]
+            if each in self._names:
+                waiting.pop()
+                continue
+            missing = [other for other in each.arguments if other not in self._names]
+            if missing:
+                waiting += missing
+                continue
+            waiting.pop()
+            self._names[each] = self._text(each)
+        return self._names[node]
+
+    def names_of(self, nodes: Iterable[Node]) -> list[str]:
+        """Return the texts of values."""
+        return [self.name_of(node) for node in nodes]
+
+    def add(self, statement: str) -> None:
+        """Add a statement."""
+        self.lines.append(f"{self._before}{statement}")
+
+    @property
+    def text(self) -> str:
+        """The statements."""
+        return "\n".join(self.lines)
+
+    def _text(self, node: Node) -> str:
+        if node.operation == "constant":
+            return _literal(node.value)
+        arguments = [self._names[each] for each in node.arguments]
+        if node.operation == "input":
+            text = str(node.value)
+        elif node.operation in OPERATIONS:
+            text = OPERATIONS[node.operation].text.format(*arguments)
+        else:
+            text = f"{node.operation}({', '.join(arguments)})"
+        name = f"t{len(self._names)}"
+        self.add(f"{name} = {text}")
+        return name
+
+
+def _literal(value: object) -> str:
+    """Return the text of a constant."""
+    if isinstance(value, bool):
+        return f"bool({value})"
+    assert isinstance(value, float)
+    if np.isfinite(value):
+        return f"wp.float64({value!r})"
+    return "wp.float64(wp.nan)" if np.isnan(value) else f"wp.float64({'-' * (value < 0)}wp.inf)"
