@@ -6,6 +6,7 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.model import Model
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.integration.time_grid import STEPS_PER_PERIOD
 from warpdyn.engine.methods.period_error import accurate_step
@@ -22,7 +23,13 @@ SHARE_OF_STABLE_STEP_OF_SENSITIVE = 0.2
 
 
 def longest_steps(
-    run: Ensemble, vibration: Vibration, row: np.ndarray, duration: np.ndarray, *, is_default: bool = False
+    model: Model,
+    period: np.ndarray,
+    decay: np.ndarray,
+    stable: np.ndarray,
+    duration: np.ndarray,
+    *,
+    is_default: bool = False,
 ) -> np.ndarray:
     """Return the longest steps [s] that limit the error of the first mode; at least the steps of the default rule.
 
@@ -30,21 +37,20 @@ def longest_steps(
     nonlinear samples have further limits.
 
     Args:
-        run: The samples.
-        vibration: Vibration properties of the structures.
-        row: Indices of some structures, shape [...].
-        duration: Durations of their runs [s], shape [...].
+        model: How the samples are integrated.
+        period: First periods of the structures [s], shape [...].
+        decay: Slowest rates of decay [1/s], shape [...].
+        stable: Longest stable steps [s], shape [...].
+        duration: Durations of the runs [s], shape [...].
         is_default: Whether warpdyn chooses the steps.
     """
-    period, decay = vibration.period[row], vibration.decay[row]
     with np.errstate(divide="ignore"):
         remembered = np.minimum(duration, 1 / decay)
-    bound = accurate_step(run.model.method, period, remembered / period, LARGEST_PHASE_ERROR)
-    bound = np.maximum(bound, period / (STEPS_PER_PERIOD * run.model.refinement))
-    dynamics = run.model.dynamics
+    bound = accurate_step(model.method, period, remembered / period, LARGEST_PHASE_ERROR)
+    bound = np.maximum(bound, period / (STEPS_PER_PERIOD * model.refinement))
+    dynamics = model.dynamics
     if is_default and not dynamics.structure.storey_law.has_only_linear_springs:
-        bound = np.minimum(bound, period / (FEWEST_STEPS_OF_NONLINEAR * run.model.refinement))
-        stable = vibration.stable_step[row]
+        bound = np.minimum(bound, period / (FEWEST_STEPS_OF_NONLINEAR * model.refinement))
         if dynamics.is_sensitive:
             bound = np.where(stable > 0, np.minimum(bound, SHARE_OF_STABLE_STEP_OF_SENSITIVE * stable), bound)
     return bound
@@ -65,12 +71,17 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
     begins = np.append(0, np.flatnonzero(run.row[1:] != run.row[:-1]) + 1)
     duration = schedule.run_intervals * schedule.substeps * schedule.step
     row, step = run.row[begins], np.maximum.reduceat(schedule.step, begins)
-    bound = longest_steps(run, vibration, row, np.maximum.reduceat(duration, begins), is_default=divides)
+
+    def longest_of(row: np.ndarray, duration: np.ndarray) -> np.ndarray:
+        of_row = (values[row] for values in (vibration.period, vibration.decay, vibration.stable_step))
+        return longest_steps(run.model, *of_row, duration, is_default=divides)
+
+    bound = longest_of(row, np.maximum.reduceat(duration, begins))
     doubtful = step > bound * (1 + 1e-9)
     if not doubtful.any():
         return
     samples = np.flatnonzero(np.repeat(doubtful, np.diff(begins, append=run.row.size)))
-    longest = longest_steps(run, vibration, run.row[samples], duration[samples], is_default=divides)
+    longest = longest_of(run.row[samples], duration[samples])
     long = schedule.step[samples] > longest * (1 + 1e-9)
     if not long.any():
         return

@@ -76,10 +76,35 @@ class Ensemble:
         self._packed: Packed | None = None
 
     @property
+    def example(self) -> Ensemble:
+        """Some of the samples whose schedule is typical: all of them, if it is known."""
+        return self
+
+    @property
+    def is_of_whole_ranges(self) -> bool:
+        """Whether all samples of its ranges of structures, which share a limit on reruns, are in this ensemble."""
+        return False
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return len(self.sample)
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Integration step of each sample [s]."""
+        return self.schedule.step
+
+    @property
     def heights(self) -> np.ndarray:
         """Storey heights of each structure [m], shape [structure, storey]."""
         nominal = self.scene.structure.parameters["height"]
         return self.drawn.get("height", np.broadcast_to(nominal, (len(self.structures), nominal.size)))
+
+    @property
+    def storey_heights(self) -> np.ndarray:
+        """Storey heights [m], shape [structure, storey], or [1, storey] if all structures have the same."""
+        return self.heights if "height" in self.drawn else self.heights[:1]
 
     def select(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, to be integrated by the same model."""
@@ -108,6 +133,14 @@ class Ensemble:
         """Return the same samples with another model."""
         held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
         return Ensemble(model, *held, schedule, self.sample, self.queue, self.before)
+
+    def halve_steps(self, samples: np.ndarray) -> None:
+        """Divide the steps of some samples by two."""
+        self.schedule = self.restepped(samples, self.schedule.substeps[samples] * 2)
+
+    def steps_of(self, samples: np.ndarray | slice) -> np.ndarray:
+        """Return the number of integration steps of some samples, as real numbers."""
+        return self.schedule.run_intervals[samples] * self.schedule.substeps[samples].astype(np.float64)
 
     def restepped(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
         """Return the schedule with another number of substeps for some samples, which run for the same time.
@@ -151,6 +184,26 @@ class Ensemble:
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
         """Wait until the rows that were passed to `start` contain the recorded values."""
         self.queue.read_into(rows, map_function)
+
+    def control(self, samples: int, substeps: int, dtype: str | None = None, every: int = 1) -> object:
+        """Return the scalar arguments of a launch.
+
+        Args:
+            samples: Number of samples.
+            substeps: Steps in an interval.
+            dtype: Number type; None: that of the plan.
+            every: Number of steps from one kept state to the next.
+        """
+        limit = self.scene.collapse_limit
+        return arguments.control(
+            dtype or self.plan.dtype,
+            samples=samples,
+            substeps=substeps,
+            every=every,
+            collapse_drift_ratio=np.inf if limit is None else limit,
+            tolerance=self.tolerance,
+            key=key_of(self.model.seed),
+        )
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
         """Return every recorded variable of some samples, sample last."""
@@ -251,24 +304,16 @@ class Ensemble:
     ) -> None:
         """Integrate all samples."""
         structures, samples = inputs
-        limit = self.scene.collapse_limit
         launches, first = [], 0
         for substeps, count in packed.groups:
-            control = arguments.control(
-                plan.dtype,
-                samples=count,
-                substeps=substeps,
-                every=every,
-                collapse_drift_ratio=np.inf if limit is None else limit,
-                tolerance=self.tolerance,
-                key=key_of(self.model.seed),
-            )
+            control = self.control(count, substeps, plan.dtype, every)
             part, last = samples, first + count
             if len(packed.groups) > 1:
                 part = arguments.with_part(samples, "Samples", packed.samples, plan.dtype, order=slice(first, last))
             order = packed.samples["order"][first:last]
             own = self.model.undivided if substeps == 1 and plan is self.plan else plan
-            launches.append(devices.Launch(own, control, part, order, packed.samples["run_intervals"], substeps))
+            intervals = packed.samples["run_intervals"]
+            launches.append(devices.Launch(own, control, part, count, substeps, order, intervals))
             first = last
         loads = self.model.loads_on(self.queue.device)
         self.queue.launch(launches, [structures, loads, output, history], advance)

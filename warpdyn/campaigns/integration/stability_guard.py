@@ -70,15 +70,20 @@ class StabilityFindings:
         if not unstable.any():
             return unstable
         if not self.beyond:
-            first = int(unstable.argmax())
-            self.first = (
-                f"sample {run.sample[first]}: first period {vibration.period[run.row[first]]:.4g} s, step "
-                f"{run.schedule.step[first]:.4g} s, which must be at most {longest[first]:.4g} s"
-            )
+            self.first = self.description(run, vibration, int(unstable.argmax()))
         if self.never is None and (longest == 0).any():
             self.never = int(run.sample[longest.argmin()])
         self.beyond += int(np.count_nonzero(unstable))
         return unstable
+
+    @staticmethod
+    def description(run: Ensemble, vibration: Vibration, sample: int) -> str:
+        """Return the step of a sample, by its place in the ensemble, and its limit as text."""
+        row = run.row[sample]
+        return (
+            f"sample {run.sample[sample]}: first period {vibration.period[row]:.4g} s, step "
+            f"{run.schedule.step[sample]:.4g} s, which must be at most {vibration.stable_step[row]:.4g} s"
+        )
 
     def of_no_samples(self) -> StabilityFindings:
         """Return empty findings for the same run and event."""
@@ -288,16 +293,20 @@ class Reruns:
             samples: The samples, after all earlier samples of their ranges.
             outputs: Their outputs, sample last, which are overwritten.
         """
-        schedule, failed = run.schedule, np.flatnonzero(outputs["status"] >= DIVERGED)
+        failed = np.flatnonzero(outputs["status"] >= DIVERGED)
+        if not failed.size and run.is_of_whole_ranges:
+            return
         structures = structures_of_a_range(run.scene.excitation.samples_per_structure)
         ranges = run.assignment.structure[samples] // structures
+        # No other block charges ranges that end in this block.
+        own = np.flatnonzero(np.isin(ranges, ranges[failed])) if run.is_of_whole_ranges else np.arange(ranges.size)
 
         def steps(which: np.ndarray | slice) -> np.ndarray:
-            return schedule.run_intervals[samples[which]] * schedule.substeps[samples[which]].astype(np.float64)
+            return run.steps_of(samples[own[which]])
 
-        charged = self._charge(0, ranges, steps, failed)
+        charged = self._charge(0, ranges[own], steps, np.searchsorted(own, failed))
         afforded = np.maximum(MOST_COST * charged, ALWAYS_AFFORDED / run.plan.dofs)
-        of_failed = steps(failed)
+        of_failed = run.steps_of(samples[failed])
         for rerun in range(1, MOST_RERUNS + 1):
             if not failed.size:
                 return
@@ -308,7 +317,7 @@ class Reruns:
             if not failed.size:
                 return
             again = samples[failed]
-            run.schedule = run.restepped(again, run.schedule.substeps[again] * 2)
+            run.halve_steps(again)
             found = run.integrate(again)
             for name, values in found.items():
                 outputs[name][..., failed] = values

@@ -165,21 +165,9 @@ def build_schedule(
     rows: Any = structure
     if shared:
         rows, motion = structure[::shared, None], motion[:shared]
-    period = vibration.period[rows]
     interval, substeps = timeline.interval[motion], timeline.substeps[motion]
-    window = RESIDUAL_PERIODS * period
-    if not scene.excitation.has_tail:
-        tail = np.zeros_like(period)
-    elif scene.tail is not None:
-        tail = np.full_like(period, scene.tail)
-        window = np.minimum(window, np.maximum(tail, period))
-    elif "residual" in scene.recorders or comes_to_rest:
-        with np.errstate(divide="ignore"):
-            decay = np.log(1 / RESIDUAL_DECAY) / vibration.decay[rows]
-        tail = np.minimum(decay, LONGEST_DECAY_IN_PERIODS * period) + window
-    else:
-        tail = period  # the peak may occur shortly after the motion's end
-    run = timeline.intervals[motion] + np.ceil(tail / interval * (1 - 1e-9))
+    tail, window = tail_of(scene, vibration.period[rows], vibration.decay[rows], comes_to_rest)
+    run = intervals_with_tail(timeline.intervals[motion], tail, interval)
     steps = run * substeps
     if steps.max() >= MOST_STEPS:
         raise ValueError(
@@ -189,12 +177,46 @@ def build_schedule(
     step = interval / substeps
     residual_steps = np.ones(1)  # used only if residual drifts are recorded
     if "residual" in scene.recorders:
-        residual_steps = np.clip(np.round(window / step), 1, steps)
+        residual_steps = steps_of_window(window, step, steps)
     values = run.astype(np.int32), substeps.astype(np.int32), step, residual_steps.astype(np.int32)
     columns = [np.broadcast_to(column, run.shape).ravel() for column in values]
     if assignment.repeats > 1:
         columns = [np.repeat(column, assignment.repeats) for column in columns]
     return Schedule(columns[0], columns[1], columns[2], columns[3], assignment.repeats)
+
+
+def tail_of(
+    scene: Scene, period: np.ndarray, decay: np.ndarray, comes_to_rest: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times of free vibration after a motion, and of the average of the residual drift [s].
+
+    Args:
+        scene: The scene.
+        period: First periods [s], shape [...].
+        decay: Slowest rates of decay [1/s], shape [...].
+        comes_to_rest: See `build_schedule`.
+    """
+    window = RESIDUAL_PERIODS * period
+    if not scene.excitation.has_tail:
+        return np.zeros_like(period), window
+    if scene.tail is not None:
+        tail = np.full_like(period, scene.tail)
+        return tail, np.minimum(window, np.maximum(tail, period))
+    if "residual" in scene.recorders or comes_to_rest:
+        with np.errstate(divide="ignore"):
+            decayed = np.log(1 / RESIDUAL_DECAY) / decay
+        return np.minimum(decayed, LONGEST_DECAY_IN_PERIODS * period) + window, window
+    return period, window  # the peak may occur shortly after the motion's end
+
+
+def intervals_with_tail(intervals: np.ndarray, tail: np.ndarray, interval: np.ndarray) -> np.ndarray:
+    """Return the numbers of intervals of motions with the free vibration after them, as real numbers."""
+    return intervals + np.ceil(tail / interval * (1 - 1e-9))
+
+
+def steps_of_window(window: np.ndarray, step: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return the numbers of steps over which residual drifts are averaged, as real numbers."""
+    return np.clip(np.round(window / step), 1, steps)
 
 
 def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:

@@ -26,8 +26,9 @@ def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
         events: Its first block, event by event.
     """
     total = 0.0
-    for part, samples in zip(events, run.samples_by_event, strict=True):
-        steps = part.schedule.run_intervals * part.schedule.substeps.astype(np.float64)
+    for whole, samples in zip(events, run.samples_by_event, strict=True):
+        part = whole.example
+        steps = part.steps_of(slice(None))
         total += samples * float(steps.mean())
         worst = int(steps.argmax())
         if steps[worst] > MOST_STEPS_OF_A_SAMPLE:

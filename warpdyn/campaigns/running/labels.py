@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -165,20 +165,20 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
         rows: The rows.
         map_function: A map over the variables, which may be parallel.
     """
-    of_sample: dict[str, Any] = {
-        "sample": run.sample,
-        "structure": run.assignment.structure,
-        "motion_index": run.assignment.motion,
-        "scale_factor_of_motion": run.assignment.scale,
-        "im_level": run.assignment.im_level,
+    of_sample: dict[str, Callable[[], Any]] = {
+        "sample": lambda: run.sample,
+        "structure": lambda: run.assignment.structure,
+        "motion_index": lambda: run.assignment.motion,
+        "scale_factor_of_motion": lambda: run.assignment.scale,
+        "im_level": lambda: run.assignment.im_level,
     }
-    of_structure = {run.scene.structure.input_name(name): values for name, values in run.drawn.items()}
+    of_structure = {run.scene.structure.input_name(name): name for name in run.scene.scatter}
 
     def fill(name: str) -> None:
         if name in of_sample:
-            np.copyto(rows[name], of_sample[name])
+            np.copyto(rows[name], of_sample[name]())
         else:
-            _spread(of_structure[name].astype(rows[name].dtype), rows[name])
+            _spread(run.drawn[of_structure[name]].astype(rows[name].dtype), rows[name])
 
     list(map_function(fill, rows.keys() & (of_sample | of_structure).keys()))
 
@@ -186,11 +186,11 @@ def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) ->
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     """Write the values that follow from a block's outputs into rows, by name."""
     if "integration_step" in rows:
-        rows["integration_step"][...] = run.schedule.step
+        rows["integration_step"][...] = run.steps
     if "peak_storey_drift_ratio" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
-    height = run.heights if "height" in run.drawn else run.heights[:1]
+    height = run.storey_heights
     # Inner loops over a few storeys are slow, so all samples of a structure form one row.
     shape = len(run.structures), -1
     samples_per_structure = len(drift) // len(run.structures)

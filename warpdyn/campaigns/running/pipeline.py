@@ -30,6 +30,8 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
+from warpdyn.campaigns.preparation.preparation import preparation_of
+from warpdyn.campaigns.preparation.prepared_ensemble import PreparedEnsemble
 from warpdyn.campaigns.running.blocks import blocks_ahead
 from warpdyn.campaigns.running.cost import tell_cost
 from warpdyn.campaigns.running.histories import Histories, outcomes_of
@@ -90,7 +92,7 @@ class Block:
     @property
     def samples(self) -> int:
         """Number of the block's samples in the dataset."""
-        return self.parts[-1].sample.size
+        return self.parts[-1].size
 
 
 class Pipeline:
@@ -125,6 +127,9 @@ class Pipeline:
         tells_cost: bool = True,
     ) -> None:
         self.sample_error, self._is_told = sample_error, not tells_cost
+        self.preparation = None
+        if not (estimates or histories or sample_error):
+            self.preparation = preparation_of(run)
         self.run, self.findings, self.table = run, findings, table
         self.histories, self.estimates = histories, estimates
         self.outcomes: list[tuple[np.ndarray, ...]] = []
@@ -151,7 +156,7 @@ class Pipeline:
         Other threads prepare blocks for a GPU from now on. Blocks for a CPU are prepared by `process`.
         """
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
-        self._upcoming = Ahead(self._prepare, items, blocks_ahead(self.run))
+        self._upcoming = Ahead(self._prepare, items, 0 if self.preparation else blocks_ahead(self.run))
         self._blocks, self._queues = len(blocks), len(queues)
 
     def close(self) -> None:
@@ -195,8 +200,12 @@ class Pipeline:
         Several threads call it at the same time, so it changes no attribute of the pipeline.
         """
         structures, queue = item
-        parts = self.run.events(np.asarray(structures), queue)
         unstable, findings = [], [each.of_no_samples() for each in self.findings]
+        if self.preparation is not None:
+            part = PreparedEnsemble(self.run, self.preparation, structures, queue)
+            if part.prepare(findings[0]):
+                return Block([part], [np.zeros(part.size, dtype=bool)], findings, part.longest_period)
+        parts = self.run.events(np.asarray(structures), queue)
         for part, found in zip(parts, findings, strict=True):
             shorten_steps(*part, found, divides=self.run.integration.divides_steps)
             unstable.append(guard(*part, self.run.integration.on_unstable, found))
@@ -221,7 +230,7 @@ class Pipeline:
     def _start(self, block: Block, map_function: MapFunction) -> None:
         """Start the present event of a block, from the final states of the previous event."""
         began = time.perf_counter()
-        whole, block.standing = block.whole, np.arange(block.whole.sample.size)
+        whole, block.standing = block.whole, np.arange(block.whole.size)
         if self.several:
             block.own = self._rows_of_event(whole)
         else:
@@ -243,8 +252,8 @@ class Pipeline:
 
     def _rows_of_event(self, whole: Ensemble) -> Arrays:
         """Return memory for an event's samples: their columns of the dataset, and their final states."""
-        rows = whole.model.blank_outputs(whole.sample.size)
-        return blank_rows(whole.model, self._of_event, whole.sample.size) | rows
+        rows = whole.model.blank_outputs(whole.size)
+        return blank_rows(whole.model, self._of_event, whole.size) | rows
 
     def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
         """Give samples that are not run their earlier status, and NaN for all other outputs."""
@@ -259,7 +268,7 @@ class Pipeline:
         """Wait for an event of a block and complete its rows; blocks finish in the order in which they started."""
         whole, unstable, event = block.whole, block.unstable[block.event], block.event
         outputs = {name: block.own[name].T for name in whole.model.shapes}
-        stands = np.zeros(whole.sample.size, dtype=bool)
+        stands = np.zeros(whole.size, dtype=bool)
         stands[block.standing] = True
         is_mended = False
         if block.started is not None:
@@ -293,13 +302,13 @@ class Pipeline:
             self.estimates[event].add(whole, outputs | {"status": np.where(stands, outputs["status"], DIVERGED)})
         if self.several:
             for name in self._of_event:
-                copies = block.samples // whole.sample.size
+                copies = block.samples // whole.size
                 block.rows[name][:, event] = np.repeat(block.own[name], copies, axis=0)
         block.outputs = outputs
 
     def _flag(self, block: Block, found: Arrays, unstable: np.ndarray) -> None:
         """Flag the samples of the present event of a block that are unreliable, and count them."""
-        flags = np.full(block.whole.sample.size, NOT_CHECKED, dtype=np.int8)
+        flags = np.full(block.whole.size, NOT_CHECKED, dtype=np.int8)
         is_stable = ~unstable[block.standing]
         stable = block.standing[is_stable]
         if self._checks:

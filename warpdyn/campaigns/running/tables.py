@@ -105,8 +105,7 @@ class Reduced:
         self._done += count
         structures = self._structures[first : self._done]
         if staying:
-            heights = run.heights if "height" in run.drawn else run.heights[:1]
-            what = structures, rows, dict(staying), heights, run.queue.device
+            what = structures, rows, dict(staying), run.storey_heights, run.queue.device
             released = self._adding.submit(self._reduce_on_gpu, *what)
             assert isinstance(run.queue, CudaQueue)  # outputs stay only on GPUs
             run.queue.hold_until(partial(result_of, released))

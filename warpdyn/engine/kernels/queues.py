@@ -2,8 +2,9 @@
 
 import threading
 import time
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import partial
 from itertools import cycle
 from typing import Any
@@ -15,7 +16,7 @@ from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, 
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
 from warpdyn.engine.kernels.plan import Plan, output_struct, structs
-from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
+from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch as Launch, slices
 from warpdyn.foundations.core import checks
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.thread_pool import as_finished
@@ -92,6 +93,10 @@ class CpuQueue:
         """Forget the last run."""
         self.spans.clear()
 
+    def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
+        """Return memory for an array."""
+        return wp.empty(shape, dtype=dtype, device=self.device)
+
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays, converted to the types of its fields."""
         struct = getattr(structs(dtype), kind)
@@ -145,7 +150,7 @@ class CpuQueue:
                 seconds = max(time.perf_counter() - began, SECONDS_OF_A_PIECE / MOST_GROWTH)
                 self._pace[plan] = (costs[until - 1] - before) * SECONDS_OF_A_PIECE / seconds
                 done = until
-            return min(last * plan.lanes, launch.order.size) - first * plan.lanes
+            return min(last * plan.lanes, launch.count) - first * plan.lanes
 
         started = time.perf_counter()
         pool = ThreadPoolExecutor(self.threads)
@@ -185,6 +190,9 @@ class CudaQueue:
         self.device, self.origin = device, origin
         self.streams = [wp.Stream(device) for _ in range(STREAMS_OF_A_BLOCK)]
         self.stream = self.streams[0]  # for copies and the first launch
+        # Its kernels run before those of other streams, so that the preparation of a block does not wait for the
+        # histories of earlier blocks.
+        self.urgent = wp.Stream(device, priority=-1)
         self.spans: list[tuple[float, float]] = []
         self._held: dict[
             tuple[str, str, Any], wp.array
@@ -202,6 +210,18 @@ class CudaQueue:
         """Forget the last run, which may have been interrupted, without waiting for it."""
         self.spans.clear()
         self.staying, self._held_until = {}, None
+
+    def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
+        """Return memory for an array of the present block; it is used again for the next block."""
+        return self._array((kind, name), shape, dtype)
+
+    @contextmanager
+    def urgently(self) -> Iterator[None]:
+        """Run kernels before those of all blocks in progress; later operations of the queue wait for them."""
+        self.urgent.wait_event(self.stream.record_event())
+        with wp.ScopedStream(self.urgent, sync_enter=False):
+            yield
+        self.stream.wait_event(self.urgent.record_event())
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays copied to the GPU, converted to the types of its fields.
@@ -250,14 +270,14 @@ class CudaQueue:
             # Launch whole thread blocks, because threads that share a sample exchange values within warps. Surplus
             # threads repeat the last sample.
             plan = launch.plan
-            threads = -(-launch.order.size // plan.lanes) * plan.sections
+            threads = -(-launch.count // plan.lanes) * plan.sections
             dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
             wp.launch(kernels[plan], dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)
             self._timed.append((start, stream.record_event(wp.Event(self.device, enable_timing=True))))
         for _, end in self._timed:
             self.stream.wait_event(end)
         self._kept_alive += [launches, arguments]
-        self._advance = partial(advance, sum(launch.order.size for launch in launches))
+        self._advance = partial(advance, sum(launch.count for launch in launches))
 
     def start_reading(
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None

@@ -17,17 +17,19 @@ class Launch(NamedTuple):
         plan: Plan of the kernel.
         control: Struct Control of the launch.
         samples: Struct Samples of the launch.
-        order: Indices of the samples among the uploaded samples, longest runs first, shape [sample].
-        intervals: Number of intervals of each uploaded sample, shape [uploaded sample].
+        count: Number of samples.
         substeps: Steps per interval.
+        order: Indices of the samples among the uploaded samples, longest runs first, shape [sample]; a GPU needs none.
+        intervals: Number of intervals of each uploaded sample, shape [uploaded sample]; a GPU needs none.
     """
 
     plan: Plan
     control: object
     samples: object
+    count: int
+    substeps: int
     order: np.ndarray
     intervals: np.ndarray
-    substeps: int
 
     def steps_of_rows(self, lanes: int, first: int = 0, last: int | None = None) -> np.ndarray:
         """Return the number of steps of rows `first` to `last` - 1; the first sample of a row is the longest."""

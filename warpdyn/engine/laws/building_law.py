@@ -168,10 +168,10 @@ class BuildingLaw:
 
     def stiffest(self, p: Values) -> np.ndarray:
         """Return the largest tangent stiffness [N/m] of each storey with its devices, [structure, storey]."""
-        stiffest = np.array(p["stiffness"], dtype=float)
+        stiffest = p["stiffness"].astype(float)
         for law, storeys, own in self._laws(p):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)
-        return stiffest + sum(device.stiffest(p) for device in self.devices)
+        return sum((device.stiffest(p) for device in self.devices), stiffest)
 
     def relaxation_rate(self, p: Values) -> np.ndarray:
         rates = [device.relaxation_rate(p) for device in self.devices]

@@ -192,6 +192,11 @@ class Stripes(Design):
         return [(f"levels [{self.intensity_units}]", self.levels), *nested, *super().told()]
 
     @property
+    def is_same_for_all(self) -> bool:  # type: ignore[override] # an attribute of the base class
+        """Whether every motion acts on every structure."""
+        return self.structures_per_motion is None
+
+    @property
     def samples_per_structure(self) -> int:
         """Number of samples per structure: levels times motions (crossed design), or levels (nested design)."""
         return len(self.levels) if self.structures_per_motion else self.places[0].size
@@ -273,6 +278,7 @@ class Cloud(Design):
 
     motions: Sequence[GroundMotion]
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
+    is_same_for_all = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "motions", checked_motions(self.motions))

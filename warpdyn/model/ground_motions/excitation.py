@@ -118,11 +118,13 @@ class Excitation:
     Attributes:
         is_force: Whether forces act on the degrees of freedom, instead of a base acceleration.
         has_tail: Whether free vibration follows the load.
+        is_same_for_all: Whether the samples of all structures have the same motions and scale factors.
         is_design: Whether the excitation assigns motions to structures, as Stripes and Cloud do.
     """
 
     is_force = False
     has_tail = True
+    is_same_for_all = False
     is_design = False
 
     if TYPE_CHECKING:  # a dataclass would use a property of its base as the default of a field with this name
@@ -270,6 +272,7 @@ class SingleLoad(Excitation):
         return ()
 
     samples_per_structure = 1
+    is_same_for_all = True
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
         """Return one sample for each of the structures with these indices."""

@@ -16,7 +16,7 @@ from warpdyn.engine.device.processor import module_options
 from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
 from warpdyn.engine.kernels.auxiliary.frequencies import frequencies_kernel, most_storeys
 from warpdyn.engine.kernels.composition import Composed, kernel_of
-from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.kernel_cache import launch
 from warpdyn.engine.kernels.plan import DTYPES, structs
 from warpdyn.engine.kernels.preparing.text import arguments_of_tables, tables_in, written
 from warpdyn.engine.tracing.frequencies import PREFIX, Chains
@@ -135,7 +135,9 @@ class StructurePreparation:
         self._kernels = self._kernel_of_chains(), self._kernel_of_structures()
         self._inputs: dict[str, list[Any]] = {}  # by device
 
-    def prepare(self, first: int, count: int, fields: Mapping[str, Any], vibration: Any, counts: Any, extremes: Any) -> None:
+    def prepare(
+        self, first: int, count: int, fields: Mapping[str, Any], vibration: Any, counts: Any, extremes: Any
+    ) -> None:
         """Queue the kernels on the present stream of the device of the arrays.
 
         Args:
@@ -157,19 +159,17 @@ class StructurePreparation:
             chains += [wp.empty(shape, dtype=wp.float64, device=device) for _ in range(2)]
             frequencies.append(wp.empty(shape, dtype=wp.float64, device=device))
         if chains:
-            wp.launch(
-                loaded(of_chains, device), dim=count, inputs=[*inputs, *args_of(tables_of_chains, device), *chains], device=device
-            )
+            launch(of_chains, count, [*inputs, *args_of(tables_of_chains, device), *chains], device)
         for place, chain in enumerate(self.values.chains):
-            kernel = loaded(frequencies_kernel(most_storeys(chain.mass.size), 1), device)
+            kernel = frequencies_kernel(most_storeys(chain.mass.size), 1)
             arguments = [chain.mass.size, chains[2 * place], chains[2 * place + 1], frequencies[place]]
-            wp.launch(kernel, dim=count, inputs=arguments, device=device)
+            launch(kernel, count, arguments, device)
         struct = structs(self.dtype).Structure()
         for name, array in fields.items():
             setattr(struct, name, array)
         outputs = [*frequencies, struct, vibration, counts, extremes]
         arguments = [*inputs, *args_of(tables, device), *outputs]
-        wp.launch(loaded(of_structures, device), dim=count, inputs=arguments, device=device)
+        launch(of_structures, count, arguments, device)
 
     def _brought(self, device: str) -> list[Any]:
         draws = self.draws

@@ -1,0 +1,1 @@
+"""Preparation of structures and samples by kernels of their device."""

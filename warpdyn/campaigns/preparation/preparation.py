@@ -1,0 +1,259 @@
+"""Preparation of the blocks of a run on their devices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.campaigns.integration import packing
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.preparation.traced_samples import traced_samples
+from warpdyn.campaigns.preparation.traced_structures import traced_structures
+from warpdyn.engine.kernels import arguments
+from warpdyn.engine.kernels.loads import LOADS
+from warpdyn.engine.kernels.plan import structs
+from warpdyn.engine.kernels.preparing import samples as of_samples
+from warpdyn.engine.kernels.preparing.samples import Design, sort_samples, strongest_first
+from warpdyn.engine.kernels.preparing.structures import LEAST_STABLE_STEP, LONGEST_PERIOD
+from warpdyn.engine.kernels.queues import CudaQueue, Queue
+from warpdyn.engine.tracing.arrays import NotTraceableError
+from warpdyn.model.ground_motions.excitation import Assignment
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PreparedBlock:
+    """The arrays of a block of samples in the memory of its device, and what the host must know of them.
+
+    Args:
+        structures, samples: Arguments of the kernels of histories.
+        dtype: Number type of these kernels.
+        fields: Names of the arrays of `samples`.
+        step: Step of each sample [s], in float64.
+        groups: Number of steps in an interval and number of samples of each launch.
+        counts, extremes: Results of the kernels; see `engine/kernels/preparing`.
+        usual_steps: Steps of the samples [s] if none was divided, shape [sample].
+    """
+
+    structures: Any
+    samples: Any
+    dtype: str
+    fields: list[str]
+    step: Any
+    groups: list[tuple[int, int]]
+    counts: np.ndarray
+    extremes: np.ndarray
+    usual_steps: np.ndarray
+
+    @property
+    def is_refused(self) -> bool:
+        """Whether a structure or a sample is invalid, or too unusual for the kernels."""
+        return bool(self.counts[of_samples.REFUSED])
+
+    @property
+    def unstable(self) -> int:
+        """Number of samples whose step was beyond the stability limit."""
+        return int(self.counts[of_samples.UNSTABLE])
+
+    @property
+    def first_unstable(self) -> int:
+        """The first of them."""
+        return int(self.counts[of_samples.FIRST_UNSTABLE])
+
+    @property
+    def long(self) -> int:
+        """Number of samples whose step is too long to be accurate."""
+        return int(self.counts[of_samples.LONG])
+
+    @property
+    def longest_period(self) -> float:
+        """Longest first period [s]."""
+        return float(self.extremes[LONGEST_PERIOD])
+
+    @property
+    def least_stable_step(self) -> float:
+        """Step that is stable for all structures [s]."""
+        return float(self.extremes[LEAST_STABLE_STEP])
+
+    @property
+    def largest_factor(self) -> float:
+        """Largest factor by which a number of steps was multiplied because of stability."""
+        return float(self.extremes[of_samples.LARGEST_FACTOR])
+
+    @property
+    def least_accurate_step(self) -> float:
+        """Step that is accurate for all samples [s]."""
+        return float(self.extremes[of_samples.LEAST_ACCURATE_STEP])
+
+    def samples_from(self, first: int, count: int) -> Any:
+        """Return the argument `samples` for a launch of `count` samples, in the order of the launch."""
+        if count == self.usual_steps.size:
+            return self.samples
+        return arguments.with_part(self.samples, "Samples", self.fields, self.dtype, order=slice(first, first + count))
+
+    def on_host(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the order of a launch and the durations of the samples for a CPU; a GPU does not read them."""
+        if not self.step.device.is_cpu:
+            nothing = np.arange(0)
+            return nothing, nothing
+        return self.samples.order.numpy()[first : first + count], self.samples.run_intervals.numpy()
+
+    def steps(self) -> np.ndarray:
+        """Return the step of each sample [s]."""
+        are_usual = not self.counts[of_samples.OF_SUBSTEPS :].any()
+        return self.usual_steps.copy() if are_usual else self.step.numpy().copy()
+
+
+class Preparation:
+    """Prepares blocks of a run on their devices.
+
+    Args:
+        run: The run.
+
+    Raises:
+        NotTraceableError: If kernels cannot prepare the run.
+    """
+
+    def __init__(self, run: Run) -> None:
+        model = run.model
+        if LOADS[model.plan.load].noise_states:
+            raise NotTraceableError("the motion of a sample depends on its number")
+        self.run, self.dtype = run, model.plan.dtype
+        self._each = run.samples // run.structures
+        self._structures = traced_structures(run) if run.sampler.scatter else None
+        self._samples = traced_samples(run)
+        self._has_ties = model.plan.collapses
+        self._brought: dict[str, tuple[Any, ...]] = {}
+        excitation = model.scene.excitation
+        self._pattern = excitation.assign(np.arange(1), model.seed) if excitation.is_same_for_all else None
+
+    def prepare(self, structures: range, queue: Queue) -> PreparedBlock:
+        """Prepare the samples of some structures, and wait for the counts."""
+        model, count, samples = self.run.model, len(structures), len(structures) * self._each
+        first = structures.start
+        assignment = self._pattern or model.scene.excitation.assign(np.asarray(structures), model.seed)
+        with _urgent(queue):
+            shape = 1 if self._structures is None else count
+            vibration = queue.memory("vibration", "", (3, shape), wp.float64)
+            counts = queue.memory("counts", "", (of_samples.COUNTS,), wp.int32)
+            extremes = queue.memory("extremes", "", (of_samples.EXTREMES,), wp.float64)
+            counts.assign(_first_counts(samples))
+            extremes.assign(np.array([0.0, np.inf, 1.0, np.inf]))
+            packed = self._packed(first, count, queue, vibration, counts, extremes)
+            struct = structs(self.dtype).Samples()
+            names = self._samples.fields
+            fields = {name: queue.memory("Samples", name, (samples,), _dtype(struct, name)) for name in names}
+            taken = queue.memory("taken", "", (samples,), wp.int32)
+            step = queue.memory("step", "", (samples,), wp.float64)
+            design = self._design(assignment, queue.device)
+            self._samples.prepare(samples, design, vibration, fields, (taken, step), counts, extremes)
+            keys = queue.memory("keys", "", (2 * samples,), wp.int64)
+            order = queue.memory("order", "", (2 * samples,), wp.int32)
+            sort_samples(samples, design, fields["run_intervals"], taken, counts, keys, order, has_ties=self._has_ties)
+            fields["order"] = order[:samples]
+            for name, array in fields.items():
+                setattr(struct, name, array)
+            found = counts.numpy(), extremes.numpy()  # waits for the kernels
+        usual = model.timeline.substeps[assignment.motion]
+        copies = samples // usual.size
+        steps = np.tile(model.timeline.steps[assignment.motion], copies)
+        numbers = np.bincount(usual, minlength=of_samples.MOST_SUBSTEPS) * copies
+        numbers[: of_samples.MOST_SUBSTEPS] += found[0][of_samples.OF_SUBSTEPS :]
+        groups = [(int(each), int(numbers[each])) for each in np.flatnonzero(numbers)]
+        return PreparedBlock(
+            structures=packed,
+            samples=struct,
+            dtype=self.dtype,
+            fields=list(fields),
+            step=step,
+            groups=groups,
+            counts=found[0],
+            extremes=found[1],
+            usual_steps=steps,
+        )
+
+    def _packed(self, first: int, count: int, queue: Queue, vibration: Any, counts: Any, extremes: Any) -> Any:
+        """Return the structures as kernels read them, and compute their vibration."""
+        if self._structures is None:  # one structure serves all samples
+            drawn, of_one = self.run.draw(np.arange(1))
+            rows = np.array([of_one.period, of_one.decay, of_one.stable_step])
+            vibration.assign(rows)
+            extremes.assign(np.array([of_one.period[0], of_one.stable_step[0], 1.0, np.inf]))
+            parameters = self.run.model.dynamics.parameters_of(drawn)
+            packed = packing.pack_structures(self.run.model, parameters, None, of_one.rayleigh)
+            return queue.upload("Structure", arguments.as_fields("Structure", packed, self.dtype), self.dtype)
+        struct = structs(self.dtype).Structure()
+        fields = {
+            name: queue.memory("Structure", name, (*rows, count), _dtype(struct, name))
+            for name, rows in self._structures.rows.items()
+        }
+        self._structures.prepare(first, count, fields, vibration, counts, extremes)
+        for name, array in fields.items():
+            setattr(struct, name, array)
+        return struct
+
+    def _design(self, assignment: Assignment, device: str) -> Design:
+        """Return the motions and scales of samples in the memory of a device."""
+        timeline = self.run.model.timeline
+
+        def brought(values: np.ndarray, dtype: Any) -> Any:
+            return wp.array(np.ascontiguousarray(values), dtype=dtype, device=device)
+
+        is_pattern = assignment is self._pattern
+        if is_pattern and device in self._brought:
+            return Design(*self._brought[device])
+        level = assignment.scale if assignment.im_level is None else assignment.im_level
+        tie = strongest_first(level, assignment.motion) if self._has_ties else np.zeros(assignment.motion.size)
+        design = Design(
+            self._each,
+            self._structures is None,
+            is_pattern,
+            brought(assignment.motion, wp.int32),
+            brought(assignment.scale, wp.float64),
+            brought(timeline.interval, wp.float64),
+            brought(timeline.substeps, wp.int32),
+            brought(timeline.intervals, wp.int32),
+            brought(tie, wp.uint32),
+        )
+        if is_pattern:
+            self._brought[device] = tuple(design)
+        return design
+
+
+def preparation_of(run: Run) -> Preparation | None:
+    """Return the preparation of a run on its devices, or None if the host prepares it.
+
+    The host prepares runs on a CPU, sequences of events, and structures whose samples it chooses for further runs.
+    """
+    dynamics, events = run.model.dynamics, run.model.scene.excitation.event_names
+    is_chosen = dynamics.is_sensitive or dynamics.counts_reversals
+    if not is_on_gpu(run) or len(events) > 1 or is_chosen or run.integration.on_unstable != "substep":
+        return None
+    try:
+        return Preparation(run)
+    except NotTraceableError:
+        return None
+
+
+def is_on_gpu(run: Run) -> bool:
+    """Return whether a run is on GPUs; on a CPU the threads of its kernels prepare it, too."""
+    return run.execution.is_gpu
+
+
+def _first_counts(samples: int) -> np.ndarray:
+    counts = np.zeros(of_samples.COUNTS, np.int32)
+    counts[of_samples.FIRST_UNSTABLE] = samples
+    return counts
+
+
+def _dtype(struct: Any, name: str) -> Any:
+    return struct._cls.vars[name].type.dtype
+
+
+def _urgent(queue: Queue) -> AbstractContextManager[object]:
+    """Return a context whose kernels run on the urgent stream of a GPU; the queue then waits for them."""
+    return queue.urgently() if isinstance(queue, CudaQueue) else nullcontext()

@@ -1,0 +1,189 @@
+"""Samples that kernels of their device have prepared; arrays on the host are computed only if they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard, structures_of_a_range
+from warpdyn.campaigns.preparation.preparation import Preparation, PreparedBlock
+from warpdyn.engine.kernels.queues import Launch, Queue
+from warpdyn.model.ground_motions.excitation import Assignment
+
+
+EXAMPLES = 16  # structures from whose samples the cost of a run is estimated
+
+
+class PreparedEnsemble(Ensemble):
+    """Some structures of a run with all their samples, prepared on a device.
+
+    Args:
+        run: The run.
+        preparation: How its structures and samples are prepared.
+        structures: The structures.
+        queue: Device queue that runs them.
+    """
+
+    def __init__(self, run: Run, preparation: Preparation, structures: range, queue: Queue) -> None:
+        self.run, self.preparation, self.range, self.queue = run, preparation, structures, queue
+        self.before, self.state, self.model = None, {}, run.model
+        self.scene, self.timeline, self.plan = self.model.scene, self.model.timeline, self.model.plan
+        self.tolerance = self.model.tolerance
+        self._each = run.samples // run.structures
+        self._factors: dict[int, int] = {}  # by which the steps of samples were divided since the preparation
+        self._block: PreparedBlock | None = None
+
+    def prepare(self, findings: StabilityFindings) -> bool:
+        """Prepare the samples on the device; return whether it succeeded.
+
+        If it does not, the host must prepare them: it reports what is wrong.
+
+        Args:
+            findings: Collects the findings on the stability of the samples.
+        """
+        self._block = block = self.preparation.prepare(self.range, self.queue)
+        if block.is_refused:
+            return False
+        findings.least = min(findings.least, block.least_stable_step)
+        if block.unstable:
+            findings.beyond += block.unstable
+            findings.most = max(findings.most, block.largest_factor)
+            part, vibration = self._on_host(np.array([block.first_unstable]), divides=False)
+            findings.first = StabilityFindings.description(part, vibration, 0)
+        if block.long:
+            findings.too_long += block.long
+            findings.longest_accurate = min(findings.longest_accurate, block.least_accurate_step)
+        return True
+
+    @property
+    def longest_period(self) -> float:
+        """The longest of the first periods [s]."""
+        assert self._block is not None
+        return self._block.longest_period
+
+    def start(
+        self,
+        rows: Arrays,
+        advance: Callable[[int], object] = lambda done: None,
+        arriving: Collection[str] | None = None,
+    ) -> None:
+        """Start to integrate all samples; see `Ensemble.start`."""
+        block = self._block
+        assert block is not None
+        rows = {name: rows[name] for name in self.model.shapes}
+        history = self.queue.upload("History", {}, self.plan.dtype)
+        output = self.queue.blank(rows, self.plan.dtype)
+        launches, first = [], 0
+        for substeps, count in block.groups:
+            own = self.model.undivided if substeps == 1 else self.plan
+            samples = block.samples_from(first, count)
+            launches.append(Launch(own, self.control(count, substeps), samples, count, substeps, *block.on_host(first, count)))
+            first += count
+        loads = self.model.loads_on(self.queue.device)
+        self.queue.launch(launches, [block.structures, loads, output, history], advance)
+        self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
+
+    def select(self, samples: np.ndarray) -> Ensemble:
+        """Return some of the samples with their structures, prepared on the host."""
+        part, _ = self._on_host(samples)
+        if self._factors:
+            first = self.range.start * self._each
+            factors = np.array([self._factors.get(int(number) - first, 1) for number in part.sample])
+            divided = np.flatnonzero(factors > 1)
+            part.schedule = part.restepped(divided, part.schedule.substeps[divided] * factors[divided])
+        return part
+
+    def halve_steps(self, samples: np.ndarray) -> None:
+        """Divide the steps of some samples by two."""
+        for sample in samples.tolist():
+            self._factors[sample] = 2 * self._factors.get(sample, 1)
+
+    def steps_of(self, samples: np.ndarray) -> np.ndarray:
+        """Return the number of integration steps of some samples, as real numbers."""
+        part, _ = self._on_host(samples)
+        return part.steps_of(np.arange(part.size))
+
+    @property
+    def example(self) -> Ensemble:
+        """The samples of the first structures."""
+        return self.select(np.arange(min(len(self.range), EXAMPLES) * self._each))
+
+    @property
+    def is_of_whole_ranges(self) -> bool:
+        """Whether all samples of its ranges of structures, which share a limit on reruns, are in this ensemble."""
+        together = structures_of_a_range(self._each)
+        return all(edge % together == 0 or edge == self.run.structures for edge in (self.range.start, self.range.stop))
+
+    @property
+    def size(self) -> int:
+        """Number of samples."""
+        return len(self.range) * self._each
+
+    @property
+    def steps(self) -> np.ndarray:
+        """Integration step of each sample [s]."""
+        assert self._block is not None
+        steps = self._block.steps()
+        for sample, factor in self._factors.items():
+            steps[sample] /= factor
+        return steps
+
+    @cached_property
+    def structures(self) -> np.ndarray:  # type: ignore[override] # an attribute of the base class
+        """Indices of the structures in the run, shape [structure]."""
+        return np.asarray(self.range)
+
+    @cached_property
+    def sample(self) -> np.ndarray:  # type: ignore[override]
+        """Index of each sample in the run, shape [sample]."""
+        return np.arange(self.range.start * self._each, self.range.stop * self._each, dtype=np.int32)
+
+    @cached_property
+    def assignment(self) -> Assignment:  # type: ignore[override]
+        """Which structure and motion each sample has."""
+        return self.scene.excitation.assign(self.structures, self.model.seed)
+
+    @cached_property
+    def drawn(self) -> Arrays:  # type: ignore[override]
+        """The scattered parameters of the structures, structure first."""
+        return self.run.sampler.draw(self.structures, self.model.threads)
+
+    @cached_property
+    def row(self) -> np.ndarray:  # type: ignore[override]
+        """Place of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn."""
+        if not self.run.sampler.scatter:
+            return np.zeros(self.size, np.int32)
+        return np.repeat(np.arange(len(self.range), dtype=np.int32), self._each)
+
+    @property
+    def storey_heights(self) -> np.ndarray:
+        """Storey heights [m], shape [structure or 1, storey]."""
+        if "height" in self.run.sampler.scatter:
+            return self.drawn["height"]
+        return self.scene.structure.parameters["height"][None]
+
+    def _on_host(self, samples: np.ndarray, *, divides: bool = True) -> tuple[Ensemble, Any]:
+        """Return some of the samples and the vibration of their structures, prepared on the host.
+
+        Args:
+            samples: The samples, by their places.
+            divides: Whether steps are divided as far as the accuracy and stability of the samples require.
+        """
+        place, row = np.unique(samples // self._each, return_inverse=True)
+        whole, vibration = self.run.events(self.range.start + place, self.queue)[0]
+        findings = StabilityFindings(whole.size, self.run.integration.method)
+        shorten_steps(whole, vibration, findings, divides=self.run.integration.divides_steps)
+        if divides:
+            guard(whole, vibration, "substep", findings)
+        chosen = row * self._each + samples % self._each
+        part = whole.select(chosen)
+        return part, vibration.select(whole.row[chosen])
+
+

@@ -1,0 +1,71 @@
+"""The steps of samples, recorded from the NumPy functions that choose them on the host."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from warpdyn.campaigns.accuracy.scattered_steps import longest_steps
+from warpdyn.campaigns.integration.packing import ROUNDING
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.integration.time_grid import intervals_with_tail, steps_of_window, tail_of
+from warpdyn.engine.kernels.preparing.samples import SamplePreparation, SampleValues
+from warpdyn.engine.kernels.preparing.structures import DECAY, PERIOD, STABLE_STEP
+from warpdyn.engine.tracing.arrays import Traced
+from warpdyn.engine.tracing.nodes import apply, constant, given
+from warpdyn.model.ground_motions.excitation import MOST_STEPS
+
+
+def traced_samples(run: Run) -> SamplePreparation:
+    """Return the preparation of the samples of a run on a device.
+
+    Raises:
+        NotTraceableError: If a function of the preparation cannot be recorded.
+    """
+    model, scene = run.model, run.model.scene
+    period, decay, stable = (_given(f"vibration[{row}, s]") for row in (PERIOD, DECAY, STABLE_STEP))
+    interval, before, intervals = (_given(name) for name in ("interval", "substeps", "intervals"))
+    tail, window = tail_of(scene, period, decay)
+    run_intervals = intervals_with_tail(intervals, tail, interval)
+    step = interval / before
+    residual = steps_of_window(window, step, run_intervals * before)
+    # As `shorten_steps` does: steps that are too long for the period.
+    divides = run.integration.divides_steps
+    longest = longest_steps(model, period, decay, stable, run_intervals * before * step, is_default=divides)
+    is_long = step > longest * (1 + 1e-9)
+    substeps = before
+    if divides:
+        substeps = np.where(is_long, np.ceil(step * before / longest * (1 - 1e-9)), before)
+        residual = np.where(is_long, np.maximum(np.round(residual * (substeps / before)), 1), residual)
+        step = np.where(is_long, step / (substeps / before), step)
+    # As `guard` does: steps beyond the stability limit.
+    is_unstable = step > stable
+    needed = np.where(is_unstable, np.ceil(step * substeps / stable * (1 - 1e-12)), substeps)
+    factor = needed / substeps
+    residual = np.where(is_unstable, np.maximum(np.round(residual * factor), 1), residual)
+    step = np.where(is_unstable, step / factor, step)
+    steps = run_intervals * needed
+    values = {"run_intervals": run_intervals, "step": step, "residual_steps": residual}
+    if scene.record_from > 0:
+        values["first_recorded"] = np.minimum(np.ceil(scene.record_from / step * (1 - ROUNDING)), steps - 1)
+    return SamplePreparation(
+        SampleValues(
+            fields={name: _node(value) for name, value in values.items()},
+            substeps=_node(needed),
+            is_long=constant(False) if divides else _node(is_long),  # noqa: FBT003 # a value
+            longest=_node(longest),
+            is_unstable=_node(is_unstable),
+            factor=_node(factor),
+            refused=apply("logical_or", _node(~(steps < MOST_STEPS)), _node(~(stable > 0))),
+        ),
+        model.plan.dtype,
+    )
+
+
+def _given(text: str) -> Traced:
+    box = np.empty((), object)
+    box[()] = given(text)
+    return Traced(box)
+
+
+def _node(value: Traced):  # noqa: ANN202 # a node
+    return value.nodes[()]

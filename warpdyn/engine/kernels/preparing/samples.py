@@ -1,0 +1,246 @@
+"""The kernels that choose the steps of samples and the order in which they are launched."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.device.processor import module_options
+from warpdyn.engine.kernels.composition import Composed, kernel_of
+from warpdyn.engine.kernels.kernel_cache import launch
+from warpdyn.engine.kernels.plan import DTYPES, structs
+from warpdyn.engine.kernels.preparing.text import arguments_of_tables, tables_in, written
+from warpdyn.engine.tracing.nodes import Node
+from warpdyn.engine.tracing.program import Program
+from warpdyn.engine.tracing.tables import args_of
+
+# Counts of a block: structures or samples that the host must refuse, samples beyond the stability limit, the first of
+# them, and samples with a step that is too long. The numbers of samples by substeps follow.
+REFUSED, UNSTABLE, FIRST_UNSTABLE, LONG, LONGEST_RUN, OF_SUBSTEPS = range(6)
+MOST_SUBSTEPS = 2**12  # samples with more steps in an interval are prepared by the host
+COUNTS = OF_SUBSTEPS + MOST_SUBSTEPS
+# Extremes of a block, beside those of its structures.
+LARGEST_FACTOR, LEAST_ACCURATE_STEP, EXTREMES = 2, 3, 4
+DURATION_BITS, TIE_BITS = 16, 32
+
+HEAD = """\
+def prepare_samples({arguments}):
+    k = wp.tid()
+    if k >= count:
+        return
+    s = wp.where(is_single, 0, k / per_structure)
+    p = wp.where(is_pattern, k - k / per_structure * per_structure, k)
+    m = motion[p]
+    interval = interval_of[m]
+    substeps = wp.float64(substeps_of[m])
+    intervals = wp.float64(intervals_of[m])
+"""
+INTEGERS, REALS = "wp.array(dtype=wp.int32)", "wp.array(dtype=wp.float64)"
+ARGUMENTS = {
+    "count": "int",
+    "per_structure": "int",
+    "is_single": "bool",
+    "is_pattern": "bool",
+    "motion": INTEGERS,
+    "scale": REALS,
+    "interval_of": REALS,
+    "substeps_of": INTEGERS,
+    "intervals_of": INTEGERS,
+    "vibration": "wp.array2d(dtype=wp.float64)",
+}
+OUTPUTS = {"samples": "Samples", "taken": INTEGERS, "step": REALS, "counts": INTEGERS, "extremes": REALS}
+
+
+class SampleValues(NamedTuple):
+    """What is computed of each sample, from the vibration of its structure and the time grid of its motion.
+
+    Args:
+        fields: Values of fields of the kernels' struct.
+        substeps: Steps in an interval of the motion.
+        is_long: Whether the step is too long to be accurate, and is not divided.
+        longest: Longest accurate step [s].
+        is_unstable: Whether the step was beyond the stability limit.
+        factor: Factor by which the steps in an interval were multiplied because of it.
+        refused: Whether no step is stable, or there are too many steps.
+    """
+
+    fields: Mapping[str, Node]
+    substeps: Node
+    is_long: Node
+    longest: Node
+    is_unstable: Node
+    factor: Node
+    refused: Node
+
+
+class SamplePreparation:
+    """Chooses the steps of samples on a device, and their order.
+
+    Args:
+        values: What is computed of each sample.
+        dtype: Number type of the kernels of histories.
+    """
+
+    def __init__(self, values: SampleValues, dtype: str) -> None:
+        self.dtype, self.fields = dtype, [*values.fields, "structure", "motion", "scale"]
+        program, struct = Program(), structs(dtype).Samples
+        for name, node in values.fields.items():
+            kind = "int" if struct.vars[name].type.dtype is wp.int32 else "dtype"
+            text = program.name_of(node)
+            program.add(f"samples.{name}[k] = {kind}({text})")
+        text = program.name_of(values.fields["step"])
+        program.add(f"step[k] = {text}")
+        program.add("samples.structure[k] = s")
+        program.add("samples.motion[k] = m")
+        program.add("samples.scale[k] = dtype(scale[p])")
+        substeps, long, longest, unstable, factor, refused = program.names_of(
+            [values.substeps, values.is_long, values.longest, values.is_unstable, values.factor, values.refused]
+        )
+        # Few samples count, and atomic operations on one address wait for each other.
+        for line in f"""\
+own = int(wp.min({substeps}, wp.float64({MOST_SUBSTEPS})))
+taken[k] = own
+if own != int(substeps):
+    wp.atomic_add(counts, {OF_SUBSTEPS} + wp.min(own, {MOST_SUBSTEPS - 1}), 1)
+    wp.atomic_add(counts, {OF_SUBSTEPS} + wp.min(int(substeps), {MOST_SUBSTEPS - 1}), -1)
+if {refused} or own >= {MOST_SUBSTEPS}:
+    wp.atomic_add(counts, {REFUSED}, 1)
+if {unstable}:
+    wp.atomic_add(counts, {UNSTABLE}, 1)
+    wp.atomic_min(counts, {FIRST_UNSTABLE}, k)
+    wp.atomic_max(extremes, {LARGEST_FACTOR}, {factor})
+if {long}:
+    wp.atomic_add(counts, {LONG}, 1)
+    wp.atomic_min(extremes, {LEAST_ACCURATE_STEP}, {longest})
+if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
+    wp.atomic_max(counts, {LONGEST_RUN}, samples.run_intervals[k])""".splitlines():
+            program.add(line)
+        self._tables = tables_in(program.text)
+        arguments = ARGUMENTS | arguments_of_tables(self._tables) | OUTPUTS
+        head = HEAD.format(arguments=", ".join(f"{name}: {kind}" for name, kind in arguments.items()))
+        text, more = written(head + program.text + "\n", self._tables)
+        names = {"dtype": DTYPES[dtype], "Samples": struct}
+        self._kernel = kernel_of(Composed(text, names | more), module_options(1))
+        self._brought: dict[str, list[Any]] = {}
+
+    def prepare(
+        self,
+        count: int,
+        design: "Design",
+        vibration: Any,
+        fields: Mapping[str, Any],
+        steps: tuple[Any, Any],
+        counts: Any,
+        extremes: Any,
+    ) -> None:
+        """Queue the kernel on the present stream of the device of the arrays.
+
+        Args:
+            count: Number of samples.
+            design: Motion, scale and time grid of the samples.
+            vibration: Array of the vibration of the structures, shape [3, structure].
+            fields: Arrays for the fields, by name.
+            steps: Arrays for the substeps, and for the steps in float64.
+            counts, extremes: Arrays for counts and extremes.
+        """
+        device = str(vibration.device)
+        if device not in self._brought:
+            self._brought[device] = args_of(self._tables, device)
+        struct = structs(self.dtype).Samples()
+        for name, array in fields.items():
+            setattr(struct, name, array)
+        inputs = [count, *design.arguments, vibration, *self._brought[device]]
+        outputs = [struct, *steps, counts, extremes]
+        launch(self._kernel, count, [*inputs, *outputs], device)
+
+
+class Design(NamedTuple):
+    """Motion, scale and time grid of samples, as arguments of the kernels; arrays in the memory of a device.
+
+    Args:
+        per_structure: Number of samples of a structure.
+        is_single: Whether all samples have one structure.
+        is_pattern: Whether the samples of each structure have the same motions and scales; then `motion` and `scale`
+            are those of one structure.
+        motion, scale: Motion and scale of each sample.
+        interval, substeps, intervals: Time grid of each motion.
+        tie: Number by which samples of equal duration are sorted, of each sample.
+    """
+
+    per_structure: int
+    is_single: bool
+    is_pattern: bool
+    motion: Any
+    scale: Any
+    interval: Any
+    substeps: Any
+    intervals: Any
+    tie: Any
+
+    @property
+    def arguments(self) -> tuple[Any, ...]:
+        """The arguments of `prepare_samples`."""
+        return self[:-1]
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def sorting_keys(
+    count: int,
+    per_structure: int,
+    is_pattern: bool,
+    run_intervals: wp.array(dtype=wp.int32),
+    taken: wp.array(dtype=wp.int32),
+    counts: wp.array(dtype=wp.int32),
+    tie: wp.array(dtype=wp.uint32),
+    keys: wp.array(dtype=wp.int64),
+    order: wp.array(dtype=wp.int32),
+):
+    """Write a key for each sample: samples with few substeps first, then the longest, then the least ties."""
+    k = wp.tid()
+    if k >= count:
+        return
+    longest = counts[LONGEST_RUN]
+    coarser = int(0)
+    while (longest >> coarser) >= 65536:
+        coarser += 1
+    duration = wp.int64((longest - run_intervals[k]) >> coarser)
+    p = wp.where(is_pattern, k - k / per_structure * per_structure, k)
+    first = (wp.int64(taken[k]) << wp.int64(16)) | duration
+    keys[k] = (first << wp.int64(32)) | wp.int64(tie[p])
+    order[k] = k
+
+
+def sort_samples(
+    count: int,
+    design: Design,
+    run_intervals: Any,
+    taken: Any,
+    counts: Any,
+    keys: Any,
+    order: Any,
+    *,
+    has_ties: bool,
+) -> None:
+    """Queue the sorting of samples on the present stream: `order` becomes the order of their launch.
+
+    Args:
+        count: Number of samples.
+        design: Motion, scale and time grid of the samples.
+        run_intervals, taken, counts: Results of `SamplePreparation.prepare`.
+        keys: Memory of 2 `count` keys.
+        order: Memory of 2 `count` numbers; the first half is the result.
+        has_ties: Whether samples of equal duration are sorted by `design.tie`.
+    """
+    device = str(keys.device)
+    inputs = [count, design.per_structure, design.is_pattern, run_intervals, taken, counts, design.tie]
+    launch(sorting_keys, count, [*inputs, keys, order], device)
+    begin = 0 if has_ties else TIE_BITS
+    wp.utils.radix_sort_pairs(keys, order, count, begin, TIE_BITS + DURATION_BITS + MOST_SUBSTEPS.bit_length())
+
+
+def strongest_first(level: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Return numbers that increase with falling intensity, rounded to powers of 2^(1/256), and then with the motion."""
+    octaves = np.log2(np.maximum(level, np.finfo(np.float64).tiny))
+    below = np.minimum(256 * (octaves.max(initial=-np.inf) - octaves), 2**16 - 1).astype(np.uint32)
+    return (below << np.uint32(16)) | np.minimum(motion, 2**16 - 1).astype(np.uint32)
