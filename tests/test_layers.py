@@ -18,9 +18,9 @@ STUDIES = Path(__file__).parents[1] / "studies"
 # solutions.
 LAYERS = {
     "foundations": ("core", "files"),
-    "engine": ("methods", "device", "laws", "kernels"),
+    "engine": ("tracing", "methods", "device", "laws", "kernels"),
     "model": ("structures", "ground_motions", "scene", "inventories", "sites"),
-    "campaigns": ("integration", "accuracy", "portfolio", "reductions", "incremental", "running"),
+    "campaigns": ("integration", "accuracy", "preparation", "portfolio", "reductions", "incremental", "running"),
     "answers": ("fragility", "risk"),
     "interfaces": ("exchange", "plots", "reports"),
 }

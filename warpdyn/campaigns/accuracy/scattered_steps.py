@@ -73,8 +73,8 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
     row, step = run.row[begins], np.maximum.reduceat(schedule.step, begins)
 
     def longest_of(row: np.ndarray, duration: np.ndarray) -> np.ndarray:
-        of_row = (values[row] for values in (vibration.period, vibration.decay, vibration.stable_step))
-        return longest_steps(run.model, *of_row, duration, is_default=divides)
+        period, decay, stable = vibration.period[row], vibration.decay[row], vibration.stable_step[row]
+        return longest_steps(run.model, period, decay, stable, duration, is_default=divides)
 
     bound = longest_of(row, np.maximum.reduceat(duration, begins))
     doubtful = step > bound * (1 + 1e-9)

@@ -17,7 +17,6 @@ from warpdyn.campaigns.preparation.preparation import Preparation, PreparedBlock
 from warpdyn.engine.kernels.queues import Launch, Queue
 from warpdyn.model.ground_motions.excitation import Assignment
 
-
 EXAMPLES = 16  # structures from whose samples the cost of a run is estimated
 
 
@@ -84,7 +83,9 @@ class PreparedEnsemble(Ensemble):
         for substeps, count in block.groups:
             own = self.model.undivided if substeps == 1 else self.plan
             samples = block.samples_from(first, count)
-            launches.append(Launch(own, self.control(count, substeps), samples, count, substeps, *block.on_host(first, count)))
+            launches.append(
+                Launch(own, self.control(count, substeps), samples, count, substeps, *block.on_host(first, count))
+            )
             first += count
         loads = self.model.loads_on(self.queue.device)
         self.queue.launch(launches, [block.structures, loads, output, history], advance)
@@ -105,8 +106,12 @@ class PreparedEnsemble(Ensemble):
         for sample in samples.tolist():
             self._factors[sample] = 2 * self._factors.get(sample, 1)
 
-    def steps_of(self, samples: np.ndarray) -> np.ndarray:
+    def steps_of(self, samples: np.ndarray | slice) -> np.ndarray:
         """Return the number of integration steps of some samples, as real numbers."""
+        if isinstance(samples, slice):
+            samples = np.arange(self.size)[samples]
+        if not samples.size:
+            return np.zeros(0)
         part, _ = self._on_host(samples)
         return part.steps_of(np.arange(part.size))
 
@@ -185,5 +190,3 @@ class PreparedEnsemble(Ensemble):
         chosen = row * self._each + samples % self._each
         part = whole.select(chosen)
         return part, vibration.select(whole.row[chosen])
-
-

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from warpdyn.campaigns.accuracy.scattered_steps import longest_steps
@@ -11,7 +13,7 @@ from warpdyn.campaigns.integration.time_grid import intervals_with_tail, steps_o
 from warpdyn.engine.kernels.preparing.samples import SamplePreparation, SampleValues
 from warpdyn.engine.kernels.preparing.structures import DECAY, PERIOD, STABLE_STEP
 from warpdyn.engine.tracing.arrays import Traced
-from warpdyn.engine.tracing.nodes import apply, constant, given
+from warpdyn.engine.tracing.nodes import Node, apply, constant, given
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 
@@ -32,7 +34,7 @@ def traced_samples(run: Run) -> SamplePreparation:
     divides = run.integration.divides_steps
     longest = longest_steps(model, period, decay, stable, run_intervals * before * step, is_default=divides)
     is_long = step > longest * (1 + 1e-9)
-    substeps = before
+    substeps: Any = before
     if divides:
         substeps = np.where(is_long, np.ceil(step * before / longest * (1 - 1e-9)), before)
         residual = np.where(is_long, np.maximum(np.round(residual * (substeps / before)), 1), residual)
@@ -44,14 +46,14 @@ def traced_samples(run: Run) -> SamplePreparation:
     residual = np.where(is_unstable, np.maximum(np.round(residual * factor), 1), residual)
     step = np.where(is_unstable, step / factor, step)
     steps = run_intervals * needed
-    values = {"run_intervals": run_intervals, "step": step, "residual_steps": residual}
+    values: dict[str, Any] = {"run_intervals": run_intervals, "step": step, "residual_steps": residual}
     if scene.record_from > 0:
         values["first_recorded"] = np.minimum(np.ceil(scene.record_from / step * (1 - ROUNDING)), steps - 1)
     return SamplePreparation(
         SampleValues(
             fields={name: _node(value) for name, value in values.items()},
             substeps=_node(needed),
-            is_long=constant(False) if divides else _node(is_long),  # noqa: FBT003 # a value
+            is_long=constant(False) if divides else _node(is_long),  # a value
             longest=_node(longest),
             is_unstable=_node(is_unstable),
             factor=_node(factor),
@@ -61,11 +63,12 @@ def traced_samples(run: Run) -> SamplePreparation:
     )
 
 
-def _given(text: str) -> Traced:
+def _given(text: str) -> Any:  # used as an array
     box = np.empty((), object)
     box[()] = given(text)
     return Traced(box)
 
 
-def _node(value: Traced):  # noqa: ANN202 # a node
-    return value.nodes[()]
+def _node(value: Any) -> Node:
+    node: Node = value.nodes[()]
+    return node

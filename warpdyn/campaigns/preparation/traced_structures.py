@@ -1,8 +1,9 @@
-"""The preparation of a run's structures and samples, recorded from the NumPy functions that prepare them on the host."""
+"""The preparation of structures, recorded from the NumPy functions that prepare them on the host."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.engine.kernels.preparing.structures import Draws, StructurePreparation, StructureValues
 from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, conditions, nodes_of
 from warpdyn.engine.tracing.frequencies import asked_frequencies
-from warpdyn.engine.tracing.nodes import Node, apply, constant
+from warpdyn.engine.tracing.nodes import Node, apply, constant, given
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.model.scene.scatter import GivenValues, combined, storeys_with
 from warpdyn.model.structures.physics import physics_problem
@@ -23,31 +24,33 @@ def traced_structures(run: Run) -> StructurePreparation:
         NotTraceableError: If a function of the preparation cannot be recorded.
     """
     model, sampler, structure = run.model, run.sampler, run.model.scene.structure
-    dynamics, nominal = model.dynamics, structure.nominal_values
+    dynamics, values_of_nominal = model.dynamics, structure.nominal_values
     if model.needs_step or dynamics.needs_eigenvalues:
         raise NotTraceableError("the preparation needs the eigenvalues of matrices")
-    normals = Traced.inputs(lambda variable, row: f"z[{variable}]", len(sampler.variables), 1)
-    given: list[np.ndarray] = []
-    drawn, place = {}, 0
+    nominal, flat = _nominal(values_of_nominal)
+    normals: Any = Traced.inputs(lambda variable, row: f"z[{variable}]", len(sampler.variables), 1)
+    listed: list[np.ndarray] = []
+    drawn: dict[str, Any] = {}
+    place = 0
     with conditions() as refused, asked_frequencies() as chains:
         for name, spread in sampler.scatter.items():
             count = spread.variables(structure.dofs)
             if isinstance(spread, GivenValues):
-                values: Traced = spread.placed(_given(len(given), spread.values), nominal[name])
-                given.append(np.asarray(spread.values, dtype=np.float64))
+                values: Any = spread.placed(_given(len(listed), spread.values), nominal[name])
+                listed.append(np.asarray(spread.values, dtype=np.float64))
             else:
                 values = combined(nominal[name], spread, normals[place : place + count], np.arange(1))
-            drawn[name] = values.T
+            taken = storeys_with(values_of_nominal[name])
+            drawn[name] = (values if taken is None else np.where(taken[:, None], values, np.nan)).T
             place += count
-            taken = storeys_with(nominal[name])
             checked = drawn[name] if taken is None else drawn[name][..., taken]
             np.any(structure.parameter_table[name].violations(checked))
-        everything = {**structure.parameters, **drawn}
+        everything: dict[str, Any] = {**{name: nominal[name] for name in structure.parameters}, **drawn}
         problem = structure.storey_law.problem(everything) or physics_problem(everything)
         if problem:
             raise NotTraceableError(problem)
     with asked_frequencies() as chains:
-        parameters = dynamics.parameters_of(drawn)
+        parameters = {name: drawn.get(name, values[None]) for name, values in nominal.items()}
         period, decay, stable, rayleigh = dynamics._vibration(parameters, model.method)
         packed = dynamics.pack(parameters, rayleigh)
     fields = {name: nodes_of(values)[..., 0] for name, values in packed.items()}
@@ -60,10 +63,25 @@ def traced_structures(run: Run) -> StructurePreparation:
         sampler.points,
         sampler.factor,
     )
-    return StructurePreparation(draws, given, values_of, model.plan.dtype)
+    return StructurePreparation(draws, flat, listed, values_of, model.plan.dtype)
 
 
-def _given(number: int, values: np.ndarray) -> Traced:
+def _nominal(values: Mapping[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarray]:
+    """Return nominal values as values that the computation reads, and the array that it reads them from.
+
+    Storeys whose law does not have a parameter have the constant NaN.
+    """
+    found, flat = dict[str, Any](), list[float]()
+    for name, array in values.items():
+        nodes = np.empty(np.shape(array), object)
+        for index, value in np.ndenumerate(array):
+            nodes[index] = constant(value) if np.isnan(value) else given(f"nominal[{len(flat)}]", varies=False)
+            flat.append(float(value))
+        found[name] = Traced(nodes)
+    return found, np.array(flat)
+
+
+def _given(number: int, values: np.ndarray) -> Any:
     """Return the given values of a parameter that a kernel reads, shape [1] or [1, storey]."""
     name = f"given_{number}"
     if values.ndim == 1:
@@ -81,7 +99,7 @@ def _array(nodes: object) -> np.ndarray:
 
 def _any(nodes: Sequence[Node]) -> Node:
     """Return whether any of some conditions is true."""
-    found = constant(False)  # noqa: FBT003 # a value
-    for node in dict.fromkeys(nodes):
+    found = constant(False)  # a value
+    for node in dict.fromkeys(node for node in nodes if node.varies):  # the host has checked the others
         found = apply("logical_or", found, node)
     return found

@@ -202,9 +202,9 @@ class Pipeline:
         structures, queue = item
         unstable, findings = [], [each.of_no_samples() for each in self.findings]
         if self.preparation is not None:
-            part = PreparedEnsemble(self.run, self.preparation, structures, queue)
-            if part.prepare(findings[0]):
-                return Block([part], [np.zeros(part.size, dtype=bool)], findings, part.longest_period)
+            whole = PreparedEnsemble(self.run, self.preparation, structures, queue)
+            if whole.prepare(findings[0]):
+                return Block([whole], [np.zeros(whole.size, dtype=bool)], findings, whole.longest_period)
         parts = self.run.events(np.asarray(structures), queue)
         for part, found in zip(parts, findings, strict=True):
             shorten_steps(*part, found, divides=self.run.integration.divides_steps)

@@ -52,11 +52,17 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
         self.nodes = nodes
 
     @classmethod
-    def inputs(cls, text: Callable[..., str], *shape: int) -> Traced:
-        """Return values that a kernel reads; `text(*index)` is the text of each."""
+    def inputs(cls, text: Callable[..., str], *shape: int, varies: bool = True) -> Traced:
+        """Return values that a kernel reads; `text(*index)` is the text of each.
+
+        Args:
+            text: Text of an element.
+            shape: Shape.
+            varies: Whether the values may differ between structures.
+        """
         nodes = np.empty(shape, object)
         for index in np.ndindex(*shape):
-            nodes[index] = given(text(*index))
+            nodes[index] = given(text(*index), varies=varies)
         return cls(nodes)
 
     shape = property(lambda self: self.nodes.shape)
@@ -77,12 +83,12 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
         return (self[place] for place in range(len(self)))
 
     def __getitem__(self, index: Any) -> Traced:
-        return Traced(_boxed(self.nodes[_plain(index)]))
+        return Traced(_boxed(self.nodes[_known_index(index)]))
 
     def __setitem__(self, index: Any, values: Any) -> None:
         if isinstance(index, Traced):
             raise NotTraceableError("values are set where a condition is true: use numpy.where")
-        self.nodes[_plain(index)] = nodes_of(values)
+        self.nodes[_known_index(index)] = nodes_of(values)
 
     def __bool__(self) -> bool:
         if self.size == 1 and self.nodes.flat[0].is_constant:
@@ -207,7 +213,7 @@ def _boxed(value: Any) -> np.ndarray:
     return box
 
 
-def _plain(index: Any) -> Any:
+def _known_index(index: Any) -> Any:
     if isinstance(index, Traced) or (isinstance(index, tuple) and is_traced(*index)):
         raise NotTraceableError("values are selected by a condition: use numpy.where")
     return index
@@ -215,7 +221,7 @@ def _plain(index: Any) -> Any:
 
 def _mapped(name: str, *values: Any) -> np.ndarray:
     """Return an operation on each element of arrays that broadcast."""
-    arrays = np.broadcast_arrays(*(nodes_of(each) for each in values))
+    arrays: list[Any] = np.broadcast_arrays(*(nodes_of(each) for each in values))  # type: ignore[assignment] # a tuple
     found = np.empty(arrays[0].shape, object)
     for index in np.ndindex(found.shape):
         found[index] = apply(name, *(array[index] for array in arrays))
@@ -224,8 +230,8 @@ def _mapped(name: str, *values: Any) -> np.ndarray:
 
 def _along(values: Any, axis: Any) -> tuple[np.ndarray, tuple[int, ...]]:
     nodes = nodes_of(values)
-    axes = tuple(range(nodes.ndim)) if axis is None else (axis,) if isinstance(axis, int | np.integer) else tuple(axis)
-    return nodes, tuple(each % nodes.ndim for each in axes)
+    axes = range(nodes.ndim) if axis is None else (axis,) if isinstance(axis, int | np.integer) else axis
+    return nodes, tuple(int(each) % nodes.ndim for each in axes)
 
 
 def _reduced(name: str, values: Any, axis: Any, keepdims: bool = False) -> Traced:
@@ -286,7 +292,7 @@ def _difference(values: Any, n: int = 1, axis: int = -1, prepend: Any = None, ap
     return Traced(np.moveaxis(found, 0, axis))
 
 
-def _filled(value: float) -> Callable[..., Traced]:
+def _constant_like(value: float) -> Callable[..., Traced]:
     def fill(like: Any, fill_value: Any = value, **named: Any) -> Traced:
         return Traced(np.broadcast_to(nodes_of(fill_value), np.shape(like)).copy())
 
@@ -294,7 +300,7 @@ def _filled(value: float) -> Callable[..., Traced]:
 
 
 def _full_like(like: Any, fill_value: Any, **named: Any) -> Traced:
-    return _filled(0.0)(like, fill_value)
+    return _constant_like(0.0)(like, fill_value)
 
 
 def _clip(values: Any, low: Any = None, high: Any = None, **named: Any) -> Traced:
@@ -324,9 +330,9 @@ FUNCTIONS: dict[Callable, Callable] = {
     np.isin: _is_in,
     np.broadcast_arrays: _broadcast_arrays,
     np.broadcast_to: lambda values, shape, **named: Traced(np.broadcast_to(nodes_of(values), shape).copy()),
-    np.zeros_like: _filled(0.0),
-    np.ones_like: _filled(1.0),
-    np.empty_like: _filled(np.nan),
+    np.zeros_like: _constant_like(0.0),
+    np.ones_like: _constant_like(1.0),
+    np.empty_like: _constant_like(np.nan),
     np.full_like: _full_like,
     np.shape: lambda values: values.shape,
     np.ndim: lambda values: values.ndim,

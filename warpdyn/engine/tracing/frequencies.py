@@ -1,4 +1,4 @@
-"""Frequencies in a recorded computation: a kernel of its own finds them between two kernels of the computation."""
+"""Frequencies in a recorded computation: a separate kernel finds them between two kernels of the computation."""
 
 from __future__ import annotations
 
@@ -42,10 +42,8 @@ def traced_frequencies(mass: Traced, stiffness: Traced) -> Traced:
         raise NotTraceableError("frequencies are needed outside of a recorded preparation")
     masses, stiffnesses = np.broadcast_arrays(nodes_of(mass), nodes_of(stiffness))
     wanted = Chains(masses[0], stiffnesses[0])
-    for place, known in enumerate(asked):
-        if all((a == b).all() for a, b in zip(known, wanted, strict=True)):
-            break
-    else:
-        place = len(asked)
+    same = (n for n, known in enumerate(asked) if all((a == b).all() for a, b in zip(known, wanted, strict=True)))
+    place = next(same, len(asked))
+    if place == len(asked):
         asked.append(wanted)
     return Traced.inputs(lambda row, mode: f"{PREFIX}{place}[{mode}, s]", 1, wanted.mass.size)

@@ -70,27 +70,32 @@ class Node:
         arguments: Nodes that it reads.
         kind: REAL or TRUTH.
         value: The value of a constant, or the text of an input.
+        varies: Whether the value may differ between structures.
     """
 
-    __slots__ = ("__weakref__", "arguments", "kind", "operation", "value")
+    __slots__ = ("__weakref__", "arguments", "kind", "operation", "value", "varies")
 
-    def __init__(self, operation: str, arguments: tuple[Node, ...], kind: str, value: object) -> None:
+    def __init__(self, operation: str, arguments: tuple[Node, ...], kind: str, value: object, varies: bool) -> None:
         self.operation, self.arguments, self.kind, self.value = operation, arguments, kind, value
+        self.varies = varies
 
     @property
     def is_constant(self) -> bool:
-        """Whether the value does not depend on the structure."""
+        """Whether the value is known when the computation is recorded."""
         return self.operation == "constant"
 
 
 _known: weakref.WeakValueDictionary[tuple[object, ...], Node] = weakref.WeakValueDictionary()
 
 
-def _node(operation: str, arguments: tuple[Node, ...], kind: str, value: object, key: object) -> Node:
+def _node(
+    operation: str, arguments: tuple[Node, ...], kind: str, value: object, key: object, varies: bool | None = None
+) -> Node:
     place = operation, tuple(map(id, arguments)), kind, key
     found = _known.get(place)
     if found is None:
-        found = _known[place] = Node(operation, arguments, kind, value)
+        varies = any(each.varies for each in arguments) if varies is None else varies
+        found = _known[place] = Node(operation, arguments, kind, value, varies)
     return found
 
 
@@ -102,9 +107,9 @@ def constant(value: object) -> Node:
     return _node("constant", (), REAL, number, number.hex() + str(math.copysign(1.0, number)))
 
 
-def given(text: str, kind: str = REAL) -> Node:
+def given(text: str, kind: str = REAL, *, varies: bool = True) -> Node:
     """Return the node of a value that the kernel reads by this text, such as "z[3]"."""
-    return _node("input", (), kind, text, text)
+    return _node("input", (), kind, text, text, varies)
 
 
 def called(function: str, *arguments: Node) -> Node:
@@ -113,12 +118,12 @@ def called(function: str, *arguments: Node) -> Node:
 
 
 def as_real(node: Node) -> Node:
-    """Return a truth value as 1 or 0; a real number as it is."""
+    """Return a truth value as 1 or 0; a real number unchanged."""
     return node if node.kind == REAL else apply("where", node, constant(1.0), constant(0.0))
 
 
 def as_truth(node: Node) -> Node:
-    """Return whether a real number differs from 0; a truth value as it is."""
+    """Return whether a real number differs from 0; a truth value unchanged."""
     return node if node.kind == TRUTH else apply("not_equal", node, constant(0.0))
 
 
@@ -149,7 +154,7 @@ def apply(name: str, *arguments: Node) -> Node:
             if one.is_constant:
                 return one if one.value is decided else other
     if name in ("less", "greater", "not_equal") and arguments[0] is arguments[1]:
-        return constant(False)  # noqa: FBT003 # NaN is refused before
+        return constant(False)  # NaN is refused before
     if name == "multiply" and any(each.is_constant and each.value == 0 for each in arguments):
         return constant(0.0)
     neutral = {"multiply": 1.0, "add": 0.0}.get(name)

@@ -8,16 +8,22 @@ import numpy as np
 
 from warpdyn.engine.tracing.nodes import OPERATIONS, Node
 
+SIMPLE = (0.0, 1.0, -1.0, 2.0, 0.5)  # constants that are part of the text
+
 
 class Program:
     """Statements that compute values in a kernel.
 
     Args:
         indentation: Spaces before each statement.
+
+    Attributes:
+        constants: Values of the kernel's argument `constants`, so that scenes with other numbers have the same text.
     """
 
     def __init__(self, indentation: int = 4) -> None:
         self.lines: list[str] = []
+        self.constants: list[float] = []
         self._names: dict[Node, str] = {}
         self._before = " " * indentation
 
@@ -52,6 +58,9 @@ class Program:
 
     def _text(self, node: Node) -> str:
         if node.operation == "constant":
+            if isinstance(node.value, float) and np.isfinite(node.value) and node.value not in SIMPLE:
+                self.constants.append(node.value)
+                return f"constants[{len(self.constants) - 1}]"
             return _literal(node.value)
         arguments = [self._names[each] for each in node.arguments]
         if node.operation == "input":

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
@@ -256,7 +257,7 @@ def combined(
 ) -> np.ndarray:
     """Return the result of `ParameterScatter.draw`, with NaN at storeys whose law does not have the parameter."""
     values = spread.draw(nominal, normals, structures)
-    taken = storeys_with(nominal)
+    taken = None if is_traced(nominal) else storeys_with(nominal)
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 
 

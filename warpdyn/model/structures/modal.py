@@ -214,8 +214,9 @@ def rayleigh_coefficients(
         ratio = np.asarray(ratio, dtype=np.float64)
         if not (np.isfinite(ratio) & (ratio >= 0)).all():
             raise ValueError(f"ratio must be finite and 0 or above, got {ratio}")
-    a1 = 2 * ratio / (omega_i + omega_j)
-    return omega_i * omega_j * a1, a1
+    a1: np.ndarray = 2 * ratio / (omega_i + omega_j)  # type: ignore[assignment] # of arrays or recorded values
+    a0: np.ndarray = omega_i * omega_j * a1  # as above
+    return a0, a1
 
 
 def _positive(name: str, value: np.ndarray | float) -> np.ndarray:

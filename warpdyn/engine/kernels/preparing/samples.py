@@ -6,26 +6,22 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from warpdyn.engine.device.processor import module_options
-from warpdyn.engine.kernels.composition import Composed, kernel_of
 from warpdyn.engine.kernels.kernel_cache import launch
 from warpdyn.engine.kernels.plan import DTYPES, structs
-from warpdyn.engine.kernels.preparing.text import arguments_of_tables, tables_in, written
+from warpdyn.engine.kernels.preparing.text import PreparingKernel
 from warpdyn.engine.tracing.nodes import Node
 from warpdyn.engine.tracing.program import Program
-from warpdyn.engine.tracing.tables import args_of
 
 # Counts of a block: structures or samples that the host must refuse, samples beyond the stability limit, the first of
 # them, and samples with a step that is too long. The numbers of samples by substeps follow.
 REFUSED, UNSTABLE, FIRST_UNSTABLE, LONG, LONGEST_RUN, OF_SUBSTEPS = range(6)
 MOST_SUBSTEPS = 2**12  # samples with more steps in an interval are prepared by the host
 COUNTS = OF_SUBSTEPS + MOST_SUBSTEPS
-# Extremes of a block, beside those of its structures.
+# Extremes of a block, in addition to those of its structures.
 LARGEST_FACTOR, LEAST_ACCURATE_STEP, EXTREMES = 2, 3, 4
 DURATION_BITS, TIE_BITS = 16, 32
 
 HEAD = """\
-def prepare_samples({arguments}):
     k = wp.tid()
     if k >= count:
         return
@@ -53,7 +49,7 @@ OUTPUTS = {"samples": "Samples", "taken": INTEGERS, "step": REALS, "counts": INT
 
 
 class SampleValues(NamedTuple):
-    """What is computed of each sample, from the vibration of its structure and the time grid of its motion.
+    """Values that are computed for each sample, from the vibration of its structure and the time grid of its motion.
 
     Args:
         fields: Values of fields of the kernels' struct.
@@ -78,7 +74,7 @@ class SamplePreparation:
     """Chooses the steps of samples on a device, and their order.
 
     Args:
-        values: What is computed of each sample.
+        values: Values that are computed for each sample.
         dtype: Number type of the kernels of histories.
     """
 
@@ -116,13 +112,8 @@ if {long}:
 if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
     wp.atomic_max(counts, {LONGEST_RUN}, samples.run_intervals[k])""".splitlines():
             program.add(line)
-        self._tables = tables_in(program.text)
-        arguments = ARGUMENTS | arguments_of_tables(self._tables) | OUTPUTS
-        head = HEAD.format(arguments=", ".join(f"{name}: {kind}" for name, kind in arguments.items()))
-        text, more = written(head + program.text + "\n", self._tables)
         names = {"dtype": DTYPES[dtype], "Samples": struct}
-        self._kernel = kernel_of(Composed(text, names | more), module_options(1))
-        self._brought: dict[str, list[Any]] = {}
+        self._kernel = PreparingKernel("prepare_samples", HEAD, (ARGUMENTS, OUTPUTS), "", program, names)
 
     def prepare(
         self,
@@ -145,14 +136,12 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
             counts, extremes: Arrays for counts and extremes.
         """
         device = str(vibration.device)
-        if device not in self._brought:
-            self._brought[device] = args_of(self._tables, device)
         struct = structs(self.dtype).Samples()
         for name, array in fields.items():
             setattr(struct, name, array)
-        inputs = [count, *design.arguments, vibration, *self._brought[device]]
+        inputs = [count, *design.arguments, vibration, *self._kernel.arguments(device)]
         outputs = [struct, *steps, counts, extremes]
-        launch(self._kernel, count, [*inputs, *outputs], device)
+        launch(self._kernel.kernel, count, [*inputs, *outputs], device)
 
 
 class Design(NamedTuple):

@@ -1,8 +1,8 @@
 """The kernels that draw structures and pack them for the kernels of histories.
 
-The first kernel draws the parameters, checks them, and writes the masses and stiffnesses of chains whose frequencies are
-needed. Another kernel finds the frequencies. The last kernel draws the same parameters again and writes everything else,
-because it takes less time to draw them twice than to store them.
+The first kernel draws the parameters, and writes the masses and stiffnesses of chains whose frequencies are needed.
+Another kernel finds the frequencies. The last kernel draws the same parameters again, checks them, and writes all
+results: to draw them twice takes less time than to store them.
 """
 
 import functools
@@ -12,17 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 import warp as wp
 
-from warpdyn.engine.device.processor import module_options
 from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
 from warpdyn.engine.kernels.auxiliary.frequencies import frequencies_kernel, most_storeys
-from warpdyn.engine.kernels.composition import Composed, kernel_of
+from warpdyn.engine.kernels.build import GPU_UNROLL
 from warpdyn.engine.kernels.kernel_cache import launch
 from warpdyn.engine.kernels.plan import DTYPES, structs
-from warpdyn.engine.kernels.preparing.text import arguments_of_tables, tables_in, written
+from warpdyn.engine.kernels.preparing.text import PreparingKernel
 from warpdyn.engine.tracing.frequencies import PREFIX, Chains
 from warpdyn.engine.tracing.nodes import Node, apply, constant
 from warpdyn.engine.tracing.program import Program
-from warpdyn.engine.tracing.tables import args_of
 from warpdyn.foundations.core.random_numbers import Purpose
 
 PERIOD, DECAY, STABLE_STEP = range(3)  # rows of the array of vibrations
@@ -64,7 +62,6 @@ NORMALS = """\
         z[v] = total
 """
 HEAD = """\
-def {name}({arguments}):
     s = wp.tid()
     if s >= count:
         return
@@ -78,6 +75,7 @@ ARGUMENTS = {
     "digits": "wp.array2d(dtype=wp.uint32)",
     "points": "wp.array2d(dtype=wp.float64)",
     "factor": "wp.array2d(dtype=wp.float64)",
+    "nominal": "wp.array(dtype=wp.float64)",
 }
 ROW, TABLE = "wp.array(dtype=wp.float64)", "wp.array2d(dtype=wp.float64)"
 
@@ -103,7 +101,7 @@ class Draws(NamedTuple):
 
 
 class StructureValues(NamedTuple):
-    """What is computed of each structure.
+    """Values that are computed for each structure.
 
     Args:
         fields: Values of the fields of the kernels' struct, shape [row] or [].
@@ -123,14 +121,17 @@ class StructurePreparation:
 
     Args:
         draws: How random variables are drawn.
+        nominal: Nominal values of parameters, which the computation reads as `nominal[0]`, `nominal[1]`, ...
         given: Given values of parameters, shape [structure] or [structure, storey], in the order of the inputs
             `given_0`, `given_1`, ...
-        values: What is computed of each structure.
+        values: Values that are computed for each structure.
         dtype: Number type of the kernels of histories.
     """
 
-    def __init__(self, draws: Draws, given: Sequence[np.ndarray], values: StructureValues, dtype: str) -> None:
-        self.draws, self.given, self.values, self.dtype = draws, given, values, dtype
+    def __init__(
+        self, draws: Draws, nominal: np.ndarray, given: Sequence[np.ndarray], values: StructureValues, dtype: str
+    ) -> None:
+        self.draws, self.nominal, self.given, self.values, self.dtype = draws, nominal, given, values, dtype
         self.rows = {name: nodes.shape for name, nodes in values.fields.items()}
         self._kernels = self._kernel_of_chains(), self._kernel_of_structures()
         self._inputs: dict[str, list[Any]] = {}  # by device
@@ -152,14 +153,14 @@ class StructurePreparation:
         if device not in self._inputs:
             self._inputs[device] = self._brought(device)
         inputs = [first, count, np.uint64(self.draws.key), *self._inputs[device]]
-        [of_chains, tables_of_chains], [of_structures, tables] = self._kernels
+        of_chains, of_structures = self._kernels
         chains, frequencies = [], []
         for chain in self.values.chains:
             shape = chain.mass.size, count
             chains += [wp.empty(shape, dtype=wp.float64, device=device) for _ in range(2)]
             frequencies.append(wp.empty(shape, dtype=wp.float64, device=device))
         if chains:
-            launch(of_chains, count, [*inputs, *args_of(tables_of_chains, device), *chains], device)
+            launch(of_chains.kernel, count, [*inputs, *of_chains.arguments(device), *chains], device)
         for place, chain in enumerate(self.values.chains):
             kernel = frequencies_kernel(most_storeys(chain.mass.size), 1)
             arguments = [chain.mass.size, chains[2 * place], chains[2 * place + 1], frequencies[place]]
@@ -168,16 +169,16 @@ class StructurePreparation:
         for name, array in fields.items():
             setattr(struct, name, array)
         outputs = [*frequencies, struct, vibration, counts, extremes]
-        arguments = [*inputs, *args_of(tables, device), *outputs]
-        launch(of_structures, count, arguments, device)
+        launch(of_structures.kernel, count, [*inputs, *of_structures.arguments(device), *outputs], device)
 
     def _brought(self, device: str) -> list[Any]:
         draws = self.draws
         arrays = [(draws.digits, wp.uint32), (draws.points, wp.float64), (draws.factor, wp.float64)]
+        arrays.append((self.nominal, wp.float64))
         arrays += [(values, wp.float64) for values in self.given]
         return [wp.array(np.ascontiguousarray(values), dtype=dtype, device=device) for values, dtype in arrays]
 
-    def _kernel_of_chains(self) -> tuple[Any, list[str]]:
+    def _kernel_of_chains(self) -> PreparingKernel:
         program, arguments = Program(), dict[str, str]()
         for place, chain in enumerate(self.values.chains):
             for kind, nodes in zip(("mass", "stiffness"), chain, strict=True):
@@ -187,13 +188,13 @@ class StructurePreparation:
                     program.add(f"{kind}_{place}[{storey}, s] = {text}")
         return self._kernel("prepare_chains", program, arguments)
 
-    def _kernel_of_structures(self) -> tuple[Any, list[str]]:
+    def _kernel_of_structures(self) -> PreparingKernel:
         values, program, largest = self.values, Program(), np.finfo(np.float32).max
         refused = values.refused
         for name, nodes in values.fields.items():
             for index in np.ndindex(nodes.shape):
                 node = nodes[index]
-                if self.dtype == "float32" and not node.is_constant:
+                if self.dtype == "float32" and node.varies:
                     beyond = apply("greater", apply("absolute", node), constant(float(largest)))
                     refused = apply("logical_or", refused, apply("logical_and", beyond, apply("isfinite", node)))
                 place = f"{index[0]}, s" if index else "s"
@@ -213,23 +214,24 @@ class StructurePreparation:
         program.add(f"if {stable} < extremes[{LEAST_STABLE_STEP}]:")
         program.add(f"    wp.atomic_min(extremes, {LEAST_STABLE_STEP}, {stable})")
         arguments = {f"{PREFIX}{place}": TABLE for place in range(len(values.chains))}
-        arguments |= {"structures": "Structure", "vibration": TABLE, "counts": "wp.array(dtype=wp.int32)", "extremes": ROW}
+        arguments |= {
+            "structures": "Structure",
+            "vibration": TABLE,
+            "counts": "wp.array(dtype=wp.int32)",
+            "extremes": ROW,
+        }
         return self._kernel("prepare_structures", program, arguments)
 
-    def _kernel(self, name: str, program: Program, own: dict[str, str]) -> tuple[Any, list[str]]:
-        """Return a kernel that draws the random variables and runs a program; and the calls of its tables."""
+    def _kernel(self, name: str, program: Program, own: dict[str, str]) -> PreparingKernel:
+        """Return a kernel that draws the random variables and runs a program."""
         variables = len(self.draws.factor)
-        tables = tables_in(program.text)
         arguments = ARGUMENTS | {f"given_{i}": ROW if v.ndim == 1 else TABLE for i, v in enumerate(self.given)}
-        arguments |= arguments_of_tables(tables) | own
-        head = HEAD.format(name=name, arguments=", ".join(f"{key}: {kind}" for key, kind in arguments.items()))
         known = {"variables": variables, "pairs": (variables + 1) // 2, "purpose": int(Purpose.STRUCTURE)}
         known |= {"spacing": 2.0**-self.draws.bits, "least": 2.0**-54, "most": 1 - 2.0**-53}
         body = (POINTS[self.draws.sampling] + NORMALS).format(**known) if variables else ""
         names = {"uniform_pair": uniform_pair, "normal_of": normal_of, "dtype": DTYPES[self.dtype]}
         names |= {"Structure": structs(self.dtype).Structure, "variables": _vector(max(1, variables))}
-        text, more = written(head + body + program.text + "\n", tables)
-        return kernel_of(Composed(text, names | more), module_options(64)), tables
+        return PreparingKernel(name, HEAD, (arguments, own), body, program, names, GPU_UNROLL)
 
 
 @functools.cache

@@ -1,27 +1,69 @@
-"""Text of preparing kernels: tables among their arguments."""
+"""Kernels with a recorded computation: tables and constants are among their arguments."""
 
+import functools
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import Any
 
-from warpdyn.engine.tracing.tables import PREFIX, value_in_table
+import numpy as np
+import warp as wp
 
+from warpdyn.engine.device.processor import module_options
+from warpdyn.engine.kernels.composition import Composed, kernel_of
+from warpdyn.engine.kernels.preparing.lookup import args_of, value_in_table
+from warpdyn.engine.tracing.program import Program
+from warpdyn.engine.tracing.tables import PREFIX
+
+ROW = "wp.array(dtype=wp.float64)"
 PARTS = ("grid", "values", "even", "last")
 
 
-def tables_in(text: str) -> list[str]:
-    """Return the calls of tables in a text, each once."""
-    return sorted(set(re.findall(rf"\b{PREFIX}\d+(?=\()", text)))
+class PreparingKernel:
+    """A kernel whose last statements are a recorded computation.
+
+    Args:
+        name: Name of the kernel.
+        head: Its first statements.
+        arguments: Types of its arguments before and after those for constants and tables, {name: type}.
+        body: Statements between the head and the computation.
+        program: The computation.
+        names: Values of the names in the text.
+        max_unroll: Largest number of iterations of a loop that is unrolled.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        head: str,
+        arguments: tuple[Mapping[str, str], Mapping[str, str]],
+        body: str,
+        program: Program,
+        names: Mapping[str, Any],
+        max_unroll: int = 1,
+    ) -> None:
+        tables = sorted(set(re.findall(rf"\b{PREFIX}\d+(?=\()", program.text)))
+        text = f"{head}{body}{program.text}\n"
+        # Tables are numbered in the order of their use in a process, but the text must not depend on it.
+        own = {table: f"cells_{place}" for place, table in enumerate(tables)}
+        for table, known in own.items():
+            arrays = ", ".join(f"{known}_{part}" for part in PARTS)
+            text = re.sub(rf"\b{table}\(", f"value_in_table({arrays}, ", text)
+        before, after = arguments
+        types = {**before, "constants": ROW, **{f"{k}_{part}": ROW for k in own.values() for part in PARTS}, **after}
+        listed = ", ".join(f"{key}: {kind}" for key, kind in types.items())
+        known_names = tuple(sorted({**names, "value_in_table": value_in_table}.items()))
+        self.kernel = _kernel(f"def {name}({listed}):\n{text}", known_names, max_unroll)
+        self._tables, self._constants = tables, np.array(program.constants or [0.0])
+        self._brought: dict[str, list[Any]] = {}
+
+    def arguments(self, device: str) -> list[Any]:
+        """Return the arrays of constants and tables in the memory of a device."""
+        if device not in self._brought:
+            constants = wp.array(self._constants, dtype=wp.float64, device=device)
+            self._brought[device] = [constants, *args_of(self._tables, device)]
+        return self._brought[device]
 
 
-def arguments_of_tables(calls: Sequence[str]) -> dict[str, str]:
-    """Return the arguments of a kernel for tables, as {name: type}."""
-    return {f"{call}_{part}": "wp.array(dtype=wp.float64)" for call in calls for part in PARTS}
-
-
-def written(text: str, calls: Sequence[str]) -> tuple[str, dict[str, Any]]:
-    """Return a text in which calls of tables are calls of `value_in_table`, and the names that it adds."""
-    for call in calls:
-        arrays = ", ".join(f"{call}_{part}" for part in PARTS)
-        text = re.sub(rf"\b{call}\(", f"value_in_table({arrays}, ", text)
-    return text, {"value_in_table": value_in_table} if calls else {}
+@functools.lru_cache(maxsize=256)
+def _kernel(text: str, names: tuple[tuple[str, Any], ...], max_unroll: int) -> wp.Kernel:
+    return kernel_of(Composed(text, dict(names)), module_options(max_unroll))
