@@ -95,7 +95,7 @@ def test_runs_agree_with_the_host(monkeypatch, kind):
     by_host = wd.simulate(chosen, structures=count, device="cpu", dtype="float64")
     blocks = []
     prepare = preparation.Preparation.prepare
-    monkeypatch.setattr(preparation, "is_on_gpu", lambda run: True)
+    monkeypatch.setattr(preparation, "is_large_on_gpu", lambda run: True)
     monkeypatch.setattr(
         preparation.Preparation, "prepare", lambda self, *block: blocks.append(block) or prepare(self, *block)
     )
