@@ -213,7 +213,11 @@ class CudaQueue:
 
     def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
         """Return memory for an array of the present block; it is used again for the next block."""
-        return self._array((kind, name), shape, dtype)
+        before = self._held.get((kind, name, dtype))
+        array = self._array((kind, name), shape, dtype)
+        if self._held[kind, name, dtype] is not before:  # it was allocated in the order of the stream
+            self.urgent.wait_event(self.stream.record_event())
+        return array
 
     @contextmanager
     def urgently(self) -> Iterator[None]:
