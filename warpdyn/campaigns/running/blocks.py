@@ -8,7 +8,6 @@ import numpy as np
 
 from warpdyn.campaigns.integration import packing
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.campaigns.integration.stability_guard import structures_of_a_range
 from warpdyn.campaigns.running.labels import Column, lengths
 from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU, free_memory
 from warpdyn.foundations.core.checks import check_memory
@@ -85,12 +84,8 @@ def divide(
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
     count = max(count, -(-structures // room))
     count = min(-(-count // len(devices)) * len(devices), structures)
-    # Whole ranges of structures that share a limit on reruns, if a block has several of them.
-    together = structures_of_a_range(run.samples // run.structures)
-    together = together if structures // count >= together else 1
-    size, larger = divmod(-(-structures // together), count)  # the first ones are larger by one
-    edges = [together * (place * size + min(place, larger)) for place in range(count + 1)]
-    edges = [region.start + min(edge, structures) for edge in edges]
+    size, larger = divmod(structures, count)  # the first ones are larger by one
+    edges = [region.start + place * size + min(place, larger) for place in range(count + 1)]
     return [range(a, b) for a, b in pairwise(edges)]
 
 
