@@ -104,7 +104,9 @@ class Ensemble:
     @property
     def storey_heights(self) -> np.ndarray:
         """Storey heights [m], shape [structure, storey], or [1, storey] if all structures have the same."""
-        return self.heights if "height" in self.drawn else self.heights[:1]
+        if "height" in self.scene.scatter:
+            return self.drawn["height"]
+        return self.scene.structure.parameters["height"][None]
 
     def select(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, to be integrated by the same model."""
@@ -172,38 +174,15 @@ class Ensemble:
         """
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
-        packed, self._packed = self._packed, None
-        if packed is None:
-            packed = self._pack()
         # Queue the uploads first: anything queued before them would delay them until the GPU finishes the last block.
-        inputs = self._upload(packed)
+        structures, launches = self._launches()
         output = self.queue.blank(rows, self.plan.dtype)
-        self._launch(self.plan, packed, inputs, output, history, advance=advance)
+        self._launch(structures, launches, output, history, advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
         """Wait until the rows that were passed to `start` contain the recorded values."""
         self.queue.read_into(rows, map_function)
-
-    def control(self, samples: int, substeps: int, dtype: str | None = None, every: int = 1) -> object:
-        """Return the scalar arguments of a launch.
-
-        Args:
-            samples: Number of samples.
-            substeps: Steps in an interval.
-            dtype: Number type; None: that of the plan.
-            every: Number of steps from one kept state to the next.
-        """
-        limit = self.scene.collapse_limit
-        return arguments.control(
-            dtype or self.plan.dtype,
-            samples=samples,
-            substeps=substeps,
-            every=every,
-            collapse_drift_ratio=np.inf if limit is None else limit,
-            tolerance=self.tolerance,
-            key=key_of(self.model.seed),
-        )
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
         """Return every recorded variable of some samples, sample last."""
@@ -236,9 +215,8 @@ class Ensemble:
         output = self.queue.blank(outcomes, self.plan.dtype)
         for own in np.unique(every_own):
             rows = np.flatnonzero(every_own == own)
-            packed = part._pack(rows)
-            inputs = part._upload(packed)
-            part._launch(history_plan(self.plan), packed, inputs, output, history, every=int(own))
+            structures, launches = part._launches_of(part._pack(rows), history_plan(self.plan), int(own))
+            part._launch(structures, launches, output, history)
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         if self.plan.collapses:
             # The last state is the one at the end of the step in which the sample collapses; an adaptive method stops
@@ -286,34 +264,61 @@ class Ensemble:
             arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
         )
 
-    def _upload(self, packed: Packed) -> tuple[Any, Any]:
-        """Return the structs of structures and samples in the memory of the device."""
-        dtype = self.plan.dtype
-        structures = self.queue.upload("Structure", packed.structures, dtype)
-        return structures, self.queue.upload("Samples", packed.samples, dtype)
+    def _launches(self) -> tuple[Any, list[devices.Launch]]:
+        """Upload all samples with their structures; return the struct of the structures, and the launches."""
+        packed, self._packed = self._packed, None
+        return self._launches_of(self._pack() if packed is None else packed, self.plan)
 
-    def _launch(
-        self,
-        plan: Plan,
-        packed: Packed,
-        inputs: tuple[Any, Any],
-        output: object,
-        history: object,
-        every: int = 1,
-        advance: Callable[[int], object] = lambda done: None,
-    ) -> None:
-        """Integrate all samples."""
-        structures, samples = inputs
+    def _launches_of(self, packed: Packed, plan: Plan, every: int = 1) -> tuple[Any, list[devices.Launch]]:
+        """Upload packed samples with their structures; return the struct of the structures, and the launches.
+
+        Args:
+            packed: The samples.
+            plan: Plan of the kernel.
+            every: Number of steps from one kept state to the next.
+        """
+        structures = self.queue.upload("Structure", packed.structures, plan.dtype)
+        samples = self.queue.upload("Samples", packed.samples, plan.dtype)
         launches, first = [], 0
         for substeps, count in packed.groups:
-            control = self.control(count, substeps, plan.dtype, every)
             part, last = samples, first + count
             if len(packed.groups) > 1:
                 part = arguments.with_part(samples, "Samples", packed.samples, plan.dtype, order=slice(first, last))
-            order = packed.samples["order"][first:last]
             own = self.model.undivided if substeps == 1 and plan is self.plan else plan
-            intervals = packed.samples["run_intervals"]
+            order, intervals = packed.samples["order"][first:last], packed.samples["run_intervals"]
+            control = self._control(count, substeps, plan.dtype, every)
             launches.append(devices.Launch(own, control, part, count, substeps, order, intervals))
             first = last
+        return structures, launches
+
+    def _control(self, samples: int, substeps: int, dtype: str, every: int = 1) -> object:
+        """Return the scalar arguments of a launch.
+
+        Args:
+            samples: Number of samples.
+            substeps: Steps in an interval.
+            dtype: Number type.
+            every: Number of steps from one kept state to the next.
+        """
+        limit = self.scene.collapse_limit
+        return arguments.control(
+            dtype,
+            samples=samples,
+            substeps=substeps,
+            every=every,
+            collapse_drift_ratio=np.inf if limit is None else limit,
+            tolerance=self.tolerance,
+            key=key_of(self.model.seed),
+        )
+
+    def _launch(
+        self,
+        structures: object,
+        launches: list[devices.Launch],
+        output: object,
+        history: object,
+        advance: Callable[[int], object] = lambda done: None,
+    ) -> None:
+        """Integrate samples."""
         loads = self.model.loads_on(self.queue.device)
         self.queue.launch(launches, [structures, loads, output, history], advance)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
 from functools import cached_property
 from typing import Any
 
@@ -14,7 +13,8 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard, structures_of_a_range
 from warpdyn.campaigns.preparation.preparation import Preparation, PreparedBlock
-from warpdyn.engine.kernels.queues import Launch, Queue
+from warpdyn.engine.kernels.queues import Queue
+from warpdyn.engine.kernels.slicing import Launch
 from warpdyn.model.ground_motions.excitation import Assignment
 
 EXAMPLES = 16  # structures from whose samples the cost of a run is estimated
@@ -66,30 +66,6 @@ class PreparedEnsemble(Ensemble):
         """The longest of the first periods [s]."""
         assert self._block is not None
         return self._block.longest_period
-
-    def start(
-        self,
-        rows: Arrays,
-        advance: Callable[[int], object] = lambda done: None,
-        arriving: Collection[str] | None = None,
-    ) -> None:
-        """Start to integrate all samples; see `Ensemble.start`."""
-        block = self._block
-        assert block is not None
-        rows = {name: rows[name] for name in self.model.shapes}
-        history = self.queue.upload("History", {}, self.plan.dtype)
-        output = self.queue.blank(rows, self.plan.dtype)
-        launches, first = [], 0
-        for substeps, count in block.groups:
-            own = self.model.undivided if substeps == 1 else self.plan
-            samples = block.samples_from(first, count)
-            launches.append(
-                Launch(own, self.control(count, substeps), samples, count, substeps, *block.on_host(first, count))
-            )
-            first += count
-        loads = self.model.loads_on(self.queue.device)
-        self.queue.launch(launches, [block.structures, loads, output, history], advance)
-        self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def select(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, prepared on the host."""
@@ -167,12 +143,18 @@ class PreparedEnsemble(Ensemble):
             return np.zeros(self.size, np.int32)
         return np.repeat(np.arange(len(self.range), dtype=np.int32), self._each)
 
-    @property
-    def storey_heights(self) -> np.ndarray:
-        """Storey heights [m], shape [structure or 1, storey]."""
-        if "height" in self.run.sampler.scatter:
-            return self.drawn["height"]
-        return self.scene.structure.parameters["height"][None]
+    def _launches(self) -> tuple[Any, list[Launch]]:
+        """Return the struct of the structures, and the launches."""
+        block = self._block
+        assert block is not None
+        launches, first = [], 0
+        for substeps, count in block.groups:
+            own = self.model.undivided if substeps == 1 else self.plan
+            part, on_host = block.samples_from(first, count), block.on_host(first, count)
+            control = self._control(count, substeps, self.plan.dtype)
+            launches.append(Launch(own, control, part, count, substeps, *on_host))
+            first += count
+        return block.structures, launches
 
     def _on_host(self, samples: np.ndarray, *, divides: bool = True) -> tuple[Ensemble, Any]:
         """Return some of the samples and the vibration of their structures, prepared on the host.

@@ -16,7 +16,7 @@ from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, 
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
 from warpdyn.engine.kernels.plan import Plan, output_struct, structs
-from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch as Launch, slices
+from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
 from warpdyn.foundations.core import checks
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.thread_pool import as_finished
