@@ -30,7 +30,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import Reruns, StabilityFindings, blank_failed, guard
-from warpdyn.campaigns.preparation.preparation import preparation_of
+from warpdyn.campaigns.preparation.preparation import Preparation
 from warpdyn.campaigns.preparation.prepared_ensemble import PreparedEnsemble
 from warpdyn.campaigns.running.blocks import blocks_ahead
 from warpdyn.campaigns.running.cost import tell_cost
@@ -108,6 +108,7 @@ class Pipeline:
         table: Table that takes the samples.
         histories: Samples whose histories are kept, if there are any.
         estimates: Error estimates of each event; empty without `checked_share`.
+        preparation: Preparation of the blocks on their devices; None: the host prepares them.
         sample_error: Relative error that is required of every sample; None: no requirement.
         tells_cost: Whether the cost of the run is reported before the first block.
 
@@ -123,13 +124,12 @@ class Pipeline:
         histories: Histories | None,
         estimates: list[ErrorEstimate],
         *,
+        preparation: Preparation | None = None,
         sample_error: float | None = None,
         tells_cost: bool = True,
     ) -> None:
         self.sample_error, self._is_told = sample_error, not tells_cost
-        self.preparation = None
-        if not (estimates or histories or sample_error):
-            self.preparation = preparation_of(run)
+        self.preparation = preparation
         self.run, self.findings, self.table = run, findings, table
         self.histories, self.estimates = histories, estimates
         self.outcomes: list[tuple[np.ndarray, ...]] = []

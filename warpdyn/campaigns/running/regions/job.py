@@ -22,6 +22,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.stability_guard import structures_of_a_range
+from warpdyn.campaigns.preparation.preparation import Preparation, preparation_of
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.reductions.statistic import Statistic
@@ -183,6 +184,16 @@ class Prepared:
             if outputs.checked_share is not None or outputs.sample_error is not None:
                 found.append(model.in_float64(model.tolerance, self.run.execution.devices[0]).plan)
         return found if outputs.histories is None else [*found, history_plan(self.run.model.plan)]
+
+    @cached_property
+    def preparation(self) -> Preparation | None:
+        """Preparation of the blocks on their devices; None: the host prepares them.
+
+        The host prepares samples that are chosen for further runs or for histories, because it needs all of them.
+        """
+        outputs = self.job.outputs
+        chooses = (outputs.checked_share, outputs.sample_error, outputs.histories)
+        return preparation_of(self.run) if all(each is None for each in chooses) else None
 
     def estimates(self, block: int) -> list[ErrorEstimate]:
         """Return an error estimate for each event; `block` is the number of structures that are run again at a time."""

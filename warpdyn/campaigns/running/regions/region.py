@@ -74,6 +74,7 @@ class Region:
             self.table,
             outputs.histories,
             self.estimates,
+            preparation=self.prepared.preparation,
             sample_error=outputs.sample_error,
             tells_cost=structures.start == 0,
         )
