@@ -20,6 +20,7 @@ LARGEST_PHASE_ERROR = (
 # steps.
 FEWEST_STEPS_OF_NONLINEAR = 50
 SHARE_OF_STABLE_STEP_OF_SENSITIVE = 0.2
+ROUNDING = 1e-9  # relative excess of a step over its bound that is only rounding
 
 
 def longest_steps(
@@ -77,12 +78,12 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
         return longest_steps(run.model, period, decay, stable, duration, is_default=divides)
 
     bound = longest_of(row, np.maximum.reduceat(duration, begins))
-    doubtful = step > bound * (1 + 1e-9)
+    doubtful = is_too_long(step, bound)
     if not doubtful.any():
         return
     samples = np.flatnonzero(np.repeat(doubtful, np.diff(begins, append=run.row.size)))
     longest = longest_of(run.row[samples], duration[samples])
-    long = schedule.step[samples] > longest * (1 + 1e-9)
+    long = is_too_long(schedule.step[samples], longest)
     if not long.any():
         return
     samples, longest = samples[long], longest[long]
@@ -91,5 +92,15 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
         findings.longest_accurate = min(findings.longest_accurate, float(longest.min()))
         return
     before = schedule.substeps[samples]
-    substeps = np.ceil(schedule.step[samples] * before / longest * (1 - 1e-9)).astype(np.int64)
+    substeps = accurate_substeps(schedule.step[samples], before, longest).astype(np.int64)
     run.schedule = run.restepped(samples, substeps)
+
+
+def is_too_long(step: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    """Return which steps exceed the results of `longest_steps`."""
+    return step > longest * (1 + ROUNDING)
+
+
+def accurate_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    """Return the least numbers of steps in an interval with which steps do not exceed `longest`, as real numbers."""
+    return np.ceil(step * substeps / longest * (1 - ROUNDING))

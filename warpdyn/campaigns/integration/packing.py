@@ -112,11 +112,16 @@ def pack_samples(
         "residual_steps": schedule.residual_steps,
     }
     if record_from > 0:
-        last = schedule.run_intervals * schedule.substeps - 1  # at least the last step is recorded
-        arrays["first_recorded"] = np.minimum(np.ceil(record_from / schedule.step * (1 - ROUNDING)), last)
+        steps = schedule.run_intervals * schedule.substeps
+        arrays["first_recorded"] = first_recorded_step(record_from, schedule.step, steps)
     if number is not None:
         arrays["number"] = number
     return arrays, [(int(kind), part.size * repeats) for kind, part in zip(kinds, parts, strict=True)]
+
+
+def first_recorded_step(record_from: float, step: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Return the first step whose peaks are recorded, as real numbers; at least the last step is recorded."""
+    return np.minimum(np.ceil(record_from / step * (1 - ROUNDING)), steps - 1)
 
 
 def _longest_first(durations: np.ndarray) -> np.ndarray:
@@ -127,12 +132,16 @@ def _longest_first(durations: np.ndarray) -> np.ndarray:
     return np.argsort((shorter >> coarser).astype(np.uint16), kind="stable")
 
 
-def _strongest_first(assignment: Assignment) -> np.ndarray:
-    """Return the order of decreasing intensities, rounded to powers of 2^(1/256); equal intensities by motion."""
+def rank_of_intensity(assignment: Assignment) -> np.ndarray:
+    """Return numbers that increase with falling intensity, in steps of a factor of 2^(1/256), shape [sample]."""
     level = assignment.scale if assignment.im_level is None else assignment.im_level
     octaves = np.log2(np.maximum(level, np.finfo(np.float64).tiny))
-    below = np.minimum(256 * (octaves.max() - octaves), 2**16 - 1).astype(np.uint16)
-    motion = assignment.motion
+    return np.minimum(256 * (octaves.max() - octaves), 2**16 - 1).astype(np.uint16)
+
+
+def _strongest_first(assignment: Assignment) -> np.ndarray:
+    """Return the order of decreasing intensities, rounded to powers of 2^(1/256); equal intensities by motion."""
+    below, motion = rank_of_intensity(assignment), assignment.motion
     small = np.uint16 if motion.max(initial=0) < 2**16 else motion.dtype
     # NumPy sorts 16-bit numbers without comparisons, in 10 % of the time.
     by_motion = np.argsort(motion.astype(small), kind="stable")

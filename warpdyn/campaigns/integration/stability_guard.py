@@ -258,10 +258,15 @@ def guard(
     if on_unstable != "substep" or not unstable.any():
         return unstable
     longest, before = vibration.stable_step[run.row[unstable]], run.schedule.substeps[unstable]
-    substeps = np.ceil(run.schedule.step[unstable] * before / longest * (1 - 1e-12)).astype(np.int64)
+    substeps = stable_substeps(run.schedule.step[unstable], before, longest).astype(np.int64)
     findings.most = max(findings.most, float((substeps / before).max()))
     run.schedule = run.restepped(np.flatnonzero(unstable), substeps)
     return np.zeros_like(unstable)
+
+
+def stable_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    """Return the least numbers of steps in an interval with which steps are stable, as real numbers."""
+    return np.ceil(step * substeps / longest * (1 - 1e-12))
 
 
 def structures_of_a_range(samples_per_structure: int) -> int:

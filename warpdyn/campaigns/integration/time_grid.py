@@ -65,8 +65,7 @@ class Schedule:
         every, step, residual = self.substeps.copy(), self.step.copy(), self.residual_steps.copy()
         finer = substeps / self.substeps[samples]
         every[samples] = substeps
-        step[samples] = self.step[samples] / finer
-        residual[samples] = np.maximum(np.round(self.residual_steps[samples] * finer), 1)
+        step[samples], residual[samples] = divided(self.step[samples], self.residual_steps[samples], finer)
         return Schedule(self.run_intervals, every, step, residual)
 
 
@@ -217,6 +216,11 @@ def intervals_with_tail(intervals: np.ndarray, tail: np.ndarray, interval: np.nd
 def steps_of_window(window: np.ndarray, step: np.ndarray, steps: np.ndarray) -> np.ndarray:
     """Return the numbers of steps over which residual drifts are averaged, as real numbers."""
     return np.clip(np.round(window / step), 1, steps)
+
+
+def divided(step: np.ndarray, residual_steps: np.ndarray, factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return steps [s] and numbers of steps of the residual drift after the steps are divided by a factor."""
+    return step / factor, np.maximum(np.round(residual_steps * factor), 1)
 
 
 def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.plan import structs
 from warpdyn.engine.kernels.preparing import samples as of_samples
-from warpdyn.engine.kernels.preparing.samples import Design, sort_samples, strongest_first
+from warpdyn.engine.kernels.preparing.samples import Design, sort_samples
 from warpdyn.engine.kernels.preparing.structures import LEAST_STABLE_STEP, LONGEST_PERIOD
 from warpdyn.engine.kernels.queues import CudaQueue, Queue
 from warpdyn.engine.tracing.arrays import NotTraceableError
@@ -130,7 +130,7 @@ class Preparation:
         self._structures = traced_structures(run) if run.sampler.scatter else None
         self._samples = traced_samples(run)
         self._has_ties = model.plan.collapses
-        self._brought: dict[str, tuple[Any, ...]] = {}
+        self._brought: dict[str, Design] = {}  # by device
         excitation = model.scene.excitation
         self._pattern = excitation.assign(np.arange(1), model.seed) if excitation.is_same_for_all else None
 
@@ -208,9 +208,11 @@ class Preparation:
 
         is_pattern = assignment is self._pattern
         if is_pattern and device in self._brought:
-            return Design(*self._brought[device])
-        level = assignment.scale if assignment.im_level is None else assignment.im_level
-        tie = strongest_first(level, assignment.motion) if self._has_ties else np.zeros(assignment.motion.size)
+            return self._brought[device]
+        tie = np.zeros(assignment.motion.size, np.uint32)
+        if self._has_ties:  # the strongest motions first, as the host sorts them
+            rank = packing.rank_of_intensity(assignment).astype(np.uint32)
+            tie = (rank << np.uint32(16)) | np.minimum(assignment.motion, 2**16 - 1).astype(np.uint32)
         design = Design(
             self._each,
             self._structures is None,
@@ -223,7 +225,7 @@ class Preparation:
             brought(tie, wp.uint32),
         )
         if is_pattern:
-            self._brought[device] = tuple(design)
+            self._brought[device] = design
         return design
 
 

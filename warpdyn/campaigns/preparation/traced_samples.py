@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from warpdyn.campaigns.accuracy.scattered_steps import longest_steps
-from warpdyn.campaigns.integration.packing import ROUNDING
+from warpdyn.campaigns.accuracy.scattered_steps import accurate_substeps, is_too_long, longest_steps
+from warpdyn.campaigns.integration.packing import first_recorded_step
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.campaigns.integration.time_grid import intervals_with_tail, steps_of_window, tail_of
+from warpdyn.campaigns.integration.stability_guard import stable_substeps
+from warpdyn.campaigns.integration.time_grid import divided, intervals_with_tail, steps_of_window, tail_of
 from warpdyn.engine.kernels.preparing.samples import SamplePreparation, SampleValues
 from warpdyn.engine.kernels.preparing.structures import DECAY, PERIOD, STABLE_STEP
 from warpdyn.engine.tracing.arrays import Traced
-from warpdyn.engine.tracing.nodes import Node, apply, constant, given
+from warpdyn.engine.tracing.nodes import Node, apply, constant
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 
@@ -33,27 +34,25 @@ def traced_samples(run: Run) -> SamplePreparation:
     # As `shorten_steps` does: steps that are too long for the period.
     divides = run.integration.divides_steps
     longest = longest_steps(model, period, decay, stable, run_intervals * before * step, is_default=divides)
-    is_long = step > longest * (1 + 1e-9)
+    is_long = is_too_long(step, longest)
     substeps: Any = before
     if divides:
-        substeps = np.where(is_long, np.ceil(step * before / longest * (1 - 1e-9)), before)
-        residual = np.where(is_long, np.maximum(np.round(residual * (substeps / before)), 1), residual)
-        step = np.where(is_long, step / (substeps / before), step)
+        substeps = np.where(is_long, accurate_substeps(step, before, longest), before)
+        step, residual = _where(is_long, divided(step, residual, substeps / before), (step, residual))
     # As `guard` does: steps beyond the stability limit.
     is_unstable = step > stable
-    needed = np.where(is_unstable, np.ceil(step * substeps / stable * (1 - 1e-12)), substeps)
+    needed = np.where(is_unstable, stable_substeps(step, substeps, stable), substeps)
     factor = needed / substeps
-    residual = np.where(is_unstable, np.maximum(np.round(residual * factor), 1), residual)
-    step = np.where(is_unstable, step / factor, step)
+    step, residual = _where(is_unstable, divided(step, residual, factor), (step, residual))
     steps = run_intervals * needed
     values: dict[str, Any] = {"run_intervals": run_intervals, "step": step, "residual_steps": residual}
     if scene.record_from > 0:
-        values["first_recorded"] = np.minimum(np.ceil(scene.record_from / step * (1 - ROUNDING)), steps - 1)
+        values["first_recorded"] = first_recorded_step(scene.record_from, step, steps)
     return SamplePreparation(
         SampleValues(
             fields={name: _node(value) for name, value in values.items()},
             substeps=_node(needed),
-            is_long=constant(False) if divides else _node(is_long),  # a value
+            is_long=constant(False) if divides else _node(is_long),
             longest=_node(longest),
             is_unstable=_node(is_unstable),
             factor=_node(factor),
@@ -64,9 +63,12 @@ def traced_samples(run: Run) -> SamplePreparation:
 
 
 def _given(text: str) -> Any:  # used as an array
-    box = np.empty((), object)
-    box[()] = given(text)
-    return Traced(box)
+    return Traced.inputs(lambda: text)
+
+
+def _where(condition: Any, new: tuple[Any, Any], old: tuple[Any, Any]) -> tuple[Any, Any]:
+    """Return the new pair of values where a condition is true, and the old pair elsewhere."""
+    return np.where(condition, new[0], old[0]), np.where(condition, new[1], old[1])
 
 
 def _node(value: Any) -> Node:

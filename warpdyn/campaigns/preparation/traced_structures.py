@@ -13,7 +13,8 @@ from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, conditions,
 from warpdyn.engine.tracing.frequencies import asked_frequencies
 from warpdyn.engine.tracing.nodes import Node, apply, constant, given
 from warpdyn.foundations.core.random_numbers import key_of
-from warpdyn.model.scene.scatter import GivenValues, combined, storeys_with
+from warpdyn.model.scene.scatter import GivenValues, only_at, storeys_with
+from warpdyn.model.scene.sobol_points import BITS
 from warpdyn.model.structures.physics import physics_problem
 
 
@@ -32,16 +33,16 @@ def traced_structures(run: Run) -> StructurePreparation:
     listed: list[np.ndarray] = []
     drawn: dict[str, Any] = {}
     place = 0
-    with conditions() as refused, asked_frequencies() as chains:
+    with conditions() as refused:
         for name, spread in sampler.scatter.items():
             count = spread.variables(structure.dofs)
             if isinstance(spread, GivenValues):
                 values: Any = spread.placed(_given(len(listed), spread.values), nominal[name])
                 listed.append(np.asarray(spread.values, dtype=np.float64))
             else:
-                values = combined(nominal[name], spread, normals[place : place + count], np.arange(1))
+                values = spread.draw(nominal[name], normals[place : place + count], np.arange(1))
             taken = storeys_with(values_of_nominal[name])
-            drawn[name] = (values if taken is None else np.where(taken[:, None], values, np.nan)).T
+            drawn[name] = only_at(taken, values).T
             place += count
             checked = drawn[name] if taken is None else drawn[name][..., taken]
             np.any(structure.parameter_table[name].violations(checked))
@@ -55,13 +56,14 @@ def traced_structures(run: Run) -> StructurePreparation:
         packed = dynamics.pack(parameters, rayleigh)
     fields = {name: nodes_of(values)[..., 0] for name, values in packed.items()}
     vibration = [nodes_of(each).ravel()[0] for each in (period, decay, stable)]
-    values_of = StructureValues({k: _array(v) for k, v in fields.items()}, vibration, _any(refused), chains)
+    values_of = StructureValues(fields, vibration, _any(refused), chains)
     draws = Draws(
         model.scene.sampling,
         key_of(model.seed),
         sampler.digits,
         sampler.points,
         sampler.factor,
+        BITS,
     )
     return StructurePreparation(draws, flat, listed, values_of, model.plan.dtype)
 
@@ -89,17 +91,9 @@ def _given(number: int, values: np.ndarray) -> Any:
     return Traced.inputs(lambda row, storey: f"{name}[number, {storey}]", 1, values.shape[1])
 
 
-def _array(nodes: object) -> np.ndarray:
-    if isinstance(nodes, np.ndarray):
-        return nodes
-    box = np.empty((), object)
-    box[()] = nodes
-    return box
-
-
 def _any(nodes: Sequence[Node]) -> Node:
     """Return whether any of some conditions is true."""
-    found = constant(False)  # a value
+    found = constant(False)
     for node in dict.fromkeys(node for node in nodes if node.varies):  # the host has checked the others
         found = apply("logical_or", found, node)
     return found

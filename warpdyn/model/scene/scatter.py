@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
@@ -256,8 +255,11 @@ def combined(
     nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
 ) -> np.ndarray:
     """Return the result of `ParameterScatter.draw`, with NaN at storeys whose law does not have the parameter."""
-    values = spread.draw(nominal, normals, structures)
-    taken = None if is_traced(nominal) else storeys_with(nominal)
+    return only_at(storeys_with(nominal), spread.draw(nominal, normals, structures))
+
+
+def only_at(taken: np.ndarray | None, values: np.ndarray) -> np.ndarray:
+    """Return values, storey first, with NaN at storeys that are not in the result of `storeys_with`."""
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 
 

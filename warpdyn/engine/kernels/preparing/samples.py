@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-import numpy as np
 import warp as wp
 
 from warpdyn.engine.kernels.kernel_cache import launch
@@ -226,10 +225,3 @@ def sort_samples(
     launch(sorting_keys, count, [*inputs, keys, order], device)
     begin = 0 if has_ties else TIE_BITS
     wp.utils.radix_sort_pairs(keys, order, count, begin, TIE_BITS + DURATION_BITS + MOST_SUBSTEPS.bit_length())
-
-
-def strongest_first(level: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return numbers that increase with falling intensity, rounded to powers of 2^(1/256), and then with the motion."""
-    octaves = np.log2(np.maximum(level, np.finfo(np.float64).tiny))
-    below = np.minimum(256 * (octaves.max(initial=-np.inf) - octaves), 2**16 - 1).astype(np.uint32)
-    return (below << np.uint32(16)) | np.minimum(motion, 2**16 - 1).astype(np.uint32)

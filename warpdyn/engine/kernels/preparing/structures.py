@@ -97,7 +97,7 @@ class Draws(NamedTuple):
     digits: np.ndarray
     points: np.ndarray
     factor: np.ndarray
-    bits: int = 30
+    bits: int
 
 
 class StructureValues(NamedTuple):
