@@ -10,6 +10,7 @@ from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.preparation import preparation
 from warpdyn.campaigns.preparation.traced_structures import traced_structures
+from warpdyn.engine.kernels.plan import structs
 from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, conditions
 from warpdyn.engine.tracing.nodes import constant
 from warpdyn.model.scene.sobol_points import BITS, SobolPoints
@@ -47,7 +48,10 @@ def prepared(run, first, count):
     vibration = wp.full((3, count), np.nan, dtype=wp.float64, device="cpu")
     counts = wp.zeros(1, dtype=wp.int32, device="cpu")
     extremes = wp.array([0.0, np.inf], dtype=wp.float64, device="cpu")
-    found.prepare(first, count, fields, vibration, counts, extremes)
+    struct = structs("float64").Structure()
+    for name, array in fields.items():
+        setattr(struct, name, array)
+    found.prepare(first, count, struct, vibration, counts, extremes)
     return {name: array.numpy() for name, array in fields.items()}, vibration.numpy(), counts.numpy()[0], extremes
 
 

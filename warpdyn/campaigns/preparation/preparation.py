@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +19,7 @@ from warpdyn.engine.kernels.plan import structs
 from warpdyn.engine.kernels.preparing import samples as of_samples
 from warpdyn.engine.kernels.preparing.samples import Design, sort_samples
 from warpdyn.engine.kernels.preparing.structures import LEAST_STABLE_STEP, LONGEST_PERIOD
-from warpdyn.engine.kernels.queues import CudaQueue, Queue
+from warpdyn.engine.kernels.queues import Queue
 from warpdyn.engine.tracing.arrays import NotTraceableError
 from warpdyn.model.ground_motions.excitation import Assignment
 
@@ -36,16 +36,18 @@ class PreparedBlock:
         structures, samples: Arguments of the kernels of histories.
         dtype: Number type of these kernels.
         fields: Names of the arrays of `samples`.
+        count: Number of samples.
         step: Step of each sample [s], in float64.
         groups: Number of steps in an interval and number of samples of each launch.
         counts, extremes: Results of the kernels; see `engine/kernels/preparing`.
-        usual_steps: Steps of the samples [s] if none was divided, shape [sample].
+        usual_steps: Steps of the samples [s] if none was divided, of all samples or of those of each structure.
     """
 
     structures: Any
     samples: Any
     dtype: str
     fields: list[str]
+    count: int
     step: Any
     groups: list[tuple[int, int]]
     counts: np.ndarray
@@ -94,7 +96,7 @@ class PreparedBlock:
 
     def samples_from(self, first: int, count: int) -> Any:
         """Return the argument `samples` for a launch of `count` samples, in the order of the launch."""
-        if count == self.usual_steps.size:
+        if count == self.count:
             return self.samples
         return arguments.with_part(self.samples, "Samples", self.fields, self.dtype, order=slice(first, first + count))
 
@@ -108,7 +110,7 @@ class PreparedBlock:
     def steps(self) -> np.ndarray:
         """Return the step of each sample [s]."""
         are_usual = not self.counts[of_samples.OF_SUBSTEPS :].any()
-        return self.usual_steps.copy() if are_usual else self.step.numpy().copy()
+        return np.tile(self.usual_steps, self.count // self.usual_steps.size) if are_usual else self.step.numpy().copy()
 
 
 class Preparation:
@@ -139,7 +141,7 @@ class Preparation:
         model, count, samples = self.run.model, len(structures), len(structures) * self._each
         first = structures.start
         assignment = self._pattern or model.scene.excitation.assign(np.asarray(structures), model.seed)
-        with _urgent(queue):
+        with queue.urgently():
             shape = 1 if self._structures is None else count
             vibration = queue.memory("vibration", "", (3, shape), wp.float64)
             counts = queue.memory("counts", "", (of_samples.COUNTS,), wp.int32)
@@ -147,23 +149,18 @@ class Preparation:
             counts.assign(_first_counts(samples))
             extremes.assign(np.array([0.0, np.inf, 1.0, np.inf]))
             packed = self._packed(first, count, queue, vibration, counts, extremes)
-            struct = structs(self.dtype).Samples()
-            names = self._samples.fields
-            fields = {name: queue.memory("Samples", name, (samples,), _dtype(struct, name)) for name in names}
+            struct = self._struct("Samples", dict.fromkeys(self._samples.fields, ()), samples, queue)
             taken = queue.memory("taken", "", (samples,), wp.int32)
             step = queue.memory("step", "", (samples,), wp.float64)
             design = self._design(assignment, queue.device)
-            self._samples.prepare(samples, design, vibration, fields, (taken, step), counts, extremes)
+            self._samples.prepare(samples, design, vibration, struct, (taken, step), counts, extremes)
             keys = queue.memory("keys", "", (2 * samples,), wp.int64)
             order = queue.memory("order", "", (2 * samples,), wp.int32)
-            sort_samples(samples, design, fields["run_intervals"], taken, counts, keys, order, has_ties=self._has_ties)
-            fields["order"] = order[:samples]
-            for name, array in fields.items():
-                setattr(struct, name, array)
+            sort_samples(samples, design, struct.run_intervals, taken, counts, keys, order, has_ties=self._has_ties)
+            struct.order = order[:samples]
             found = counts.numpy(), extremes.numpy()  # waits for the kernels
         usual = model.timeline.substeps[assignment.motion]
         copies = samples // usual.size
-        steps = np.tile(model.timeline.steps[assignment.motion], copies)
         numbers = np.bincount(usual, minlength=of_samples.MOST_SUBSTEPS) * copies
         numbers[: of_samples.MOST_SUBSTEPS] += found[0][of_samples.OF_SUBSTEPS :]
         groups = [(int(each), int(numbers[each])) for each in np.flatnonzero(numbers)]
@@ -171,12 +168,13 @@ class Preparation:
             structures=packed,
             samples=struct,
             dtype=self.dtype,
-            fields=list(fields),
+            fields=[*self._samples.fields, "order"],
+            count=samples,
             step=step,
             groups=groups,
             counts=found[0],
             extremes=found[1],
-            usual_steps=steps,
+            usual_steps=model.timeline.steps[assignment.motion],
         )
 
     def _packed(self, first: int, count: int, queue: Queue, vibration: Any, counts: Any, extremes: Any) -> Any:
@@ -189,15 +187,17 @@ class Preparation:
             parameters = self.run.model.dynamics.parameters_of(drawn)
             packed = packing.pack_structures(self.run.model, parameters, None, of_one.rayleigh)
             return queue.upload("Structure", arguments.as_fields("Structure", packed, self.dtype), self.dtype)
-        struct = structs(self.dtype).Structure()
-        fields = {
-            name: queue.memory("Structure", name, (*rows, count), _dtype(struct, name))
-            for name, rows in self._structures.rows.items()
-        }
-        self._structures.prepare(first, count, fields, vibration, counts, extremes)
-        for name, array in fields.items():
-            setattr(struct, name, array)
+        struct = self._struct("Structure", self._structures.rows, count, queue)
+        self._structures.prepare(first, count, struct, vibration, counts, extremes)
         return struct
+
+    def _struct(self, kind: str, rows: Mapping[str, tuple[int, ...]], count: int, queue: Queue) -> Any:
+        """Return a struct of `structs` with memory for fields; `rows` has their shapes without the last dimension."""
+        struct = getattr(structs(self.dtype), kind)
+        instance = struct()
+        for name, shape in rows.items():
+            setattr(instance, name, queue.memory(kind, name, (*shape, count), struct.vars[name].type.dtype))
+        return instance
 
     def _design(self, assignment: Assignment, device: str) -> Design:
         """Return the motions and scales of samples in the memory of a device."""
@@ -258,12 +258,3 @@ def _first_counts(samples: int) -> np.ndarray:
     counts = np.zeros(of_samples.COUNTS, np.int32)
     counts[of_samples.FIRST_UNSTABLE] = samples
     return counts
-
-
-def _dtype(struct: Any, name: str) -> Any:
-    return struct._cls.vars[name].type.dtype
-
-
-def _urgent(queue: Queue) -> AbstractContextManager[object]:
-    """Return a context whose kernels run on the urgent stream of a GPU; the queue then waits for them."""
-    return queue.urgently() if isinstance(queue, CudaQueue) else nullcontext()

@@ -4,7 +4,7 @@ import threading
 import time
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from itertools import cycle
 from typing import Any
@@ -96,6 +96,10 @@ class CpuQueue:
     def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
         """Return memory for an array."""
         return wp.empty(shape, dtype=dtype, device=self.device)
+
+    def urgently(self) -> AbstractContextManager[object]:
+        """Return a context that does nothing: launches run at once."""
+        return nullcontext()
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays, converted to the types of its fields."""

@@ -14,18 +14,14 @@ SIMPLE = (0.0, 1.0, -1.0, 2.0, 0.5)  # constants that are part of the text
 class Program:
     """Statements that compute values in a kernel.
 
-    Args:
-        indentation: Spaces before each statement.
-
     Attributes:
         constants: Values of the kernel's argument `constants`, so that scenes with other numbers have the same text.
     """
 
-    def __init__(self, indentation: int = 4) -> None:
+    def __init__(self) -> None:
         self.lines: list[str] = []
         self.constants: list[float] = []
         self._names: dict[Node, str] = {}
-        self._before = " " * indentation
 
     def name_of(self, node: Node) -> str:
         """Return the text of a value, after the statements that compute it."""
@@ -49,7 +45,7 @@ class Program:
 
     def add(self, statement: str) -> None:
         """Add a statement."""
-        self.lines.append(f"{self._before}{statement}")
+        self.lines.append(f"    {statement}")
 
     @property
     def text(self) -> str:

@@ -7,7 +7,7 @@ import warp as wp
 
 from warpdyn.engine.kernels.kernel_cache import launch
 from warpdyn.engine.kernels.plan import DTYPES, structs
-from warpdyn.engine.kernels.preparing.text import PreparingKernel
+from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel
 from warpdyn.engine.tracing.nodes import Node
 from warpdyn.engine.tracing.program import Program
 
@@ -31,7 +31,6 @@ HEAD = """\
     substeps = wp.float64(substeps_of[m])
     intervals = wp.float64(intervals_of[m])
 """
-INTEGERS, REALS = "wp.array(dtype=wp.int32)", "wp.array(dtype=wp.float64)"
 ARGUMENTS = {
     "count": "int",
     "per_structure": "int",
@@ -42,7 +41,7 @@ ARGUMENTS = {
     "interval_of": REALS,
     "substeps_of": INTEGERS,
     "intervals_of": INTEGERS,
-    "vibration": "wp.array2d(dtype=wp.float64)",
+    "vibration": TABLE,
 }
 OUTPUTS = {"samples": "Samples", "taken": INTEGERS, "step": REALS, "counts": INTEGERS, "extremes": REALS}
 
@@ -78,7 +77,7 @@ class SamplePreparation:
     """
 
     def __init__(self, values: SampleValues, dtype: str) -> None:
-        self.dtype, self.fields = dtype, [*values.fields, "structure", "motion", "scale"]
+        self.fields = [*values.fields, "structure", "motion", "scale"]
         program, struct = Program(), structs(dtype).Samples
         for name, node in values.fields.items():
             kind = "int" if struct.vars[name].type.dtype is wp.int32 else "dtype"
@@ -119,7 +118,7 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
         count: int,
         design: "Design",
         vibration: Any,
-        fields: Mapping[str, Any],
+        samples: Any,
         steps: tuple[Any, Any],
         counts: Any,
         extremes: Any,
@@ -130,16 +129,13 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
             count: Number of samples.
             design: Motion, scale and time grid of the samples.
             vibration: Array of the vibration of the structures, shape [3, structure].
-            fields: Arrays for the fields, by name.
+            samples: Struct of the samples.
             steps: Arrays for the substeps, and for the steps in float64.
             counts, extremes: Arrays for counts and extremes.
         """
         device = str(vibration.device)
-        struct = structs(self.dtype).Samples()
-        for name, array in fields.items():
-            setattr(struct, name, array)
         inputs = [count, *design.arguments, vibration, *self._kernel.arguments(device)]
-        outputs = [struct, *steps, counts, extremes]
+        outputs = [samples, *steps, counts, extremes]
         launch(self._kernel.kernel, count, [*inputs, *outputs], device)
 
 

@@ -17,7 +17,7 @@ from warpdyn.engine.kernels.auxiliary.frequencies import frequencies_kernel, mos
 from warpdyn.engine.kernels.build import GPU_UNROLL
 from warpdyn.engine.kernels.kernel_cache import launch
 from warpdyn.engine.kernels.plan import DTYPES, structs
-from warpdyn.engine.kernels.preparing.text import PreparingKernel
+from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel
 from warpdyn.engine.tracing.frequencies import PREFIX, Chains
 from warpdyn.engine.tracing.nodes import Node, apply, constant
 from warpdyn.engine.tracing.program import Program
@@ -73,11 +73,10 @@ ARGUMENTS = {
     "count": "int",
     "key": "wp.uint64",
     "digits": "wp.array2d(dtype=wp.uint32)",
-    "points": "wp.array2d(dtype=wp.float64)",
-    "factor": "wp.array2d(dtype=wp.float64)",
-    "nominal": "wp.array(dtype=wp.float64)",
+    "points": TABLE,
+    "factor": TABLE,
+    "nominal": REALS,
 }
-ROW, TABLE = "wp.array(dtype=wp.float64)", "wp.array2d(dtype=wp.float64)"
 
 
 class Draws(NamedTuple):
@@ -136,15 +135,13 @@ class StructurePreparation:
         self._kernels = self._kernel_of_chains(), self._kernel_of_structures()
         self._inputs: dict[str, list[Any]] = {}  # by device
 
-    def prepare(
-        self, first: int, count: int, fields: Mapping[str, Any], vibration: Any, counts: Any, extremes: Any
-    ) -> None:
+    def prepare(self, first: int, count: int, structures: Any, vibration: Any, counts: Any, extremes: Any) -> None:
         """Queue the kernels on the present stream of the device of the arrays.
 
         Args:
             first: Index of the first structure.
             count: Number of structures.
-            fields: Arrays for the fields, structure last.
+            structures: Struct of the structures.
             vibration: Array for the vibration, shape [3, structure].
             counts: Array whose element 0 counts structures that are refused.
             extremes: Array for the longest period and the least stable step.
@@ -159,16 +156,12 @@ class StructurePreparation:
             shape = chain.mass.size, count
             chains += [wp.empty(shape, dtype=wp.float64, device=device) for _ in range(2)]
             frequencies.append(wp.empty(shape, dtype=wp.float64, device=device))
-        if chains:
-            launch(of_chains.kernel, count, [*inputs, *of_chains.arguments(device), *chains], device)
+        launch(of_chains.kernel, count, [*inputs, *of_chains.arguments(device), *chains], device)
         for place, chain in enumerate(self.values.chains):
             kernel = frequencies_kernel(most_storeys(chain.mass.size), 1)
             arguments = [chain.mass.size, chains[2 * place], chains[2 * place + 1], frequencies[place]]
             launch(kernel, count, arguments, device)
-        struct = structs(self.dtype).Structure()
-        for name, array in fields.items():
-            setattr(struct, name, array)
-        outputs = [*frequencies, struct, vibration, counts, extremes]
+        outputs = [*frequencies, structures, vibration, counts, extremes]
         launch(of_structures.kernel, count, [*inputs, *of_structures.arguments(device), *outputs], device)
 
     def _brought(self, device: str) -> list[Any]:
@@ -217,15 +210,15 @@ class StructurePreparation:
         arguments |= {
             "structures": "Structure",
             "vibration": TABLE,
-            "counts": "wp.array(dtype=wp.int32)",
-            "extremes": ROW,
+            "counts": INTEGERS,
+            "extremes": REALS,
         }
         return self._kernel("prepare_structures", program, arguments)
 
     def _kernel(self, name: str, program: Program, own: dict[str, str]) -> PreparingKernel:
         """Return a kernel that draws the random variables and runs a program."""
         variables = len(self.draws.factor)
-        arguments = ARGUMENTS | {f"given_{i}": ROW if v.ndim == 1 else TABLE for i, v in enumerate(self.given)}
+        arguments = ARGUMENTS | {f"given_{i}": REALS if v.ndim == 1 else TABLE for i, v in enumerate(self.given)}
         known = {"variables": variables, "pairs": (variables + 1) // 2, "purpose": int(Purpose.STRUCTURE)}
         known |= {"spacing": 2.0**-self.draws.bits, "least": 2.0**-54, "most": 1 - 2.0**-53}
         body = (POINTS[self.draws.sampling] + NORMALS).format(**known) if variables else ""

@@ -14,7 +14,8 @@ from warpdyn.engine.kernels.preparing.lookup import args_of, value_in_table
 from warpdyn.engine.tracing.program import Program
 from warpdyn.engine.tracing.tables import PREFIX
 
-ROW = "wp.array(dtype=wp.float64)"
+# Types of arguments.
+REALS, TABLE, INTEGERS = "wp.array(dtype=wp.float64)", "wp.array2d(dtype=wp.float64)", "wp.array(dtype=wp.int32)"
 PARTS = ("grid", "values", "even", "last")
 
 
@@ -49,7 +50,12 @@ class PreparingKernel:
             arrays = ", ".join(f"{known}_{part}" for part in PARTS)
             text = re.sub(rf"\b{table}\(", f"value_in_table({arrays}, ", text)
         before, after = arguments
-        types = {**before, "constants": ROW, **{f"{k}_{part}": ROW for k in own.values() for part in PARTS}, **after}
+        types = {
+            **before,
+            "constants": REALS,
+            **{f"{k}_{part}": REALS for k in own.values() for part in PARTS},
+            **after,
+        }
         listed = ", ".join(f"{key}: {kind}" for key, kind in types.items())
         known_names = tuple(sorted({**names, "value_in_table": value_in_table}.items()))
         self.kernel = _kernel(f"def {name}({listed}):\n{text}", known_names, max_unroll)
