@@ -10,11 +10,10 @@ import shutil
 import tempfile
 import threading
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import warp as wp
 
@@ -82,11 +81,6 @@ def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.
         message = f"compiling kernel {description or f'{kernel.key} for {device}'} ..."
         in_background(load, SECONDS_UNTIL_MESSAGE, lambda: say(message))
     return kernel
-
-
-def launch(kernel: wp.Kernel, threads: int, inputs: Sequence[Any], device: str) -> None:
-    """Compile and load a kernel if necessary, and launch it on the present stream of a device."""
-    wp.launch(loaded(kernel, device), dim=threads, inputs=inputs, device=device, block_dim=block_size(device))
 
 
 def load_module(module: wp.Module, device: str, block_size: int) -> None:

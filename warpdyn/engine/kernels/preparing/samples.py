@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpdyn.engine.kernels.kernel_cache import launch
 from warpdyn.engine.kernels.plan import DTYPES, structs
-from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel
+from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel, launch
 from warpdyn.engine.tracing.nodes import Node
 from warpdyn.engine.tracing.program import Program
 

@@ -15,9 +15,8 @@ import warp as wp
 from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
 from warpdyn.engine.kernels.auxiliary.frequencies import frequencies_kernel, most_storeys
 from warpdyn.engine.kernels.build import GPU_UNROLL
-from warpdyn.engine.kernels.kernel_cache import launch
 from warpdyn.engine.kernels.plan import DTYPES, structs
-from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel
+from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel, launch
 from warpdyn.engine.tracing.frequencies import PREFIX, Chains
 from warpdyn.engine.tracing.nodes import Node, apply, constant
 from warpdyn.engine.tracing.program import Program

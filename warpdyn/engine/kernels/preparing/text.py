@@ -2,7 +2,7 @@
 
 import functools
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +10,7 @@ import warp as wp
 
 from warpdyn.engine.device.processor import module_options
 from warpdyn.engine.kernels.composition import Composed, kernel_of
+from warpdyn.engine.kernels.kernel_cache import block_size, loaded
 from warpdyn.engine.kernels.preparing.lookup import args_of, value_in_table
 from warpdyn.engine.tracing.program import Program
 from warpdyn.engine.tracing.tables import PREFIX
@@ -68,6 +69,11 @@ class PreparingKernel:
             constants = wp.array(self._constants, dtype=wp.float64, device=device)
             self._brought[device] = [constants, *args_of(self._tables, device)]
         return self._brought[device]
+
+
+def launch(kernel: wp.Kernel, threads: int, inputs: Sequence[Any], device: str) -> None:
+    """Compile and load a kernel if necessary, and launch it on the present stream of a device."""
+    wp.launch(loaded(kernel, device), dim=threads, inputs=inputs, device=device, block_dim=block_size(device))
 
 
 @functools.lru_cache(maxsize=256)
