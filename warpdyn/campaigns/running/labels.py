@@ -12,6 +12,7 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
+from warpdyn.campaigns.integration.inputs import Inputs
 from warpdyn.campaigns.integration.model import Model, levels_of
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.running.selections import OF_EVENTS
@@ -33,6 +34,16 @@ from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, mot
 from warpdyn.model.scene.scene import Scene
 
 BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its method is the default
+
+
+# Inputs that do not depend on drawn parameters, by their names in the dataset.
+OF_ASSIGNMENT: dict[str, Callable[[Ensemble | Inputs], Any]] = {
+    "sample": lambda known: known.sample,
+    "structure": lambda known: known.assignment.structure,
+    "motion_index": lambda known: known.assignment.motion,
+    "scale_factor_of_motion": lambda known: known.assignment.scale,
+    "im_level": lambda known: known.assignment.im_level,
+}
 
 
 @dataclass(frozen=True)
@@ -157,30 +168,28 @@ def lengths(model: Model, column: Column) -> tuple[int, ...]:
     return tuple(events if dim == "event" else model.plan.dofs for dim in column.dims)
 
 
-def fill_inputs(run: Ensemble, rows: Arrays, map_function: MapFunction = map) -> None:
-    """Write the values that are known before a block is integrated into rows, by name.
+def fill_inputs(known: Ensemble | Inputs, rows: Arrays, map_function: MapFunction = map) -> None:
+    """Write the values that are known before samples are integrated into rows, by name.
 
     Args:
-        run: The block.
+        known: The samples.
         rows: The rows.
         map_function: A map over the variables, which may be parallel.
     """
-    of_sample: dict[str, Callable[[], Any]] = {
-        "sample": lambda: run.sample,
-        "structure": lambda: run.assignment.structure,
-        "motion_index": lambda: run.assignment.motion,
-        "scale_factor_of_motion": lambda: run.assignment.scale,
-        "im_level": lambda: run.assignment.im_level,
-    }
-    of_structure = {run.scene.structure.input_name(name): name for name in run.scene.scatter}
 
     def fill(name: str) -> None:
-        if name in of_sample:
-            np.copyto(rows[name], of_sample[name]())
+        if name in OF_ASSIGNMENT:
+            np.copyto(rows[name], OF_ASSIGNMENT[name](known))
         else:
-            _spread(run.drawn[of_structure[name]].astype(rows[name].dtype), rows[name])
+            _spread(known.drawn[of_structure[name]].astype(rows[name].dtype), rows[name])
 
-    list(map_function(fill, rows.keys() & (of_sample | of_structure).keys()))
+    of_structure = scattered_inputs(known.scene)
+    list(map_function(fill, rows.keys() & (OF_ASSIGNMENT | of_structure).keys()))
+
+
+def scattered_inputs(scene: Scene) -> dict[str, str]:
+    """Return the scattered parameters of a scene by the names of their variables in the dataset."""
+    return {scene.structure.input_name(name): name for name in scene.scatter}
 
 
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
@@ -229,17 +238,17 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Datas
     return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
 
 
-def filled(template: xr.Dataset, rows: Arrays) -> xr.Dataset:
+def filled(template: xr.Dataset, rows: Mapping[str, Any]) -> xr.Dataset:
     """Return the dataset of samples.
 
     Args:
         template: The dataset without samples.
-        rows: Values of the samples by name, sample first.
+        rows: Values of the samples by name, sample first, as arrays or variables.
     """
-    variables = {
-        name: xr.Variable(variable.dims, rows[str(name)], variable.attrs) if name in rows else variable
-        for name, variable in template.variables.items()
-    }
+    variables: dict[Any, xr.Variable] = dict(template.variables)
+    for name, values in rows.items():
+        labels = variables[name]
+        variables[name] = values if isinstance(values, xr.Variable) else xr.Variable(labels.dims, values, labels.attrs)
     coordinates = {name: variables.pop(name) for name in template.coords}
     return xr.Dataset(variables, coordinates, template.attrs)
 

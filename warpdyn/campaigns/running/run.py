@@ -188,7 +188,7 @@ class Run:
                 self.workers.host.reductions[asked.key] = reduction
             return Statistics(reduction, asked, checkpoint, is_partial=not is_here or checkpoint is not None)
         if checkpoint is None:
-            return Memory(is_here=is_here)
+            return Memory(self.workers.host if isinstance(self.workers, Here) else None)
         return Store(checkpoint) if self._is_store else Files(checkpoint)
 
     def _report_finished(self, parts: list[Part], path: Path) -> None:

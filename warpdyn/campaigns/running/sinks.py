@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -15,9 +15,10 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.blocks import check_room
+from warpdyn.campaigns.running.deferred import deferred_variables
 from warpdyn.campaigns.running.labels import filled
 from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
-from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, Order
+from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Layout, Order
 from warpdyn.campaigns.running.regions.report import Report, RowsOfRegions, rows_in
 from warpdyn.foundations.files.netcdf import GrowingFile, write_at_once
 from warpdyn.foundations.files.removal import remove_tree
@@ -119,20 +120,20 @@ class Memory:
     """Samples that are returned in memory.
 
     Args:
-        is_here: Whether this process runs the regions, which then write to the memory of the run.
+        host: This process if it runs the regions, which then write to the memory of the run; otherwise None.
     """
 
-    def __init__(self, *, is_here: bool) -> None:
-        self._is_here, self._rows = is_here, dict[int, Arrays]()
+    def __init__(self, host: Host | None) -> None:
+        self._host, self._rows = host, dict[int, Arrays]()
 
     def begin(self, parts: list[Part]) -> None:
         """Check that the samples fit in memory."""
-        path = "run.nc" if self._is_here else "run.zarr"
+        path = "run.nc" if self._host is not None else "run.zarr"
         check_room(sum(part.samples for part in parts), sum(p.samples * p.layout.bytes_per_sample for p in parts), path)
 
     def ordered(self, part: Part, order: Order) -> Order:
         """Return an order with memory for its samples."""
-        if not self._is_here:
+        if self._host is None:
             return order
         span = slice(part.first_sample(order.structures.start), part.first_sample(order.structures.stop))
         return replace(order, rows={name: values[span] for name, values in self._rows_of(part).items()})
@@ -149,15 +150,25 @@ class Memory:
         """Return the dataset."""
         if whole.portfolio is not None:
             return whole.joined([self._rows.pop(part.number) for part in whole.parts]).in_memory()
-        dataset, rest = filled(whole.parts[0].layout.template, self._rows[0]), whole.rest
+        [part], rest = whole.parts, whole.rest
+        rows: dict[str, Any] = self._rows[0]
+        if deferred := self._deferred(part):
+            assert self._host is not None
+            template = {name: part.along[name] for name in deferred}
+            rows = rows | deferred_variables(self._host.prepared(part.job).run, template)
+        dataset = filled(part.layout.template, rows)
         return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(rest.attrs)
 
     def _rows_of(self, part: Part) -> Arrays:
         """Return memory for all samples of a group, which is taken when its first region begins."""
         if part.number not in self._rows:
-            along = part.along.items()
-            self._rows[part.number] = {name: np.empty((part.samples, *v.shape[1:]), v.dtype) for name, v in along}
+            along = {name: v for name, v in part.along.items() if name not in self._deferred(part)}
+            self._rows[part.number] = {n: np.empty((part.samples, *v.shape[1:]), v.dtype) for n, v in along.items()}
         return self._rows[part.number]
+
+    def _deferred(self, part: Part) -> Set[str]:
+        """Return the variables that are computed when they are read; none in the dataset of a portfolio."""
+        return set() if self._host is None or part.buildings is not None else part.layout.deferred
 
 
 class Files:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 import warnings
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Set
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -34,6 +34,7 @@ from warpdyn.campaigns.running.blocks import (
     bytes_per_row,
     divide,
 )
+from warpdyn.campaigns.running.deferred import deferred_names
 from warpdyn.campaigns.running.histories import KeptHistories
 from warpdyn.campaigns.running.labels import attributes_of_run, labelled
 from warpdyn.campaigns.running.outputs import Outputs
@@ -148,6 +149,7 @@ class Layout:
         bytes_per_sample: Bytes of a sample in the dataset.
         structures_per_region: Structures of every region but the last.
         messages: Warnings about the settings.
+        deferred: Variables that a dataset in memory computes when they are read.
     """
 
     template: xr.Dataset
@@ -158,6 +160,7 @@ class Layout:
     bytes_per_sample: int
     structures_per_region: int
     messages: list[str]
+    deferred: Set[str]
 
 
 class Prepared:
@@ -337,6 +340,7 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
         bytes_per_sample=bytes_per_row(run, columns),
         structures_per_region=size,
         messages=prepared.messages,
+        deferred=set() if prepared.preparation is None else columns.keys() & deferred_names(job.scene),
     )
 
 

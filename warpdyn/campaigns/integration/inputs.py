@@ -1,0 +1,50 @@
+"""Inputs of the samples of some structures, which are functions of the seed and of the structures' numbers."""
+
+from __future__ import annotations
+
+import copy
+from functools import cached_property
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.run import Run
+from warpdyn.model.ground_motions.excitation import Assignment
+
+
+class Inputs:
+    """Inputs of all samples of some structures; each is computed when it is first needed.
+
+    Args:
+        run: The run.
+        structures: Indices of the structures, increasing, shape [structure].
+    """
+
+    def __init__(self, run: Run, structures: np.ndarray) -> None:
+        self.scene, self.structures = run.model.scene, structures
+        self._sampler, self._seed, self._threads = run.sampler, run.model.seed, run.execution.cores
+        self.samples_per_structure = run.samples // run.structures
+
+    def select(self, structures: np.ndarray) -> Inputs:
+        """Return the inputs of other structures of the run, given by their indices, increasing."""
+        part = copy.copy(self)
+        part.__dict__.pop("assignment", None)
+        part.__dict__.pop("drawn", None)
+        part.structures = structures
+        return part
+
+    @property
+    def sample(self) -> np.ndarray:
+        """Index of each sample in the run, shape [sample]."""
+        each = self.samples_per_structure
+        return np.add.outer(self.structures * each, np.arange(each)).astype(np.int32).ravel()
+
+    @cached_property
+    def assignment(self) -> Assignment:
+        """Which structure and motion each sample has."""
+        return self.scene.excitation.assign(self.structures, self._seed)
+
+    @cached_property
+    def drawn(self) -> Arrays:
+        """The scattered parameters of the structures, structure first."""
+        return self._sampler.draw(self.structures, self._threads)
