@@ -8,7 +8,7 @@ import xarray as xr
 
 import warpdyn as wd
 from warpdyn.campaigns.preparation import preparation
-from warpdyn.campaigns.running import deferred
+from warpdyn.campaigns.running.regions import deferred
 
 STRUCTURES = 12
 INPUTS = ("stiffness", "height", "structure", "motion_index", "scale_factor_of_motion", "im_level")

@@ -119,7 +119,7 @@ class PreparedEnsemble(Ensemble):
     @cached_property
     def structures(self) -> np.ndarray:  # type: ignore[override] # an attribute of the base class
         """Indices of the structures in the run, shape [structure]."""
-        return np.asarray(self.range)
+        return np.arange(self.range.start, self.range.stop)
 
     @cached_property
     def sample(self) -> np.ndarray:  # type: ignore[override]

@@ -15,9 +15,9 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.blocks import check_room
-from warpdyn.campaigns.running.deferred import deferred_variables
 from warpdyn.campaigns.running.labels import filled
 from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
+from warpdyn.campaigns.running.regions.deferred import deferred_variables
 from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Layout, Order
 from warpdyn.campaigns.running.regions.report import Report, RowsOfRegions, rows_in
 from warpdyn.foundations.files.netcdf import GrowingFile, write_at_once

@@ -34,11 +34,11 @@ from warpdyn.campaigns.running.blocks import (
     bytes_per_row,
     divide,
 )
-from warpdyn.campaigns.running.deferred import deferred_names
 from warpdyn.campaigns.running.histories import KeptHistories
 from warpdyn.campaigns.running.labels import attributes_of_run, labelled
 from warpdyn.campaigns.running.outputs import Outputs
 from warpdyn.campaigns.running.regions.checkpoint import DECIDING, versions
+from warpdyn.campaigns.running.regions.deferred import deferred_names
 from warpdyn.campaigns.running.tables import blank_rows, columns_kept
 from warpdyn.engine.device.processor import has_wide_registers
 from warpdyn.engine.kernels.build import history_plan
