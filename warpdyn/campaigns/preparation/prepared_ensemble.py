@@ -12,6 +12,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard, structures_of_a_range
+from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.preparation.preparation import Preparation, PreparedBlock
 from warpdyn.engine.kernels.queues import Queue
 from warpdyn.engine.kernels.slicing import Launch
@@ -36,6 +37,7 @@ class PreparedEnsemble(Ensemble):
         self.scene, self.timeline, self.plan = self.model.scene, self.model.timeline, self.model.plan
         self.tolerance = self.model.tolerance
         self._each = run.samples // run.structures
+        self._inputs = Inputs(run, np.arange(structures.start, structures.stop))
         self._factors: dict[int, int] = {}  # by which the steps of samples were divided since the preparation
         self._block: PreparedBlock | None = None
 
@@ -116,25 +118,25 @@ class PreparedEnsemble(Ensemble):
             steps[sample] /= factor
         return steps
 
-    @cached_property
+    @property
     def structures(self) -> np.ndarray:  # type: ignore[override] # an attribute of the base class
         """Indices of the structures in the run, shape [structure]."""
-        return np.arange(self.range.start, self.range.stop)
+        return self._inputs.structures
 
     @cached_property
     def sample(self) -> np.ndarray:  # type: ignore[override]
         """Index of each sample in the run, shape [sample]."""
-        return np.arange(self.range.start * self._each, self.range.stop * self._each, dtype=np.int32)
+        return self._inputs.sample
 
-    @cached_property
+    @property
     def assignment(self) -> Assignment:  # type: ignore[override]
         """Which structure and motion each sample has."""
-        return self.scene.excitation.assign(self.structures, self.model.seed)
+        return self._inputs.assignment
 
-    @cached_property
+    @property
     def drawn(self) -> Arrays:  # type: ignore[override]
         """The scattered parameters of the structures, structure first."""
-        return self.run.sampler.draw(self.structures, self.model.threads)
+        return self._inputs.drawn
 
     @cached_property
     def row(self) -> np.ndarray:  # type: ignore[override]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.reliability import ATTRIBUTES as RELIABILITY, UNRELIABLE
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble, MapFunction
-from warpdyn.campaigns.integration.inputs import Inputs
 from warpdyn.campaigns.integration.model import Model, levels_of
 from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.running.selections import OF_EVENTS
 from warpdyn.engine.kernels.output_table import HISTORY
 from warpdyn.engine.kernels.queues import device_names
@@ -38,11 +39,11 @@ BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its meth
 
 # Inputs that do not depend on drawn parameters, by their names in the dataset.
 OF_ASSIGNMENT: dict[str, Callable[[Ensemble | Inputs], Any]] = {
-    "sample": lambda known: known.sample,
-    "structure": lambda known: known.assignment.structure,
-    "motion_index": lambda known: known.assignment.motion,
-    "scale_factor_of_motion": lambda known: known.assignment.scale,
-    "im_level": lambda known: known.assignment.im_level,
+    "sample": attrgetter("sample"),
+    "structure": attrgetter("assignment.structure"),
+    "motion_index": attrgetter("assignment.motion"),
+    "scale_factor_of_motion": attrgetter("assignment.scale"),
+    "im_level": attrgetter("assignment.im_level"),
 }
 
 

@@ -11,8 +11,8 @@ from xarray.backends import BackendArray, BackendEntrypoint
 from xarray.core import indexing
 
 from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.integration.inputs import Inputs
 from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.running.labels import OF_ASSIGNMENT, fill_inputs, scattered_inputs
 from warpdyn.model.scene.scene import Scene
 
