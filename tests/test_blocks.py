@@ -260,7 +260,7 @@ def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
     assert len(sizes(200_000)) == 10  # in blocks of at most 2^17, as many on each device
     few = sizes(200_000, memory=10**8)
     assert len(few) > 10
-    assert max(few) - min(few) <= 6
+    assert max(few) - min(few) <= 2**12  # a range of structures, whose reruns share a limit
 
 
 def test_a_dataset_too_large_for_memory_is_refused_at_once(monkeypatch, tmp_path):

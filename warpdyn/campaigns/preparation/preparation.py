@@ -38,6 +38,7 @@ class PreparedBlock:
         fields: Names of the arrays of `samples`.
         count: Number of samples.
         step: Step of each sample [s], in float64.
+        substeps: Steps in an interval of each sample.
         groups: Number of steps in an interval and number of samples of each launch.
         counts, extremes: Results of the kernels; see `engine/kernels/preparing`.
         usual_steps: Steps of the samples [s] if none was divided, of all samples or of those of each structure.
@@ -49,6 +50,7 @@ class PreparedBlock:
     fields: list[str]
     count: int
     step: Any
+    substeps: Any
     groups: list[tuple[int, int]]
     counts: np.ndarray
     extremes: np.ndarray
@@ -112,6 +114,11 @@ class PreparedBlock:
         are_usual = not self.counts[of_samples.OF_SUBSTEPS :].any()
         return np.tile(self.usual_steps, self.count // self.usual_steps.size) if are_usual else self.step.numpy().copy()
 
+    def numbers_of_steps(self) -> np.ndarray:
+        """Return the number of integration steps of each sample, as real numbers."""
+        numbers: np.ndarray = self.samples.run_intervals.numpy() * self.substeps.numpy().astype(np.float64)
+        return numbers
+
 
 class Preparation:
     """Prepares blocks of a run on their devices.
@@ -171,6 +178,7 @@ class Preparation:
             fields=[*self._samples.fields, "order"],
             count=samples,
             step=step,
+            substeps=taken,
             groups=groups,
             counts=found[0],
             extremes=found[1],

@@ -81,17 +81,14 @@ class PreparedEnsemble(Ensemble):
 
     def halve_steps(self, samples: np.ndarray) -> None:
         """Divide the steps of some samples by two."""
+        self._numbers_of_steps[samples] *= 2
         for sample in samples.tolist():
             self._factors[sample] = 2 * self._factors.get(sample, 1)
 
     def steps_of(self, samples: np.ndarray | slice) -> np.ndarray:
         """Return the number of integration steps of some samples, as real numbers."""
-        if isinstance(samples, slice):
-            samples = np.arange(self.size)[samples]
-        if not samples.size:
-            return np.zeros(0)
-        part, _ = self._on_host(samples)
-        return part.steps_of(np.arange(part.size))
+        steps: np.ndarray = self._numbers_of_steps[samples]
+        return steps
 
     @property
     def example(self) -> Ensemble:
@@ -122,6 +119,12 @@ class PreparedEnsemble(Ensemble):
     def structures(self) -> np.ndarray:  # type: ignore[override] # an attribute of the base class
         """Indices of the structures in the run, shape [structure]."""
         return self._inputs.structures
+
+    @cached_property
+    def _numbers_of_steps(self) -> np.ndarray:
+        """Number of integration steps of each sample, as real numbers."""
+        assert self._block is not None
+        return self._block.numbers_of_steps()
 
     @cached_property
     def sample(self) -> np.ndarray:  # type: ignore[override]

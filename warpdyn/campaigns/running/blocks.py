@@ -8,6 +8,7 @@ import numpy as np
 
 from warpdyn.campaigns.integration import packing
 from warpdyn.campaigns.integration.run import Run
+from warpdyn.campaigns.integration.stability_guard import structures_of_a_range
 from warpdyn.campaigns.running.labels import Column, lengths
 from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU, free_memory
 from warpdyn.foundations.core.checks import check_memory
@@ -22,6 +23,7 @@ LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work: steps of storeys
 # If no sample leaves the GPU, the only loss is Python's time per block: few blocks are better. But during the
 # preparation of the first block and the collection of the last one the GPU is idle, so blocks must not be too large.
 BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 16, 2**19
+LEAST_RANGES = 8  # of a block, so that blocks of whole ranges have about equal sizes
 BLOCKS_AHEAD = 4  # blocks that are prepared at the same time for each GPU
 # Steps of a block, times storeys. A thread takes a few seconds to 30 s for them, depending on the law.
 WORK_OF_A_BLOCK = 1e9
@@ -84,9 +86,15 @@ def divide(
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
     count = max(count, -(-structures // room))
     count = min(-(-count // len(devices)) * len(devices), structures)
-    size, larger = divmod(structures, count)  # the first ones are larger by one
-    edges = [region.start + place * size + min(place, larger) for place in range(count + 1)]
-    return [range(a, b) for a, b in pairwise(edges)]
+    # A block of whole ranges of structures, which share a limit on reruns, needs no steps of samples that did not fail.
+    together = structures_of_a_range(run.samples // run.structures)
+    if min(structures // count, room) < LEAST_RANGES * together:
+        together = 1
+    units = -(-structures // together)
+    count = max(count, -(-units // max(1, room // together)))
+    size, larger = divmod(units, count)  # the first ones are larger by one
+    edges = [region.start + together * (place * size + min(place, larger)) for place in range(count + 1)]
+    return [range(a, min(b, region.stop)) for a, b in pairwise(edges)]
 
 
 def check_room(samples: int, needed: int, path: str) -> None:
