@@ -247,7 +247,8 @@ def test_devices_by_name(monkeypatch):
 
 def test_blocks_on_gpus_fit_the_devices_and_their_memory(monkeypatch):
     monkeypatch.setattr("warpdyn.campaigns.integration.settings.checked_devices", lambda device: ("cuda:0", "cuda:1"))
-    monkeypatch.setattr(blocks, "free_memory", lambda device: 2**40)
+    for module in ("integration.settings", "running.blocks"):
+        monkeypatch.setattr(f"warpdyn.campaigns.{module}.free_memory", lambda device: 2**40)
 
     def sizes(samples, memory=None):
         run = build_run(make_scene(), samples, Integration(), Execution())

@@ -193,7 +193,8 @@ def pretended(request, monkeypatch):
     monkeypatch.setattr(reducing, "loaded", lambda kernel, device="cpu": kernel_cache.loaded(kernel))
     monkeypatch.setattr(wp.array, "fill_", fill_)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
-    monkeypatch.setattr(blocks, "free_memory", lambda device: 2**34)
+    for module in ("integration.settings", "running.blocks"):
+        monkeypatch.setattr(f"warpdyn.campaigns.{module}.free_memory", lambda device: 2**34)
     return shim
 
 

@@ -39,6 +39,18 @@ def scene(structure, sampling="sobol", design=None, scatter=None):
     return wd.Scene(structure, design, spread if scatter is None else scatter, recorders=("drift",), sampling=sampling)
 
 
+def at_sites(motions):
+    """Return motions at four sites in two earthquakes, both components, for three draws of each structure."""
+    generator = np.random.default_rng(2)
+    return wd.MotionsAtSites(
+        motions,
+        site=generator.integers(4, size=(STRUCTURES, 3)),
+        motion=generator.integers(len(motions), size=(4, 2, 2)),
+        scale=generator.uniform(0.1, 0.6, size=(4, 2, 2)),
+        earthquake=[1, 0, 1],
+    )
+
+
 def prepared(run, first, count):
     """Return what the kernels compute of some structures: fields, vibration, refusals and extremes."""
     found = traced_structures(run)
@@ -89,12 +101,14 @@ def test_structures_out_of_bounds_are_counted():
     assert prepared(run, 0, STRUCTURES)[2] == expected
 
 
-@pytest.mark.parametrize("kind", ["crossed", "one motion each", "one structure"])
+@pytest.mark.parametrize("kind", ["crossed", "one motion each", "one structure", "at sites"])
 def test_runs_agree_with_the_host(monkeypatch, kind):
     law = wd.laws.Bilinear(yield_force=2e5, hardening_ratio=0.05)
     chosen = scene(building(law), scatter={} if kind == "one structure" else None)
     if kind == "one motion each":
         chosen = scene(building(law), design=wd.OneMotionPerStructure(chosen.excitation.motions))
+    elif kind == "at sites":
+        chosen = wd.Scene(chosen.structure, at_sites(chosen.excitation.motions), chosen.scatter, recorders=("drift",))
     count = 1 if kind == "one structure" else STRUCTURES
     by_host = wd.simulate(chosen, structures=count, device="cpu", dtype="float64")
     blocks = []

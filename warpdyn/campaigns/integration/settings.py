@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
-from warpdyn.engine.kernels.queues import checked_devices
+from warpdyn.engine.kernels.queues import checked_devices, free_memory
 from warpdyn.engine.laws.devices.parameters import ViscousDamper
 from warpdyn.engine.methods.defaults import FALLBACK, MEASURED_DAMPING_RATIO, default_method
 from warpdyn.engine.methods.table import METHODS, StoreyForces
@@ -187,6 +187,11 @@ class Execution:
     def devices(self) -> tuple[str, ...]:
         """Devices of this process that the samples are divided among."""
         return checked_devices(self.device)
+
+    @cached_property
+    def free_on_devices(self) -> int:
+        """Least free memory of the devices [bytes] when it was first needed; asking a busy GPU takes 80 ms."""
+        return min(free_memory(name) for name in self.devices)
 
     @property
     def cores(self) -> int:

@@ -41,7 +41,7 @@ class PreparedBlock:
         substeps: Steps in an interval of each sample.
         groups: Number of steps in an interval and number of samples of each launch.
         counts, extremes: Results of the kernels; see `engine/kernels/preparing`.
-        usual_steps: Steps of the samples [s] if none was divided, of all samples or of those of each structure.
+        usual_steps: Steps of the samples of each structure [s] if none was divided; None if structures differ.
     """
 
     structures: Any
@@ -54,7 +54,7 @@ class PreparedBlock:
     groups: list[tuple[int, int]]
     counts: np.ndarray
     extremes: np.ndarray
-    usual_steps: np.ndarray
+    usual_steps: np.ndarray | None
 
     @property
     def is_refused(self) -> bool:
@@ -111,8 +111,9 @@ class PreparedBlock:
 
     def steps(self) -> np.ndarray:
         """Return the step of each sample [s]."""
-        are_usual = not self.counts[of_samples.OF_SUBSTEPS :].any()
-        return np.tile(self.usual_steps, self.count // self.usual_steps.size) if are_usual else self.step.numpy().copy()
+        if self.usual_steps is None or self.counts[of_samples.IS_DIVIDED]:
+            return self.step.numpy().copy()
+        return np.tile(self.usual_steps, self.count // self.usual_steps.size)
 
     def numbers_of_steps(self) -> np.ndarray:
         """Return the number of integration steps of each sample, as real numbers."""
@@ -142,12 +143,13 @@ class Preparation:
         self._brought: dict[str, Design] = {}  # by device
         excitation = model.scene.excitation
         self._pattern = excitation.assign(np.arange(1), model.seed) if excitation.is_same_for_all else None
+        table = excitation.motion_table()
+        self._table = None if table is None or table.entries.motion.size > run.samples else table
 
     def prepare(self, structures: range, queue: Queue) -> PreparedBlock:
         """Prepare the samples of some structures, and wait for the counts."""
         model, count, samples = self.run.model, len(structures), len(structures) * self._each
         first = structures.start
-        assignment = self._pattern or model.scene.excitation.assign(np.asarray(structures), model.seed)
         with queue.urgently():
             shape = 1 if self._structures is None else count
             vibration = queue.memory("vibration", "", (3, shape), wp.float64)
@@ -159,18 +161,17 @@ class Preparation:
             struct = self._struct("Samples", dict.fromkeys(self._samples.fields, ()), samples, queue)
             taken = queue.memory("taken", "", (samples,), wp.int32)
             step = queue.memory("step", "", (samples,), wp.float64)
-            design = self._design(assignment, queue.device)
+            design = self._design(structures, queue)
             self._samples.prepare(samples, design, vibration, struct, (taken, step), counts, extremes)
             keys = queue.memory("keys", "", (2 * samples,), wp.int64)
             order = queue.memory("order", "", (2 * samples,), wp.int32)
             sort_samples(samples, design, struct.run_intervals, taken, counts, keys, order, has_ties=self._has_ties)
             struct.order = order[:samples]
             found = counts.numpy(), extremes.numpy()  # waits for the kernels
-        usual = model.timeline.substeps[assignment.motion]
-        copies = samples // usual.size
-        numbers = np.bincount(usual, minlength=of_samples.MOST_SUBSTEPS) * copies
-        numbers[: of_samples.MOST_SUBSTEPS] += found[0][of_samples.OF_SUBSTEPS :]
-        groups = [(int(each), int(numbers[each])) for each in np.flatnonzero(numbers)]
+        starts = found[0][of_samples.STARTS :]
+        substeps = np.flatnonzero(starts >= 0)  # in the order of the launch
+        numbers = np.diff(starts[substeps], append=samples)
+        groups = [(int(each), int(number)) for each, number in zip(substeps, numbers, strict=True)]
         return PreparedBlock(
             structures=packed,
             samples=struct,
@@ -182,7 +183,7 @@ class Preparation:
             groups=groups,
             counts=found[0],
             extremes=found[1],
-            usual_steps=model.timeline.steps[assignment.motion],
+            usual_steps=None if self._pattern is None else model.timeline.steps[self._pattern.motion],
         )
 
     def _packed(self, first: int, count: int, queue: Queue, vibration: Any, counts: Any, extremes: Any) -> Any:
@@ -207,24 +208,43 @@ class Preparation:
             setattr(instance, name, queue.memory(kind, name, (*shape, count), struct.vars[name].type.dtype))
         return instance
 
-    def _design(self, assignment: Assignment, device: str) -> Design:
-        """Return the motions and scales of samples in the memory of a device."""
+    def _design(self, structures: range, queue: Queue) -> Design:
+        """Return the motions and scales of samples in the memory of the device of a queue."""
+        device = queue.device
+        if self._pattern is None and self._table is None:
+            assignment = self.run.model.scene.excitation.assign(np.asarray(structures), self.run.model.seed)
+            return self._brought_to(device, assignment, of_samples.LISTED)
+        if device not in self._brought:
+            if self._table is not None:
+                self._brought[device] = self._brought_to(device, self._table.entries, of_samples.AT_SITES)
+            elif self._pattern is not None:
+                self._brought[device] = self._brought_to(device, self._pattern, of_samples.SAME_FOR_ALL)
+        if self._table is None:
+            return self._brought[device]
+        rows = self._table.site[structures.start : structures.stop]
+        site = queue.memory("site", "", rows.shape, wp.int32)
+        site.assign(rows.astype(np.int32))
+        return self._brought[device]._replace(site=site)
+
+    def _brought_to(self, device: str, assignment: Assignment, kind: int) -> Design:
+        """Return motions and scales in the memory of a device."""
         timeline = self.run.model.timeline
 
         def brought(values: np.ndarray, dtype: Any) -> Any:
             return wp.array(np.ascontiguousarray(values), dtype=dtype, device=device)
 
-        is_pattern = assignment is self._pattern
-        if is_pattern and device in self._brought:
-            return self._brought[device]
         tie = np.zeros(assignment.motion.size, np.uint32)
         if self._has_ties:  # the strongest motions first, as the host sorts them
             rank = packing.rank_of_intensity(assignment).astype(np.uint32)
             tie = (rank << np.uint32(16)) | np.minimum(assignment.motion, 2**16 - 1).astype(np.uint32)
-        design = Design(
+        table = self._table
+        return Design(
             self._each,
             self._structures is None,
-            is_pattern,
+            kind,
+            brought(np.zeros((1, 1)), wp.int32),
+            brought(np.zeros(1) if table is None else table.offset, wp.int32),
+            0 if table is None else table.stride,
             brought(assignment.motion, wp.int32),
             brought(assignment.scale, wp.float64),
             brought(timeline.interval, wp.float64),
@@ -232,9 +252,6 @@ class Preparation:
             brought(timeline.intervals, wp.int32),
             brought(tie, wp.uint32),
         )
-        if is_pattern:
-            self._brought[device] = design
-        return design
 
 
 def preparation_of(run: Run) -> Preparation | None:
@@ -263,6 +280,8 @@ def is_large_on_gpu(run: Run) -> bool:
 
 
 def _first_counts(samples: int) -> np.ndarray:
+    """Return the counts before the first kernel."""
     counts = np.zeros(of_samples.COUNTS, np.int32)
     counts[of_samples.FIRST_UNSTABLE] = samples
+    counts[of_samples.STARTS :] = -1
     return counts

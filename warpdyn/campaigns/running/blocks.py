@@ -62,8 +62,7 @@ def divide(
     if memory is None:
         rooms = [SHARE_OF_FREE_MEMORY * free_memory("cpu") / (under_way * host)]
         if is_gpu:
-            free = min(free_memory(name) for name in devices)
-            rooms.append(SHARE_OF_FREE_MEMORY * free / (BLOCKS_ON_A_GPU * device))
+            rooms.append(SHARE_OF_FREE_MEMORY * run.execution.free_on_devices / (BLOCKS_ON_A_GPU * device))
         room = max(1, int(min(rooms)))
     else:
         room = int(min((memory - MEMORY_OF_CHUNKS) / (under_way * host), memory / (BLOCKS_ON_A_GPU * device)))

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -112,6 +112,22 @@ class Assignment:
         return replace(parts[0], **whole, repeats=1)
 
 
+class MotionTable(NamedTuple):
+    """Motions of sites, and which of them are those of each structure.
+
+    Args:
+        entries: Motions, factors and intensities of each site; its `structure` is empty.
+        site: Site of each structure and draw, shape [structure, draw].
+        offset: Place of each sample of a structure among the entries of a site.
+        stride: Number of entries of a site.
+    """
+
+    entries: Assignment
+    site: np.ndarray
+    offset: np.ndarray
+    stride: int
+
+
 class Excitation:
     """A base acceleration or nodal forces (sampled, random or a formula), or an initial state without load.
 
@@ -190,6 +206,10 @@ class Excitation:
     def structures_given(self) -> int:
         """Number of structures for which the excitation lists values; 0 if it lists none."""
         return 0
+
+    def motion_table(self) -> MotionTable | None:
+        """Return the motions of sites and the sites of structures; None if motions do not belong to sites."""
+        return None
 
     def of_structures(self, structures: np.ndarray, seed: int) -> Excitation:
         """Return the excitation for the structures of a run with these indices; random choices stay the same."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.foundations.core.checks import is_row_of_text, real_numbers, shortened, unmasked
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.designs import Design, intensities_of
-from warpdyn.model.ground_motions.excitation import Assignment
+from warpdyn.model.ground_motions.excitation import Assignment, MotionTable
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
@@ -139,6 +139,16 @@ class MotionsAtSites(Design):
         structure = np.repeat(index, self.samples_per_structure)
         im_level = self.measure.scaled_levels(scale, self._intensities[motion])
         return Assignment(structure, motion, scale, im_level, self.measure.attributes(), self.measure.level_units)
+
+    def motion_table(self) -> MotionTable:
+        """Return the motions of all sites and earthquakes, and which of them are those of each structure."""
+        motion, scale = np.ravel(self.motion), np.ravel(self.scale).astype(np.float64)
+        level = self.measure.scaled_levels(scale, self._intensities[motion])
+        attributes, units = self.measure.attributes(), self.measure.level_units
+        entries = Assignment(np.zeros(0, np.int32), motion, scale, level, attributes, units)
+        components = self.components
+        offset = np.add.outer(np.asarray(self.earthquake) * components, np.arange(components)).ravel()
+        return MotionTable(entries, np.asarray(self.site), offset, np.shape(self.motion)[1] * components)
 
 
 def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> np.ndarray:

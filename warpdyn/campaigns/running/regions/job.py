@@ -168,8 +168,8 @@ class Prepared:
 
     def __init__(self, job: Job) -> None:
         execution = job.execution
-        if execution.threads is None:
-            execution = replace(execution, threads=_threads_of_worker())
+        if execution.threads is None and (threads := _threads_of_worker()) is not None:
+            execution = replace(execution, threads=threads)
         self.job = job
         self.run = build_run(job.scene, job.structures, job.integration, execution, job.seed, **job.chosen)
         self.columns = columns_kept(self.run, job.outputs)

@@ -11,10 +11,14 @@ from warpdyn.engine.tracing.nodes import Node
 from warpdyn.engine.tracing.program import Program
 
 # Counts of a block: structures or samples that the host must refuse, samples beyond the stability limit, the first of
-# them, and samples with a step that is too long. The numbers of samples by substeps follow.
-REFUSED, UNSTABLE, FIRST_UNSTABLE, LONG, LONGEST_RUN, OF_SUBSTEPS = range(6)
+# them, samples with a step that is too long, the longest duration, and whether the steps of a sample were divided. For
+# each number of substeps the place of its first sample in the order of the launch follows; -1 if there is none.
+REFUSED, UNSTABLE, FIRST_UNSTABLE, LONG, LONGEST_RUN, IS_DIVIDED, STARTS = range(7)
 MOST_SUBSTEPS = 2**12  # samples with more steps in an interval are prepared by the host
-COUNTS = OF_SUBSTEPS + MOST_SUBSTEPS
+COUNTS = STARTS + MOST_SUBSTEPS
+# Where the motions of samples are: in lists with a value for each sample; in lists for the samples of one structure,
+# which are those of all structures; or in tables for sites and earthquakes.
+LISTED, SAME_FOR_ALL, AT_SITES = range(3)
 # Extremes of a block, in addition to those of its structures.
 LARGEST_FACTOR, LEAST_ACCURATE_STEP, EXTREMES = 2, 3, 4
 DURATION_BITS, TIE_BITS = 16, 32
@@ -24,7 +28,7 @@ HEAD = """\
     if k >= count:
         return
     s = wp.where(is_single, 0, k / per_structure)
-    p = wp.where(is_pattern, k - k / per_structure * per_structure, k)
+    p = entry_of(k, per_structure, kind, site, offset, stride)
     m = motion[p]
     interval = interval_of[m]
     substeps = wp.float64(substeps_of[m])
@@ -34,7 +38,10 @@ ARGUMENTS = {
     "count": "int",
     "per_structure": "int",
     "is_single": "bool",
-    "is_pattern": "bool",
+    "kind": "int",
+    "site": "wp.array2d(dtype=wp.int32)",
+    "offset": INTEGERS,
+    "stride": "int",
     "motion": INTEGERS,
     "scale": REALS,
     "interval_of": REALS,
@@ -95,8 +102,7 @@ class SamplePreparation:
 own = int(wp.min({substeps}, wp.float64({MOST_SUBSTEPS})))
 taken[k] = own
 if own != int(substeps):
-    wp.atomic_add(counts, {OF_SUBSTEPS} + wp.min(own, {MOST_SUBSTEPS - 1}), 1)
-    wp.atomic_add(counts, {OF_SUBSTEPS} + wp.min(int(substeps), {MOST_SUBSTEPS - 1}), -1)
+    counts[{IS_DIVIDED}] = 1
 if {refused} or own >= {MOST_SUBSTEPS}:
     wp.atomic_add(counts, {REFUSED}, 1)
 if {unstable}:
@@ -109,7 +115,7 @@ if {long}:
 if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
     wp.atomic_max(counts, {LONGEST_RUN}, samples.run_intervals[k])""".splitlines():
             program.add(line)
-        names = {"dtype": DTYPES[dtype], "Samples": struct}
+        names = {"dtype": DTYPES[dtype], "Samples": struct, "entry_of": entry_of}
         self._kernel = PreparingKernel("prepare_samples", HEAD, (ARGUMENTS, OUTPUTS), "", program, names)
 
     def prepare(
@@ -144,16 +150,21 @@ class Design(NamedTuple):
     Args:
         per_structure: Number of samples of a structure.
         is_single: Whether all samples have one structure.
-        is_pattern: Whether the samples of each structure have the same motions and scales; then `motion` and `scale`
-            are those of one structure.
-        motion, scale: Motion and scale of each sample.
+        kind: LISTED, SAME_FOR_ALL or AT_SITES.
+        site: Site of each structure and draw, shape [structure, draw]; for AT_SITES.
+        offset: Place of each sample of a structure among the values of a site; for AT_SITES.
+        stride: Number of values of a site.
+        motion, scale: Motions and scales.
         interval, substeps, intervals: Time grid of each motion.
-        tie: Number by which samples of equal duration are sorted, of each sample.
+        tie: Number by which samples of equal duration are sorted, for each value of `motion`.
     """
 
     per_structure: int
     is_single: bool
-    is_pattern: bool
+    kind: int
+    site: Any
+    offset: Any
+    stride: int
     motion: Any
     scale: Any
     interval: Any
@@ -167,11 +178,33 @@ class Design(NamedTuple):
         return self[:-1]
 
 
+@wp.func
+def entry_of(
+    k: int,
+    per_structure: int,
+    kind: int,
+    site: wp.array2d(dtype=wp.int32),
+    offset: wp.array(dtype=wp.int32),
+    stride: int,
+):
+    structure = k / per_structure
+    j = k - structure * per_structure
+    entry = k
+    if kind == wp.static(SAME_FOR_ALL):
+        entry = j
+    if kind == wp.static(AT_SITES):
+        entry = site[structure, j * site.shape[1] / per_structure] * stride + offset[j]
+    return entry
+
+
 @wp.kernel(module="unique", enable_backward=False)
 def sorting_keys(
     count: int,
     per_structure: int,
-    is_pattern: bool,
+    kind: int,
+    site: wp.array2d(dtype=wp.int32),
+    offset: wp.array(dtype=wp.int32),
+    stride: int,
     run_intervals: wp.array(dtype=wp.int32),
     taken: wp.array(dtype=wp.int32),
     counts: wp.array(dtype=wp.int32),
@@ -188,10 +221,24 @@ def sorting_keys(
     while (longest >> coarser) >= 65536:
         coarser += 1
     duration = wp.int64((longest - run_intervals[k]) >> coarser)
-    p = wp.where(is_pattern, k - k / per_structure * per_structure, k)
+    p = entry_of(k, per_structure, kind, site, offset, stride)
     first = (wp.int64(taken[k]) << wp.int64(16)) | duration
     keys[k] = (first << wp.int64(32)) | wp.int64(tie[p])
     order[k] = k
+
+
+@wp.kernel(module="unique", enable_backward=False)
+def starts_of_groups(count: int, keys: wp.array(dtype=wp.int64), counts: wp.array(dtype=wp.int32)):
+    """Write the place of the first sample with each number of substeps, from sorted keys."""
+    k = wp.tid()
+    if k >= count:
+        return
+    substeps = int(keys[k] >> wp.int64(48))
+    before = int(-1)
+    if k > 0:
+        before = int(keys[k - 1] >> wp.int64(48))
+    if substeps != before:
+        counts[wp.static(STARTS) + wp.min(substeps, wp.static(MOST_SUBSTEPS - 1))] = k
 
 
 def sort_samples(
@@ -207,6 +254,8 @@ def sort_samples(
 ) -> None:
     """Queue the sorting of samples on the present stream: `order` becomes the order of their launch.
 
+    The starts of the groups of samples with the same number of substeps are added to the counts.
+
     Args:
         count: Number of samples.
         design: Motion, scale and time grid of the samples.
@@ -216,7 +265,8 @@ def sort_samples(
         has_ties: Whether samples of equal duration are sorted by `design.tie`.
     """
     device = str(keys.device)
-    inputs = [count, design.per_structure, design.is_pattern, run_intervals, taken, counts, design.tie]
-    launch(sorting_keys, count, [*inputs, keys, order], device)
+    entries = [design.per_structure, design.kind, design.site, design.offset, design.stride]
+    launch(sorting_keys, count, [count, *entries, run_intervals, taken, counts, design.tie, keys, order], device)
     begin = 0 if has_ties else TIE_BITS
     wp.utils.radix_sort_pairs(keys, order, count, begin, TIE_BITS + DURATION_BITS + MOST_SUBSTEPS.bit_length())
+    launch(starts_of_groups, count, [count, keys, counts], device)
