@@ -146,6 +146,11 @@ class Preparation:
         table = excitation.motion_table()
         self._table = None if table is None or table.entries.motion.size > run.samples else table
 
+    @property
+    def kernels(self) -> list[wp.Kernel]:
+        """The kernels that prepare a block."""
+        return [*([] if self._structures is None else self._structures.kernels), *self._samples.kernels]
+
     def prepare(self, structures: range, queue: Queue) -> PreparedBlock:
         """Prepare the samples of some structures, and wait for the counts."""
         model, count, samples = self.run.model, len(structures), len(structures) * self._each

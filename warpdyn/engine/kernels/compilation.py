@@ -18,7 +18,7 @@ import warp as wp
 from loky import ProcessPoolExecutor
 
 from warpdyn.engine.kernels.build import build_kernel, load_kernel
-from warpdyn.engine.kernels.kernel_cache import block_size, folder_of, is_compiled_in
+from warpdyn.engine.kernels.kernel_cache import block_size, folder_of, is_compiled_in, loaded
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.thread_pool import as_finished, result_of
@@ -123,6 +123,28 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
             processes.shutdown(wait=False, kill_workers=True)
             raise
     processes.shutdown()
+
+
+@contextmanager
+def loading(kernels: Iterable[wp.Kernel], device: str, threads: int) -> Iterator[None]:
+    """Compile and load small kernels in threads of this process; a launch waits for its kernel.
+
+    Args:
+        kernels: The kernels, in the order of their first launches.
+        device: Device that will run them, such as "cuda:0".
+        threads: Number of CPU cores to use.
+    """
+    distinct = list(dict.fromkeys(kernels))
+    if not distinct:
+        yield
+        return
+    pool = ThreadPoolExecutor(min(threads, MOST_PROCESSES))
+    try:
+        for kernel in distinct:
+            pool.submit(loaded, kernel, device)  # an error is raised again by the launch
+        yield
+    finally:  # after Ctrl-C, do not begin further kernels
+        pool.shutdown(cancel_futures=True)
 
 
 def _compile_in_threads(plans: list[Plan], threads: int) -> None:

@@ -12,7 +12,7 @@ from warpdyn.campaigns.integration.settings import Execution
 from warpdyn.campaigns.running.regions.job import Host, Job, Order, machines_of
 from warpdyn.campaigns.running.regions.region import Region
 from warpdyn.campaigns.running.regions.report import Report
-from warpdyn.engine.kernels.compilation import compile_side_by_side, compiling
+from warpdyn.engine.kernels.compilation import compile_side_by_side, compiling, loading
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.messages import collected_warnings, warn_caller
@@ -81,6 +81,9 @@ class Here:
             return order, future, found
 
         with ExitStack() as stack:
+            preparations = [self.host.prepared(job).preparation for job in jobs]
+            kernels = [kernel for each in preparations if each is not None for kernel in each.kernels]
+            stack.enter_context(loading(kernels, execution.devices[0], execution.cores))
             wait_for: Callable[[list[Plan]], object]
             if len(jobs) > 1:
                 every = chain(*plans.values())

@@ -118,6 +118,11 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
         names = {"dtype": DTYPES[dtype], "Samples": struct, "entry_of": entry_of}
         self._kernel = PreparingKernel("prepare_samples", HEAD, (ARGUMENTS, OUTPUTS), "", program, names)
 
+    @property
+    def kernels(self) -> list[wp.Kernel]:
+        """The kernels that prepare and sort samples."""
+        return [self._kernel.kernel, sorting_keys, starts_of_groups]
+
     def prepare(
         self,
         count: int,

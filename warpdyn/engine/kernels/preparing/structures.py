@@ -134,6 +134,12 @@ class StructurePreparation:
         self._kernels = self._kernel_of_chains(), self._kernel_of_structures()
         self._inputs: dict[str, list[Any]] = {}  # by device
 
+    @property
+    def kernels(self) -> list[wp.Kernel]:
+        """The kernels that `prepare` launches."""
+        of_frequencies = [frequencies_kernel(most_storeys(chain.mass.size), 1) for chain in self.values.chains]
+        return [*(each.kernel for each in self._kernels), *of_frequencies]
+
     def prepare(self, first: int, count: int, structures: Any, vibration: Any, counts: Any, extremes: Any) -> None:
         """Queue the kernels on the present stream of the device of the arrays.
 
