@@ -112,10 +112,10 @@ def test_runs_agree_with_the_host(monkeypatch, kind):
     count = 1 if kind == "one structure" else STRUCTURES
     by_host = wd.simulate(chosen, structures=count, device="cpu", dtype="float64")
     blocks = []
-    prepare = preparation.Preparation.prepare
+    begin = preparation.Preparation.begin
     monkeypatch.setattr(preparation, "is_large_on_gpu", lambda run: True)
     monkeypatch.setattr(
-        preparation.Preparation, "prepare", lambda self, *block: blocks.append(block) or prepare(self, *block)
+        preparation.Preparation, "begin", lambda self, *block: blocks.append(block) or begin(self, *block)
     )
     by_device = wd.simulate(chosen, structures=count, device="cpu", dtype="float64")
     assert len(blocks) == 1

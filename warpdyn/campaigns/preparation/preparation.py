@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -151,45 +151,49 @@ class Preparation:
         """The kernels that prepare a block."""
         return [*([] if self._structures is None else self._structures.kernels), *self._samples.kernels]
 
-    def prepare(self, structures: range, queue: Queue) -> PreparedBlock:
-        """Prepare the samples of some structures, and wait for the counts."""
-        model, count, samples = self.run.model, len(structures), len(structures) * self._each
-        first = structures.start
+    def begin(self, structures: range, queue: Queue) -> Callable[[], PreparedBlock]:
+        """Queue the preparation of the samples of some structures; the result waits for it, and returns the block."""
+        count, samples, first = len(structures), len(structures) * self._each, structures.start
         with queue.urgently():
             shape = 1 if self._structures is None else count
             vibration = queue.memory("vibration", "", (3, shape), wp.float64)
             counts = queue.memory("counts", "", (of_samples.COUNTS,), wp.int32)
             extremes = queue.memory("extremes", "", (of_samples.EXTREMES,), wp.float64)
+            # Copies before kernels: the host waits for a copy, which waits for kernels that were queued before it.
             counts.assign(_first_counts(samples))
             extremes.assign(np.array([0.0, np.inf, 1.0, np.inf]))
+            design = self._design(structures, queue)
             packed = self._packed(first, count, queue, vibration, counts, extremes)
             struct = self._struct("Samples", dict.fromkeys(self._samples.fields, ()), samples, queue)
             taken = queue.memory("taken", "", (samples,), wp.int32)
             step = queue.memory("step", "", (samples,), wp.float64)
-            design = self._design(structures, queue)
             self._samples.prepare(samples, design, vibration, struct, (taken, step), counts, extremes)
             keys = queue.memory("keys", "", (2 * samples,), wp.int64)
             order = queue.memory("order", "", (2 * samples,), wp.int32)
             sort_samples(samples, design, struct.run_intervals, taken, counts, keys, order, has_ties=self._has_ties)
             struct.order = order[:samples]
-            found = counts.numpy(), extremes.numpy()  # waits for the kernels
-        starts = found[0][of_samples.STARTS :]
-        substeps = np.flatnonzero(starts >= 0)  # in the order of the launch
-        numbers = np.diff(starts[substeps], append=samples)
-        groups = [(int(each), int(number)) for each, number in zip(substeps, numbers, strict=True)]
-        return PreparedBlock(
-            structures=packed,
-            samples=struct,
-            dtype=self.dtype,
-            fields=[*self._samples.fields, "order"],
-            count=samples,
-            step=step,
-            substeps=taken,
-            groups=groups,
-            counts=found[0],
-            extremes=found[1],
-            usual_steps=None if self._pattern is None else model.timeline.steps[self._pattern.motion],
-        )
+            fetched = queue.fetch({"counts": counts, "extremes": extremes})
+
+        def finish() -> PreparedBlock:
+            found = fetched()
+            starts = found["counts"][of_samples.STARTS :]
+            substeps = np.flatnonzero(starts >= 0)  # in the order of the launch
+            numbers = np.diff(starts[substeps], append=samples)
+            return PreparedBlock(
+                structures=packed,
+                samples=struct,
+                dtype=self.dtype,
+                fields=[*self._samples.fields, "order"],
+                count=samples,
+                step=step,
+                substeps=taken,
+                groups=[(int(each), int(number)) for each, number in zip(substeps, numbers, strict=True)],
+                counts=found["counts"],
+                extremes=found["extremes"],
+                usual_steps=None if self._pattern is None else self.run.model.timeline.steps[self._pattern.motion],
+            )
+
+        return finish
 
     def _packed(self, first: int, count: int, queue: Queue, vibration: Any, counts: Any, extremes: Any) -> Any:
         """Return the structures as kernels read them, and compute their vibration."""

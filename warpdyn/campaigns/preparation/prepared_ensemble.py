@@ -22,7 +22,7 @@ EXAMPLES = 16  # structures from whose samples the cost of a run is estimated
 
 
 class PreparedEnsemble(Ensemble):
-    """Some structures of a run with all their samples, prepared on a device.
+    """Some structures of a run with all their samples, whose preparation on a device is queued when it is made.
 
     Args:
         run: The run.
@@ -32,7 +32,7 @@ class PreparedEnsemble(Ensemble):
     """
 
     def __init__(self, run: Run, preparation: Preparation, structures: range, queue: Queue) -> None:
-        self.run, self.preparation, self.range, self.queue = run, preparation, structures, queue
+        self.run, self.range, self.queue = run, structures, queue
         self.before, self.state, self.model = None, {}, run.model
         self.scene, self.timeline, self.plan = self.model.scene, self.model.timeline, self.model.plan
         self.tolerance = self.model.tolerance
@@ -40,16 +40,17 @@ class PreparedEnsemble(Ensemble):
         self._inputs = Inputs(run, np.arange(structures.start, structures.stop))
         self._factors: dict[int, int] = {}  # by which the steps of samples were divided since the preparation
         self._block: PreparedBlock | None = None
+        self._finish = preparation.begin(structures, queue)
 
-    def prepare(self, findings: StabilityFindings) -> bool:
-        """Prepare the samples on the device; return whether it succeeded.
+    def finish_preparation(self, findings: StabilityFindings) -> bool:
+        """Wait until the samples are prepared; return whether the preparation succeeded.
 
         If it does not, the host must prepare them: it reports what is wrong.
 
         Args:
             findings: Collects the findings on the stability of the samples.
         """
-        self._block = block = self.preparation.prepare(self.range, self.queue)
+        self._block = block = self._finish()
         if block.is_refused:
             return False
         findings.least = min(findings.least, block.least_stable_step)

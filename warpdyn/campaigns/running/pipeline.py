@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
@@ -156,8 +156,12 @@ class Pipeline:
         Other threads prepare blocks for a GPU from now on. Blocks for a CPU are prepared by `process`.
         """
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
-        self._upcoming = Ahead(self._prepare, items, 0 if self.preparation else blocks_ahead(self.run))
-        self._blocks, self._queues = len(blocks), len(queues)
+        self._blocks, self._most = len(blocks), len(queues)
+        if self.preparation is None:
+            self._upcoming: Ahead[Block] | Generator[Block] = Ahead(self._prepare, items, blocks_ahead(self.run))
+        else:
+            self._upcoming = self._prepared(self.preparation, items)
+            self._most = max(1, len(queues) - len(self.run.execution.devices))  # others for blocks in preparation
 
     def close(self) -> None:
         """Prepare no more blocks."""
@@ -181,7 +185,7 @@ class Pipeline:
             started = 0
             while started < self._blocks or under_way:
                 stop_if_asked()
-                if started < self._blocks and len(under_way) < self._queues:
+                if started < self._blocks and len(under_way) < self._most:
                     under_way.append(self._next(self._upcoming, map_function))
                     started += 1
                     continue
@@ -194,6 +198,26 @@ class Pipeline:
                 else:
                     self._complete(block)
 
+    def _prepared(self, preparation: Preparation, items: list[tuple[range, Queue]]) -> Generator[Block]:
+        """Yield blocks that their devices have prepared; the preparation of another one is queued on each device.
+
+        Without it, a device would be idle while the host waits for the preparation on another device.
+        """
+        begun = deque[PreparedEnsemble]()
+        for structures, queue in items:
+            begun.append(PreparedEnsemble(self.run, preparation, structures, queue))
+            if len(begun) > len(self.run.execution.devices):
+                yield self._settled(begun.popleft())
+        while begun:
+            yield self._settled(begun.popleft())
+
+    def _settled(self, whole: PreparedEnsemble) -> Block:
+        """Return a block whose preparation on its device is queued; if that fails, the host prepares it."""
+        findings = [each.of_no_samples() for each in self.findings]
+        if not whole.finish_preparation(findings[0]):
+            return self._prepare((whole.range, whole.queue))
+        return Block([whole], [np.zeros(whole.size, dtype=bool)], findings, whole.longest_period)
+
     def _prepare(self, item: tuple[range, Queue]) -> Block:
         """Draw a block, apply the stability guard to all events, and pack the first event.
 
@@ -201,10 +225,6 @@ class Pipeline:
         """
         structures, queue = item
         unstable, findings = [], [each.of_no_samples() for each in self.findings]
-        if self.preparation is not None:
-            whole = PreparedEnsemble(self.run, self.preparation, structures, queue)
-            if whole.prepare(findings[0]):
-                return Block([whole], [np.zeros(whole.size, dtype=bool)], findings, whole.longest_period)
         parts = self.run.events(np.asarray(structures), queue)
         for part, found in zip(parts, findings, strict=True):
             shorten_steps(*part, found, divides=self.run.integration.divides_steps)

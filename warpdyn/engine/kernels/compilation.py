@@ -138,7 +138,8 @@ def loading(kernels: Iterable[wp.Kernel], device: str, threads: int) -> Iterator
     if not distinct:
         yield
         return
-    wp.get_stream(device)  # initialises the device, which several threads must not do at the same time
+    if device != "cpu":
+        wp.get_stream(device)  # initialises the device, which several threads must not do at the same time
     pool = ThreadPoolExecutor(min(threads, MOST_PROCESSES))
     try:
         for kernel in distinct:

@@ -97,6 +97,10 @@ class CpuQueue:
         """Return memory for an array."""
         return wp.empty(shape, dtype=dtype, device=self.device)
 
+    def fetch(self, arrays: dict[str, wp.array]) -> Callable[[], dict[str, np.ndarray]]:
+        """Return a function that returns arrays as NumPy arrays."""
+        return lambda: {name: array.numpy() for name, array in arrays.items()}
+
     def urgently(self) -> AbstractContextManager[object]:
         """Return a context that does nothing: launches run at once."""
         return nullcontext()
@@ -230,6 +234,20 @@ class CudaQueue:
         with wp.ScopedStream(self.urgent, sync_enter=False):
             yield
         self.stream.wait_event(self.urgent.record_event())
+
+    def fetch(self, arrays: dict[str, wp.array]) -> Callable[[], dict[str, np.ndarray]]:
+        """Queue copies of arrays to the host on the present stream; the result waits for them, and returns them."""
+        found = {}
+        for name, array in arrays.items():
+            found[name] = self._array(("fetched", name), array.shape, array.dtype, pinned=True)
+            wp.copy(found[name], array)
+        event = wp.get_stream(self.device).record_event()
+
+        def wait() -> dict[str, np.ndarray]:
+            self._wait(event)
+            return {name: array.numpy().copy() for name, array in found.items()}
+
+        return wait
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
         """Return a struct of `structs` with these arrays copied to the GPU, converted to the types of its fields.
