@@ -330,8 +330,8 @@ class Pipeline:
         """Flag the samples of the present event of a block that are unreliable, and count them."""
         flags = np.full(block.whole.size, NOT_CHECKED, dtype=np.int8)
         is_stable = ~unstable[block.standing]
-        stable = block.standing[is_stable]
         if self._checks:
+            stable = block.standing[is_stable]
             outputs = {name: values[..., is_stable] for name, values in found.items()}
             share = checked_share(self.run, block.event)
             flags[stable] = reliability(block.whole, stable, outputs, share, block.sensitive)
@@ -339,7 +339,11 @@ class Pipeline:
                 flags = with_earlier(flags, block.flags[block.whole.row])
             self.findings[block.event].add_flags(flags[stable], outputs["status"])
         else:
-            flags[stable] = np.where(found["status"][is_stable] < DIVERGED, 0, NOT_CHECKED)
+            is_good = is_stable & (found["status"] < DIVERGED)
+            if is_good.all() and is_good.size == flags.size:
+                flags[:] = 0  # an index of each sample takes ten times as long
+            else:
+                flags[block.standing[is_good]] = 0
         block.flags = flags
         if UNRELIABLE in block.own:
             block.own[UNRELIABLE][:] = flags

@@ -98,7 +98,7 @@ class CpuQueue:
         return wp.empty(shape, dtype=dtype, device=self.device)
 
     def fetch(self, arrays: dict[str, wp.array]) -> Callable[[], dict[str, np.ndarray]]:
-        """Return a function that returns arrays as NumPy arrays."""
+        """Return a function that returns arrays."""
         return lambda: {name: array.numpy() for name, array in arrays.items()}
 
     def urgently(self) -> AbstractContextManager[object]:
@@ -202,9 +202,8 @@ class CudaQueue:
         # histories of earlier blocks.
         self.urgent = wp.Stream(device, priority=-1)
         self.spans: list[tuple[float, float]] = []
-        self._held: dict[
-            tuple[str, str, Any], wp.array
-        ] = {}  # key: purpose and dtype; samples that run again may have another dtype
+        # Key: purpose and dtype; samples that run again may have another dtype.
+        self._held: dict[tuple[str, str, Any], wp.array] = {}
         self._sent: dict[str, wp.Event] = {}  # struct -> event after which its arrays on the host may be overwritten
         self._kept_alive: list[object] = []
         self._timed: list[tuple[wp.Event, wp.Event]] = []
@@ -293,10 +292,9 @@ class CudaQueue:
         for stream, launch in zip(cycle(self.streams), launches):
             start = stream.record_event(wp.Event(self.device, enable_timing=True))
             inputs = [0, launch.control, launch.samples, *arguments]
-            # Launch whole thread blocks, because threads that share a sample exchange values within warps. Surplus
-            # threads repeat the last sample.
             plan = launch.plan
             threads = -(-launch.count // plan.lanes) * plan.sections
+            # Whole thread blocks, because threads of a sample exchange values; others repeat the last sample.
             dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
             wp.launch(kernels[plan], dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)
             self._timed.append((start, stream.record_event(wp.Event(self.device, enable_timing=True))))
@@ -369,9 +367,8 @@ class CudaQueue:
         self._kept_alive.clear()
         while self._timed:
             start, end = self._timed.pop()
-            self.spans.append(
-                tuple(1e-3 * wp.get_event_elapsed_time(self.origin, event, synchronize=False) for event in (start, end))
-            )
+            moments = (wp.get_event_elapsed_time(self.origin, event, synchronize=False) for event in (start, end))
+            self.spans.append(tuple(1e-3 * moment for moment in moments))
 
     def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
         """Return an array in the memory that is kept for a purpose; the memory is enlarged if it is too small."""
