@@ -35,6 +35,8 @@ pytestmark = pytest.mark.fast
         ("N-S", "NS", "horizontal", 0.0),
         ("WE", "WE", "horizontal", 90.0),
         ("North-South", "NS", "horizontal", 0.0),
+        ("South-North", "NS", "horizontal", 0.0),
+        ("West-East", "EW", "horizontal", 90.0),
         ("Kuzey-Güney", "NS", "horizontal", 0.0),
         ("Do\u011fu-Bat\u0131", "EW", "horizontal", 90.0),
         ("Este-Oeste", "EW", "horizontal", 90.0),
