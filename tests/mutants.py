@@ -58,12 +58,6 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "leaving = int(1)",
     ): "leaving only skips a loop that selects, for each lane that has not left its branch, the values that it has",
     (
-        "warpdyn/engine/laws/hysteretic/device_functions.py",
-        "is_up = x >= memory[M.DRIFT]",
-        "is_up = (x > memory[M.DRIFT])",
-    ): "if x is the accepted drift, force and return_mapping return the accepted force and memory; the tangent is that of "
-    "the other direction, one of two that are valid where the storey stands",
-    (
         "warpdyn/model/ground_motions/filtered_noise.py",
         "np.abs(left).max() > np.finfo(float).eps ** 2",
         "(np.abs(left).max() >= np.finfo(float).eps ** 2)",
