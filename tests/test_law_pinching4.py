@@ -255,8 +255,8 @@ def test_gem_damage_is_that_of_its_toolkit():
         "reloading": (0, 0.1, 0, 0, 0.2),
         "strength": (0, 0.4, 0, 0.4, 0.9),
     }
+    law = wd.laws.Pinching4(yield_force=YIELD_FORCE, force_ratio_4=0.4, **BACKBONE, **wd.laws.GEM_DAMAGE)
     with pytest.warns(UserWarning, match="of 0 make Pinching4's damage a switch"):
-        law = wd.laws.Pinching4(yield_force=YIELD_FORCE, force_ratio_4=0.4, **BACKBONE, **wd.laws.GEM_DAMAGE)
         wd.ShearBuilding(1e4, 1e6, 3.0, law=law)
     for kind, numbers in theirs.items():
         names = ("by_drift", "by_use", "drift_exponent", "use_exponent", "limit")
