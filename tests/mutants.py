@@ -58,10 +58,20 @@ EQUIVALENT: dict[tuple[str, str, str], str] = {
         "leaving = int(1)",
     ): "leaving only skips a loop that selects, for each lane that has not left its branch, the values that it has",
     (
+        "warpdyn/model/ground_motions/records/formats/running_values.py",
+        "common, alike = Counter(ends).most_common(1)[0]",
+        "common, alike = Counter(ends).most_common(2)[0]",
+    ): "the first of the two most common elements is the most common one",
+    (
         "warpdyn/model/ground_motions/filtered_noise.py",
         "np.abs(left).max() > np.finfo(float).eps ** 2",
         "(np.abs(left).max() >= np.finfo(float).eps ** 2)",
     ): "one doubling more, if the growth is exactly eps^2, adds eps^4 of the covariance, less than its rounding",
+    (
+        "warpdyn/model/ground_motions/response_spectra.py",
+        "is_sharp = share > 0.1",
+        "is_sharp = share > 0.125",
+    ): "the bound holds for each share above 0; it decides only which oscillators search all steps for a peak",
     (
         "warpdyn/model/scene/plausibility.py",
         "MOST_GIVEN = 1024  # structures of GivenValues that are checked, evenly spread",
