@@ -360,6 +360,14 @@ def test_rotated_measures_of_skew_sensors():
     assert measure.values(skew)[0] == pytest.approx(truth, rel=1.4e-6)
 
 
+@pytest.mark.parametrize("label", ["N", "E", "Z", "SN", "SP", "H"])
+def test_short_labels_within_a_name_are_no_component(label):
+    # They may be initials of a place or an event.
+    assert record_and_component(f"site_{label}_old.txt") == ("", "")
+    assert record_and_component(f"{label}_quake.txt") == ("", "")
+    assert record_and_component("site_NORTH_old.txt") == ("site old", "NORTH")
+
+
 def test_record_and_component_with_header():
     assert record_and_component("RSN6_IMPVALL.I_I-ELC180", "UP")[1] == "UP"
     assert record_and_component("0111b.smc", "270") == ("", "270")

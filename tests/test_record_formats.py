@@ -113,6 +113,11 @@ def test_cosmos_may_state_no_peak(tmp_path):
             "with 5 digits after the point",
         ),
         (record_files.cosmos(VALUES).replace(f"{PEAK:15.6f}", f"{1.1 * PEAK:15.6f}"), "states a peak of"),
+        # Lines of 8 values follow line 48, so the value with index 50 is the third one of line 55.
+        (
+            record_files.cosmos(np.where(np.arange(203) == 50, 9999.0, VALUES)),
+            r"txt:55: the value 9999 \(1 times in the file\) marks a missing value",
+        ),
     ],
 )
 def test_bad_cosmos(tmp_path, content, message):
