@@ -46,6 +46,15 @@ def drawn(name: str, parameter: Parameter, rng: np.random.Generator) -> float:
     return rng.uniform(-1, 1)
 
 
+def _corners_ascend(values: dict[str, float]) -> bool:
+    """Return whether the ductilities of a backbone's corners increase on both sides, as laws require."""
+    for side in ("", "_negative"):
+        corners = [values[name] for i in range(2, 5) if (name := f"ductility_{i}{side}") in values]
+        if any(later <= earlier for earlier, later in itertools.pairwise(corners)):
+            return False
+    return True
+
+
 def drawn_building(
     law: str, count: int, rng: np.random.Generator, *, is_asymmetric: bool = False, **fixed: float
 ) -> wd.ShearBuilding:
@@ -54,6 +63,8 @@ def drawn_building(
     while len(storeys) < count:
         known = {name: each for name, each in LAWS[law].parameters.items() if not each.optional or is_asymmetric}
         values = {name: drawn(name, parameter, rng) for name, parameter in known.items()} | fixed
+        if not _corners_ascend(values):
+            continue  # `problem` refuses them, too, at a higher cost
         given = {name: np.array([value]) for name, value in ({"stiffness": STIFFNESS} | values).items()}
         fits = not any(p.violations(given[name]).any() for name, p in known.items())
         if fits and LAWS[law].problem(given) is None:
