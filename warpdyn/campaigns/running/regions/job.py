@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import warnings
 from collections import OrderedDict
@@ -366,9 +367,11 @@ def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, mo
 
 def _threads_of_worker() -> int | None:
     """Return the threads of the Dask worker that runs this task; None outside of a task."""
-    try:
-        from distributed import get_worker
+    if "distributed" not in sys.modules:  # a worker has imported it; its import takes a third of a second
+        return None
+    from distributed import get_worker
 
+    try:
         return int(get_worker().state.nthreads)
-    except (ImportError, ValueError):
+    except ValueError:
         return None
