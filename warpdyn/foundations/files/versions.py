@@ -10,7 +10,7 @@ from warpdyn import __version__
 
 @cache
 def version_of(package: str) -> str | None:
-    """Return the version of a distribution, such as "warp-lang", or None if it is not installed; read once."""
+    """Return the version of a distribution, such as "warp-lang", or None if it is not installed."""
     if package == "warpdyn":  # of the running code, even if another version is installed
         return __version__
     try:
