@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-import xarray as xr
 
 from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
 from warpdyn.campaigns.accuracy.reliability import is_checked
@@ -45,6 +44,7 @@ from warpdyn.engine.kernels.build import history_plan
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.engine.kernels.queues import Queue, free_memory, open_queues
 from warpdyn.foundations.core.messages import collected_warnings
+from warpdyn.foundations.files.template import Template
 from warpdyn.model.scene.scene import Scene
 
 MOST_PREPARED = 4  # jobs that a worker of a cluster remembers, which runs many scenes
@@ -141,7 +141,7 @@ class Layout:
     """Properties of a group that are known before its first region.
 
     Args:
-        template: Its dataset without samples.
+        template: Template of its dataset.
         attributes: Attributes that describe its integration.
         samples_by_event: Number of histories of each event.
         events: Names of the events.
@@ -151,7 +151,7 @@ class Layout:
         messages: Warnings about the settings.
     """
 
-    template: xr.Dataset
+    template: Template
     attributes: dict[str, object]
     samples_by_event: tuple[int, ...]
     events: tuple[str, ...]
