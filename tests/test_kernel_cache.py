@@ -191,9 +191,14 @@ def test_only_the_notice_of_a_missing_driver_is_hidden(has_driver, monkeypatch, 
 
 def test_lines_are_written_even_if_warp_cannot_be_initialised(monkeypatch, capfd):
     monkeypatch.setattr(kernel_cache, "_has_driver", lambda: False)
-    with pytest.raises(OSError, match="no folder"), kernel_cache._hidden_notice():
-        os.write(2, b"Warp error\n")
-        raise OSError("no folder")
+
+    def fail():
+        with kernel_cache._hidden_notice():
+            os.write(2, b"Warp error\n")
+            raise OSError("no folder")
+
+    with pytest.raises(OSError, match="no folder"):
+        fail()
     assert capfd.readouterr().err == "Warp error\n"
 
 

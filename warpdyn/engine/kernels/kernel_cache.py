@@ -67,7 +67,7 @@ def _hidden_notice() -> Iterator[None]:
         yield
         return
     try:
-        lines, stderr = tempfile.TemporaryFile(), os.dup(2)
+        lines, stderr = tempfile.TemporaryFile(), os.dup(2)  # noqa: SIM115  (closed below)
     except OSError:  # no folder for temporary files, or the descriptor is closed
         yield
         return
