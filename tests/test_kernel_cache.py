@@ -1,7 +1,10 @@
 """Warp's kernel cache: a damaged kernel, or a folder that cannot be written, gives a warning and a new compilation."""
 
+import os
 import re
 import shutil
+import subprocess
+import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -173,3 +176,33 @@ def test_headers_are_precompiled_once(cache, monkeypatch):
     ):
         assert not headers.exists()
     assert wp._src.context.runtime._pch_dirs == own  # Warp's own folders stand where they stood
+
+
+@pytest.mark.parametrize("has_driver", [False, True])
+def test_only_the_notice_of_a_missing_driver_is_hidden(has_driver, monkeypatch, capfd):
+    monkeypatch.setattr(kernel_cache, "_has_driver", lambda: has_driver)
+    notice = "Warp CUDA warning: Could not find or load the NVIDIA CUDA driver. GPU execution will not be available.\n"
+    error = "Warp CUDA error: Failed to get driver entry point\n"
+    with kernel_cache._hidden_notice():
+        os.write(2, (notice + error).encode())
+    os.write(2, b"after\n")
+    assert capfd.readouterr().err == (notice if has_driver else "") + error + "after\n"
+
+
+def test_lines_are_written_even_if_warp_cannot_be_initialised(monkeypatch, capfd):
+    monkeypatch.setattr(kernel_cache, "_has_driver", lambda: False)
+
+    def fail():
+        with kernel_cache._hidden_notice():
+            os.write(2, b"Warp error\n")
+            raise OSError("no folder")
+
+    with pytest.raises(OSError, match="no folder"):
+        fail()
+    assert capfd.readouterr().err == "Warp error\n"
+
+
+def test_a_new_process_writes_nothing_about_a_missing_driver():
+    code = "from warpdyn.engine.kernels.kernel_cache import initialise; initialise()"
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert kernel_cache.NO_DRIVER.decode() not in result.stderr

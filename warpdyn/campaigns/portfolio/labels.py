@@ -9,6 +9,7 @@ import xarray as xr
 
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.files.netcdf import GrowingFile, trace
+from warpdyn.foundations.files.template import Template
 from warpdyn.foundations.files.unfinished import STORE_SUFFIX, Unfinished
 from warpdyn.foundations.files.zarr_stores import complete, lay_out, write_region
 from warpdyn.model.scene.portfolio import Portfolio
@@ -22,7 +23,7 @@ class Joined:
     Args:
         portfolio: The buildings.
         buildings: The numbers of the buildings of each group, increasing.
-        templates: The dataset of each group, without samples.
+        templates: The template of the dataset of each group.
         rows: Values of the samples of each group by name: arrays, or objects that return arrays for slices.
         samples_per_building: Samples of each building.
         attributes: Attributes of the dataset.
@@ -33,7 +34,7 @@ class Joined:
         self,
         portfolio: Portfolio,
         buildings: list[np.ndarray],
-        templates: list[xr.Dataset],
+        templates: list[Template],
         rows: list[dict[str, Any]],
         samples_per_building: int,
         attributes: dict[str, object],
@@ -46,10 +47,11 @@ class Joined:
         # For each name: the variable of the first group that has it, and a type for the values of all groups.
         found: dict[str, xr.Variable] = {}
         for template in templates:
-            found = {str(name): variable for name, variable in template.variables.items()} | found
+            found = template.variables | found
         self.rest = {name: v for name, v in found.items() if v.dims[:1] == ("motion",)}
         self.columns = {name: v for name, v in found.items() if v.dims[:1] == ("sample",)}
-        types = {name: [each[name].dtype for each in templates if name in each.variables] for name in self.columns}
+        variables = [template.variables for template in templates]
+        types = {name: [each[name].dtype for each in variables if name in each] for name in self.columns}
         self.dtypes = {name: np.result_type(*of_groups) for name, of_groups in types.items()}
         self.coordinates = {name for template in templates for name in template.coords}
 

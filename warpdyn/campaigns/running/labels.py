@@ -30,6 +30,7 @@ from warpdyn.foundations.core.output_variables import (
 )
 from warpdyn.foundations.core.units import unit_attributes
 from warpdyn.foundations.files.netcdf import trace
+from warpdyn.foundations.files.template import Template
 from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, motion_numbers
 from warpdyn.model.scene.scene import Scene
@@ -220,30 +221,34 @@ def _spread(values: np.ndarray, rows: np.ndarray) -> None:
         done += more
 
 
-def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> xr.Dataset:
-    """Return the dataset of a run, or of its first samples.
+def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> Template:
+    """Return the template of a run's dataset.
 
     Args:
-        model: How it was integrated.
+        model: How it is integrated.
         columns: Its variables with one value for each sample.
-        rows: Their values, sample first.
+        rows: Their values, sample first, of no samples.
     """
     scene = model.scene
     variables = {
         name: xr.Variable(("sample", *column.dims), rows[name], column.attributes) for name, column in columns.items()
     }
     coordinates = {name: variables.pop(name) for name, column in columns.items() if column.is_coordinate}
+    of_motions = {name: xr.Variable(*of_all) for name, of_all in _motion_table(scene).items()}
+    if of_motions:
+        coordinates = {"motion": of_motions.pop("motion")} | coordinates
+    coordinates |= {name: xr.Variable(*numbered) for name, numbered in _numbered(scene).items()}
     levels = levels_of(scene)
     measure = levels[0].measure if len(levels) == 1 else {}
     attributes = {**trace(scene.title, "simulate"), **measure, "scene": scene.to_json()}
-    return xr.Dataset(variables | _motion_table(scene), coordinates | _numbered(scene), attributes)
+    return Template(variables | of_motions | coordinates, tuple(coordinates), attributes)
 
 
-def filled(template: xr.Dataset, rows: Mapping[str, Any]) -> xr.Dataset:
+def filled(template: Template, rows: Mapping[str, Any]) -> xr.Dataset:
     """Return the dataset of samples.
 
     Args:
-        template: The dataset without samples.
+        template: The template of the dataset.
         rows: Values of the samples by name, sample first, as arrays or variables.
     """
     variables: dict[Any, xr.Variable] = dict(template.variables)

@@ -238,7 +238,7 @@ class Store(Files):
                 path.unlink(missing_ok=True)
             chunk = part.first_sample(len(part.regions[0]))
             with self.unfinished.named_errors():
-                files = lay_out(part.job.store, part.layout.template, part.samples, chunk)
+                files = lay_out(part.job.store, filled(part.layout.template, {}), part.samples, chunk)
             self.checkpoint.settle({"store": files})
         super().begin(parts)
 

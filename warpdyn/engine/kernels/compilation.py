@@ -18,7 +18,7 @@ import warp as wp
 from loky import ProcessPoolExecutor
 
 from warpdyn.engine.kernels.build import build_kernel, load_kernel
-from warpdyn.engine.kernels.kernel_cache import block_size, folder_of, is_compiled_in, loaded
+from warpdyn.engine.kernels.kernel_cache import block_size, folder_of, initialise, is_compiled_in, loaded
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.thread_pool import as_finished, result_of
@@ -194,7 +194,7 @@ def _configure(settings: dict[str, object], parent: int) -> None:
         parent: Process ID of the parent; this process ends when the parent ends.
     """
     Thread(target=_end_with, args=(parent,), daemon=True, name="warpdyn parent").start()
-    wp.init()  # first: it appends Warp's version to the cache folder, and the folder in `settings` has it already
+    initialise()  # first: it appends Warp's version to the cache folder, and the folder in `settings` has it already
     for name, value in settings.items():
         setattr(wp.config, name, value)
 

@@ -3,6 +3,7 @@
 The cache also contains precompiled headers, which Warp would otherwise compile in each process.
 """
 
+import ctypes
 import hashlib
 import json
 import os
@@ -12,6 +13,7 @@ import threading
 from collections import defaultdict
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -29,6 +31,10 @@ SECONDS_UNTIL_MESSAGE = 1.0  # if a compilation takes longer, a message is print
 COMPILED = {"cpu": (".o",), "cuda": (".ptx", ".cubin")}  # file name extensions of compiled kernels
 SEALED = (*COMPILED["cpu"], *COMPILED["cuda"], ".meta", ".pch")
 
+CUDA_DRIVER = "nvcuda.dll" if os.name == "nt" else "libcuda.so.1"
+NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"  # in a line that Warp writes
+
+_initialising = threading.Lock()
 _headers_checked: set[Path] = set()  # folders of headers that this process has verified
 _loaded: set[tuple[wp.Module, str]] = set()
 _loading: defaultdict[wp.Module, threading.Lock] = defaultdict(threading.Lock)
@@ -39,13 +45,50 @@ def block_size(device: str) -> int:
     return 1 if device == "cpu" else THREADS_OF_A_BLOCK
 
 
+@cache
 def initialise() -> None:
     """Initialise Warp; if the cache's folder cannot be created, use a temporary folder of this process."""
+    with _initialising:
+        try:
+            with _hidden_notice():
+                wp.init()
+        except OSError as error:
+            _move_elsewhere(error)
+            wp.init()
+
+
+@contextmanager
+def _hidden_notice() -> Iterator[None]:
+    """Hide Warp's line that there is no CUDA driver, which is normal without a GPU; write other lines afterwards.
+
+    Warp writes the line to file descriptor 2, in `wp.init`. If there is a driver, the descriptor is not touched.
+    """
+    if _has_driver():
+        yield
+        return
     try:
-        wp.init()
-    except OSError as error:
-        _move_elsewhere(error)
-        wp.init()
+        lines, stderr = tempfile.TemporaryFile(), os.dup(2)  # noqa: SIM115  (closed below)
+    except OSError:  # no folder for temporary files, or the descriptor is closed
+        yield
+        return
+    with lines:
+        os.dup2(lines.fileno(), 2)
+        try:
+            yield
+        finally:
+            os.dup2(stderr, 2)
+            os.close(stderr)
+            lines.seek(0)
+            os.write(2, b"".join(line for line in lines if NO_DRIVER not in line))
+
+
+def _has_driver() -> bool:
+    """Return whether the system finds a CUDA driver."""
+    try:
+        ctypes.CDLL(CUDA_DRIVER)
+    except OSError:
+        return False
+    return True
 
 
 def folder_of(module: wp.Module, block_size: int) -> Path:

@@ -69,6 +69,7 @@ def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray
     return _looked_up(_table, method, frequency, _at_least_zero("damping_ratio", damping_ratio))
 
 
+@cache
 def relaxation_limit(method: Method) -> float:
     """Return the largest step times rate at which a method does not amplify z' = -rate z (the memory of a law).
 

@@ -3,11 +3,16 @@
 SciPy generates points only in order, and not in several threads. This module computes a point from its index. The
 binary digits of a point are the exclusive or of a random shift and of one direction number for each bit that is set in
 the Gray code of the index (Antonov and Saleev 1979, An economic method of computing LP-tau sequences, USSR Comput.
-Math. Math. Phys. 19). The shift is point 0. The direction numbers follow from the points with the indices 1, 2, 4, ...,
-which SciPy reaches by `fast_forward`.
+Math. Math. Phys. 19). The initial direction numbers (Joe and Kuo 2008, Constructing Sobol sequences with better
+two-dimensional projections, SIAM J. Sci. Comput. 30) are read from SciPy's file, without the import of `scipy.stats`,
+which takes a third of a second. The scrambling is the linear matrix scrambling with a shift of Matousek (1998, On the
+L2-discrepancy for anchored boxes, J. Complexity 14).
 """
 
 from __future__ import annotations
+
+from functools import cache, lru_cache
+from importlib.resources import files
 
 import numpy as np
 
@@ -32,9 +37,7 @@ class SobolPoints:
     """
 
     def __init__(self, dimensions: int, generator: np.random.Generator, count: int) -> None:
-        from scipy.stats import qmc  # its import takes a third of a second
-
-        most = qmc.Sobol.MAXDIM
+        most = len(_polynomials()[0])
         if dimensions > most:
             raise ValueError(
                 f"a Sobol sequence has at most {most} variables, and the scatter has {dimensions}: choose "
@@ -45,21 +48,17 @@ class SobolPoints:
                 f"a Sobol sequence ends after 2^{BITS} points, but {count} points are needed: choose "
                 "sampling='monte_carlo'"
             )
-        sequence = qmc.Sobol(dimensions, rng=generator, bits=BITS)
-
-        def next_digits() -> np.ndarray:
-            return (sequence.random(1)[0] * 2.0**BITS).astype(np.uint32)
-
-        shift = next_digits()
-        number = np.zeros(dimensions, np.uint32)
-        self._tables = [shift[np.newaxis]]
+        generator = generator.spawn(1)[0]  # SciPy draws the same random bits in this order
+        bits = generator.integers(2, size=(dimensions, BITS), dtype=np.uint32)
+        scrambling = np.tril(generator.integers(2, size=(dimensions, BITS, BITS), dtype=np.uint32), -1)
+        scrambling |= np.eye(BITS, dtype=np.uint32)
+        digits = scrambling @ _direction_bits(dimensions) % 2  # [dimension, digit, bit of the Gray code]
+        numbers = np.einsum("dij,i->jd", digits, 1 << np.arange(BITS - 1, -1, -1, dtype=np.uint32))
+        self._tables = [(bits @ (1 << np.arange(BITS, dtype=np.uint32)))[np.newaxis]]
         for bit in range((count - 1).bit_length()):
             if bit and bit % TABLE_BITS == 0:
                 self._tables.append(np.zeros((1, dimensions), np.uint32))
-            if bit:
-                sequence.fast_forward(2**bit - sequence.num_generated)
-            number ^= next_digits() ^ shift  # the Gray code of 2^k has the bits k and k - 1
-            self._tables[-1] = np.concatenate([self._tables[-1], self._tables[-1] ^ number])
+            self._tables[-1] = np.concatenate([self._tables[-1], self._tables[-1] ^ numbers[bit]])
 
     @property
     def digits(self) -> np.ndarray:
@@ -79,3 +78,30 @@ class SobolPoints:
             if last >> (place * TABLE_BITS):  # otherwise the table adds nothing
                 words ^= table[(code >> (place * TABLE_BITS)) % 2**TABLE_BITS]
         return words * 2.0**-BITS
+
+
+@cache
+def _polynomials() -> tuple[np.ndarray, np.ndarray]:
+    """Return the primitive polynomial of each dimension, and its first direction numbers, [dimension, bit]."""
+    with np.load(str(files("scipy") / "stats" / "_sobol_direction_numbers.npz")) as read:
+        return read["poly"], read["vinit"]
+
+
+@lru_cache(maxsize=4)
+def _direction_bits(dimensions: int) -> np.ndarray:
+    """Return the digits of the direction numbers without scrambling, [dimension, digit (highest first), bit]."""
+    polynomials, first = (values[:dimensions] for values in _polynomials())
+    numbers = np.ones((dimensions, BITS), np.int64)  # those of the first dimension, whose polynomial has degree 0
+    degrees = np.frexp(polynomials)[1] - 1
+    for degree in np.unique(degrees[1:]):
+        rows = np.flatnonzero(degrees == degree)
+        found = numbers[rows]
+        found[:, :degree] = first[rows, :degree]
+        for bit in range(degree, BITS):
+            found[:, bit] = found[:, bit - degree]
+            for k in range(1, degree + 1):
+                is_term = polynomials[rows] >> (degree - k) & 1
+                found[:, bit] ^= is_term * (found[:, bit - k] << k)
+        numbers[rows] = found
+    places = np.arange(BITS - 1, -1, -1)
+    return ((numbers << places)[:, np.newaxis] >> places[:, np.newaxis] & 1).astype(np.uint32)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import warnings
 from collections import OrderedDict
@@ -14,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import warp as wp
-import xarray as xr
 
 from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
 from warpdyn.campaigns.accuracy.reliability import is_checked
@@ -45,6 +45,7 @@ from warpdyn.engine.kernels.build import history_plan
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.engine.kernels.queues import Queue, free_memory, open_queues
 from warpdyn.foundations.core.messages import collected_warnings
+from warpdyn.foundations.files.template import Template
 from warpdyn.model.scene.scene import Scene
 
 MOST_PREPARED = 4  # jobs that a worker of a cluster remembers, which runs many scenes
@@ -141,7 +142,7 @@ class Layout:
     """Properties of a group that are known before its first region.
 
     Args:
-        template: Its dataset without samples.
+        template: Template of its dataset.
         attributes: Attributes that describe its integration.
         samples_by_event: Number of histories of each event.
         events: Names of the events.
@@ -152,7 +153,7 @@ class Layout:
         deferred: Variables that a dataset in memory computes when they are read.
     """
 
-    template: xr.Dataset
+    template: Template
     attributes: dict[str, object]
     samples_by_event: tuple[int, ...]
     events: tuple[str, ...]
@@ -370,9 +371,11 @@ def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, mo
 
 def _threads_of_worker() -> int | None:
     """Return the threads of the Dask worker that runs this task; None outside of a task."""
-    try:
-        from distributed import get_worker
+    if "distributed" not in sys.modules:  # a worker has imported it; its import takes a third of a second
+        return None
+    from distributed import get_worker
 
+    try:
         return int(get_worker().state.nthreads)
-    except (ImportError, ValueError):
+    except ValueError:
         return None

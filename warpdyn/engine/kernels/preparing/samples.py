@@ -12,7 +12,7 @@ from warpdyn.engine.tracing.program import Program
 
 # Counts of a block: structures or samples that the host must refuse, samples beyond the stability limit, the first of
 # them, samples with a step that is too long, the longest duration, and whether the steps of a sample were divided. For
-# each number of substeps the place of its first sample in the order of the launch follows; -1 if there is none.
+# each number of substeps the place of its first sample in the order of the launch follows, or -1 if no sample has it.
 REFUSED, UNSTABLE, FIRST_UNSTABLE, LONG, LONGEST_RUN, IS_DIVIDED, STARTS = range(7)
 MOST_SUBSTEPS = 2**12  # samples with more steps in an interval are prepared by the host
 COUNTS = STARTS + MOST_SUBSTEPS
