@@ -142,6 +142,10 @@ RUNS = {
     "no storeys": (lambda: building(stiffness=[]), ValueError, "stiffness is empty: it must be one value or one per"),
     "error in percent": (lambda: run(settings={"target_error": 1.0}), ValueError, "target_error", "below 1"),
     "share in percent": (lambda: run(settings={"checked_share": 5.0}), ValueError, "checked_share", "at most 1"),
+    "impulse": (  # 5e9 N over the weight of 6e5 kg
+        lambda: run(building(), wd.ForceHistory([[0.0, 0.0, 0.0], [0.0, 0.0, 5e9], [0.0, 0.0, 0.0]], 0.1)),
+        "largest force over the weight is 849.764",
+    ),
     "memory in GB": (lambda: run(settings={"memory": 0.5}), ValueError, "memory [bytes]"),
     "hardening in percent": (lambda: building(hardening_ratio=5.0), ValueError, "hardening_ratio is 5", "below 1"),
 }

@@ -281,6 +281,7 @@ RUNS = {
         lambda: run({"structure": building(law="bouc_wen"), "scatter": {"beta": wd.GivenValues([0.25])}}),
         "gamma is 0.5 and beta is 0.25 (structure 0, storey 1)",
     ),
+    "motion without end": (lambda: wd.GroundMotion([1.0, 2.0], 1e308), "step times the number of samples [s]", "inf"),
     "velocity not finite": (lambda: wd.FreeVibration(1.0, velocity=NAN), "velocity is nan"),
     "histories of nothing": (lambda: wd.Histories(()), "histories.samples", "at least one sample"),
     "seed beyond a file": (lambda: run({}, seed=2**63), "seed must be a whole number", "2^63 - 1"),

@@ -35,6 +35,8 @@ pytestmark = pytest.mark.fast
         ("N-S", "NS", "horizontal", 0.0),
         ("WE", "WE", "horizontal", 90.0),
         ("North-South", "NS", "horizontal", 0.0),
+        ("South-North", "NS", "horizontal", 0.0),
+        ("West-East", "EW", "horizontal", 90.0),
         ("Kuzey-Güney", "NS", "horizontal", 0.0),
         ("Do\u011fu-Bat\u0131", "EW", "horizontal", 90.0),
         ("Este-Oeste", "EW", "horizontal", 90.0),
@@ -356,6 +358,14 @@ def test_rotated_measures_of_skew_sensors():
     assert measure.values([north, east])[0] == pytest.approx(truth, rel=1.4e-6)
     # The directions are the same 180, whatever the first one is.
     assert measure.values(skew)[0] == pytest.approx(truth, rel=1.4e-6)
+
+
+@pytest.mark.parametrize("label", ["N", "E", "Z", "SN", "SP", "H"])
+def test_short_labels_within_a_name_are_no_component(label):
+    # They may be initials of a place or an event.
+    assert record_and_component(f"site_{label}_old.txt") == ("", "")
+    assert record_and_component(f"{label}_quake.txt") == ("", "")
+    assert record_and_component("site_NORTH_old.txt") == ("site old", "NORTH")
 
 
 def test_record_and_component_with_header():

@@ -163,6 +163,7 @@ def test_bad_input_is_named():
     for change, message in (
         ({"beta": 0.0}, "beta is 0 at storey 1; it must be finite and above 0"),
         ({"gamma": [0.5, 0.6, 0.5]}, r"gamma is 0.6 and beta is 0.5 \(storey 2\)"),
+        ({"gamma": -0.5}, r"gamma is -0.5 and beta is 0.5 \(storey 1\); a Bouc-Wen storey needs -beta < gamma <= beta"),
         ({"exponent": [1.0, 2.0]}, r"exponent must be one value or one per storey, shape \[3\], got \(2,\)"),
         ({"initial_velocity": np.nan}, "initial_velocity is nan"),
     ):

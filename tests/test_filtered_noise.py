@@ -33,6 +33,16 @@ ENVELOPE = wd.JenningsEnvelope(rise=0.5, strong=0.4, decay=1.5)
 by_filter = pytest.mark.parametrize("spectrum", FILTERED.values(), ids=FILTERED)
 
 
+@pytest.mark.fast
+@pytest.mark.parametrize("name", SPECTRA)
+def test_frequencies_of_spectra_are_bounded(name):
+    density = SPECTRA[name].spectral_density([0.0, -1e9, 1e9])  # rad/s
+    assert np.isfinite(density).all()
+    assert density[1] == density[2]
+    with pytest.raises(ValueError, match="circular_frequency must be at most 1e\\+09 rad/s"):
+        SPECTRA[name].spectral_density([1.0, -1.1e9])
+
+
 def autocovariance(spectrum, lag):
     """Return the integral of the spectral density times cos(w lag) over all w."""
     inner = quad(lambda w: 2 * spectrum.spectral_density(w) * np.cos(w * lag), 0, 40, limit=500, epsabs=1e-13)[0]

@@ -53,6 +53,7 @@ def test_average_spectral_acceleration():
     periods = np.arange(0.15, 2.25, 0.01)
     measure = wd.AverageSpectralAcceleration(periods, 0.02)
     assert measure.name == "Sa_avg(0.15 to 2.24 s, 210 periods, 2 %)"
+    assert measure.parameters == (2.0, pytest.approx(0.15), pytest.approx(2.24))
     assert measure == wd.AverageSpectralAcceleration(list(periods), 0.02)
     for motion, value in zip(MOTIONS, measure.values(MOTIONS), strict=True):
         assert value == pytest.approx(gmean(spectral_acceleration(motion, periods, 0.02)), rel=1e-13)

@@ -127,6 +127,13 @@ def test_rows():
         assert LAWS["hysteretic"].spring(building(BACKBONES["level"], rules).parameters) == row
 
 
+def test_a_storey_that_has_not_moved_has_the_stiffness_of_its_positive_side():
+    # Searches of implicit methods measure their imbalance by it.
+    for rules in ("plain", "softer unloading"):
+        storey = building(BACKBONES["hardening"], RULES[rules], stiffness_ratio_negative=0.5)
+        np.testing.assert_allclose(steps(storey, np.zeros(1)).tangent, STIFFNESS, rtol=1e-12)
+
+
 @pytest.mark.parametrize("rules", RULES)
 def test_trials_tangents_and_precision(rules):
     drift = PROTOCOLS["partial cycles"]

@@ -123,6 +123,19 @@ def test_backbone_by_hand(kind):
     assert force[-1] == pytest.approx(-0.2 * YIELD_FORCE if kind == "bilinear" else 0, abs=1e-9)
 
 
+@every_kind
+def test_defaults_are_no_residual_force_no_ultimate_drift_and_no_deterioration(kind):
+    needed = ("yield_force", "plastic_drift_to_capping", "post_capping_drift", "capping_force_ratio")
+    values = {name: BACKBONE[name] for name in needed} | KINDS[kind][1]
+    storey = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law_of(kind), **values)
+    for drift in (PROTOCOLS["growing"], PROTOCOLS["ratcheting"]):
+        force = wd.storey_hysteresis(storey, drift).storey_force.values[:, 0]
+        theirs = opensees_forces(kind, drift, residual_force_ratio=0.0)
+        np.testing.assert_allclose(force, theirs, rtol=0, atol=1e-10 * YIELD_FORCE)
+    residual = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law_of(kind), **values, residual_force_ratio=0.2)
+    assert wd.storey_hysteresis(residual, [0.0, 1.4]).storey_force[-1, 0] == pytest.approx(0.2 * YIELD_FORCE)
+
+
 def cycle(*turns):
     return finer(YIELD_DRIFT * np.array(turns), 200)
 

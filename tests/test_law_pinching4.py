@@ -247,6 +247,23 @@ def test_bad_input(parameters, message):
         building(BACKBONES["falling to a residual"], **parameters)
 
 
+def test_gem_damage_is_that_of_its_toolkit():
+    # Of the stiffness (gK), reloading (gD) and strength (gF), in the order of OpenSees' Pinching4, from the modeller
+    # of oq-vmtk, with gE = 10 and the damage type "energy".
+    theirs = {
+        "stiffness": (0, 0.1, 0, 0, 0.2),
+        "reloading": (0, 0.1, 0, 0, 0.2),
+        "strength": (0, 0.4, 0, 0.4, 0.9),
+    }
+    law = wd.laws.Pinching4(yield_force=YIELD_FORCE, force_ratio_4=0.4, **BACKBONE, **wd.laws.GEM_DAMAGE)
+    with pytest.warns(UserWarning, match="of 0 make Pinching4's damage a switch"):
+        wd.ShearBuilding(1e4, 1e6, 3.0, law=law)
+    for kind, numbers in theirs.items():
+        names = ("by_drift", "by_use", "drift_exponent", "use_exponent", "limit")
+        assert tuple(getattr(law, f"{kind}_damage_{name}") for name in names) == numbers
+    assert (law.energy_factor, law.counts_cycles) == (10, 0)
+
+
 GROWING = {"strength_damage_by_use": 0.3, "strength_damage_limit": 0.3}
 BACKBONE = {"ductility_2": 3, "force_ratio_2": 1.3, "ductility_3": 6, "force_ratio_3": 1.4, "ductility_4": 12}
 

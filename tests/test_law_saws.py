@@ -113,6 +113,21 @@ def test_a_partial_unloading_leads_back_to_the_envelope(name):
 
 @pytest.mark.fast
 @pytest.mark.parametrize("name", WALLS)
+def test_reloading_follows_the_pinched_line_through_zero_drift(name):
+    # It holds as long as it lies above the envelope.
+    numbers = WALLS[name]
+    f0, fi, du, s0, *_, r4, _alpha, _beta = numbers
+    reloading = np.linspace(-0.02 * du, 0.02 * du, 2001)
+    drift = np.concatenate([[0, 0.4 * du, 0.8 * du, 0, -0.8 * du, -0.4 * du], reloading])
+    line = fi + r4 * s0 * reloading
+    is_above = (reloading < 0) | (line > envelope(numbers, np.abs(reloading)))
+    assert is_above.sum() > 1100
+    found = forces(numbers, drift)[-reloading.size :]
+    np.testing.assert_allclose(found[is_above], line[is_above], rtol=0, atol=1e-9 * f0)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", WALLS)
 def test_forces_do_not_depend_on_the_step_and_are_continuous(name):
     numbers = WALLS[name]
     drift = wandering(1.3 * numbers[2], 60, 37, seed=4)

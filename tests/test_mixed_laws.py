@@ -110,6 +110,24 @@ def test_a_portfolio_of_them_is_each_by_itself():
     np.testing.assert_allclose(run.peak_storey_drift.values[-1], alone.peak_storey_drift.values[0], rtol=1e-12)
 
 
+@pytest.mark.fast
+def test_each_storey_follows_its_own_law():
+    laws = (
+        wd.laws.Bilinear(yield_force=3e5, hardening_ratio=0.02),
+        wd.laws.BoucWen(yield_force=3e5, hardening_ratio=0.05),
+        wd.laws.PeakOriented(yield_force=3e5, hardening_ratio=0.02),
+    )
+    drift = 0.01 * np.sin(np.linspace(0, 20, 400)) * np.linspace(0, 1, 400)
+    together = wd.storey_hysteresis(wd.ShearBuilding([1e5] * 3, 1e8, 3.0, law=laws), np.tile(drift[:, None], 3))
+    for storey, law in enumerate(laws):
+        alone = wd.storey_hysteresis(wd.ShearBuilding(1e5, 1e8, 3.0, law=law), drift)
+        for name in ("storey_force", "dissipated_energy"):
+            expected = alone[name].values[:, 0]
+            np.testing.assert_allclose(
+                together[name].values[:, storey], expected, rtol=0, atol=1e-12 * np.abs(expected).max()
+            )
+
+
 def test_isolators_leave_the_frames_values():
     isolated = building().on_isolators(
         "lead_rubber_bearing", 2e5, 0.5, stiffness=3e7, yield_force=1e5, post_yield_stiffness=3e6

@@ -159,5 +159,13 @@ def test_duplicates_are_told():
         wd.Cloud([twice[0], short])
     with warnings.catch_warnings(action="error"):
         wd.Cloud([twice[0], double])
+    # Copies differ by at most 0.1 % of the peak.
+    apart = np.zeros(twice[0].acceleration.size)
+    apart[3] = twice[0].peak_ground_acceleration
+    near, far = (wd.GroundMotion(twice[0].acceleration + s * apart, twice[0].step, "c") for s in (0.9e-3, 1.1e-3))
+    with pytest.warns(UserWarning, match="motions 'a' and 'c' are the same record twice"):
+        wd.Cloud([twice[0], near])
+    with warnings.catch_warnings(action="error"):
+        wd.Cloud([twice[0], far])
     with pytest.warns(UserWarning, match=r"motions 'a' and 'double' \(and 1 more such\) are the same record twice"):
         wd.Stripes([twice[0], double, short], [0.1], wd.PeakGroundAcceleration())

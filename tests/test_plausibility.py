@@ -40,6 +40,7 @@ from warpdyn.campaigns.running import pushover, simulate as door
 from warpdyn.engine.kernels import build, queues
 from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
+from warpdyn.model.scene.building_plausibility import BuildingView
 
 pytestmark = pytest.mark.fast
 
@@ -125,6 +126,7 @@ MEANT = {
     "a shaker": lambda: run(elastic(), wd.HarmonicForce([0.0, 1e4], 6.0, 5.0)),
     "undamped free vibration": lambda: run(wd.ShearBuilding(2e5, 2e8, 3.2), wd.FreeVibration(2.0, velocity=0.1)),
     "scatter": lambda: run(scatter={"mass": factor(1.0, 0.4), "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}),
+    "98 % of the factors below 10": lambda: run(scatter={"mass": factor(1.0, 1.1)}),
     "portfolio": lambda: run(portfolio(), wd.Cloud(RECORDS)),
     "hazus": lambda: run(wd.ShearBuilding.from_hazus("C1M", "high", storeys=5)),
     "capacity": lambda: capacity(),
@@ -151,6 +153,19 @@ def test_hazus_buildings_are_plausible(type_, level):
     warned, error = findings_of(lambda: run(wd.ShearBuilding.from_hazus(type_, level, storeys)))
     assert error is None
     assert not warned
+
+
+def test_periods_and_damping_ratios_are_those_of_a_uniform_chain():
+    # Of n equal storeys with dashpots of a times their stiffness, a omega / 2 with omega by Rayleigh.
+    n, mass, stiffness, a = 4, 2e5, 3e8, 0.008
+    coefficient = a * stiffness
+    chain = wd.ShearBuilding([mass] * n, stiffness, 3.2, damping="storey", damping_coefficient=coefficient)
+    values = {name: np.asarray(value)[np.newaxis] for name, value in chain.parameters.items()}
+    view = BuildingView(chain, values, is_shaken=True)
+    omega = 2 * np.sqrt(stiffness / mass) * np.sin(np.pi / (2 * (2 * n + 1)))
+    np.testing.assert_allclose(view.period, 2 * np.pi / omega, rtol=1e-12)
+    np.testing.assert_allclose(view.damping_ratio, a * omega / 2, rtol=1e-12)
+    assert not view.needs_damping
 
 
 def test_meant_as_given_suppresses_the_warning_of_named_quantities():

@@ -1,5 +1,6 @@
 """Readers of inventories, sites and records refuse in one way what is no file, and columns that cannot be meant."""
 
+import numpy as np
 import pytest
 import xarray as xr
 
@@ -41,6 +42,17 @@ def test_a_record_of_a_header_alone_has_no_samples(tmp_path):
 def test_what_is_no_dataset_is_told(given):
     with pytest.raises(TypeError, match="takes an xarray Dataset or DataArray, got"):
         wd.records.from_dataset(given)
+
+
+def test_the_shortest_record_of_a_dataset_has_two_samples():
+    def of(count):
+        time = {"time": 0.01 * np.arange(count)}
+        return xr.DataArray(np.arange(count) / 4, time, dims="time", name="a", attrs={"units": "m/s2"})
+
+    (motion,) = wd.records.from_dataset(of(2))
+    np.testing.assert_array_equal(motion.acceleration, [0, 0.25])
+    with pytest.raises(ValueError, match="a: a record needs at least 2 samples, found 1"):
+        wd.records.from_dataset(of(1))
 
 
 def test_a_column_has_one_meaning():

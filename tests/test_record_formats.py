@@ -12,6 +12,7 @@ import warpdyn as wd
 pytestmark = pytest.mark.fast
 
 VALUES = np.round(np.random.default_rng(5).normal(scale=40, size=203), 5)
+PEAK = VALUES[np.argmax(np.abs(VALUES))]  # as a header states it
 
 
 def write(folder: Path, content: str) -> Path:
@@ -88,6 +89,12 @@ def test_cosmos_with_velocities(tmp_path):
     assert motion.acceleration.size == 203
 
 
+def test_cosmos_may_state_no_peak(tmp_path):
+    content = record_files.cosmos(VALUES).replace(f"{PEAK:15.6f}", f"{-999.0:15.6f}")
+    (motion,) = wd.records.read_cosmos(write(tmp_path, content))
+    np.testing.assert_allclose(100 * motion.acceleration, VALUES, rtol=0, atol=0.5e-5)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [
@@ -104,6 +111,12 @@ def test_cosmos_with_velocities(tmp_path):
         (
             record_files.cosmos(VALUES).replace(f"{VALUES[50]:10.5f}", f"{VALUES[50]:10.4f}"),
             "with 5 digits after the point",
+        ),
+        (record_files.cosmos(VALUES).replace(f"{PEAK:15.6f}", f"{1.1 * PEAK:15.6f}"), "states a peak of"),
+        # Lines of 8 values follow line 48, so the value with index 50 is the third one of line 55.
+        (
+            record_files.cosmos(np.where(np.arange(203) == 50, 9999.0, VALUES)),
+            r"txt:55: the value 9999 \(1 times in the file\) marks a missing value",
         ),
     ],
 )

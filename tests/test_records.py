@@ -93,6 +93,14 @@ def test_at2_cut_within_its_last_value(tmp_path, lost):
         wd.records.read_at2(write(tmp_path, content))
 
 
+def test_at2_with_a_missing_value_after_lines_of_several_lengths(tmp_path):
+    lines = [".1000E-01", *[".1000E-01 -.2000E-01 .3000E-01"] * 10]
+    lines[2] = ".1000E-01 -.9999E+04 .3000E-01"
+    content = NEW + "NPTS= 31, DT= .01 SEC\n" + "\n".join(lines) + "\n"
+    with pytest.raises(ValueError, match=r"record\.AT2:7: the value -9999 \(1 times in the file\) marks a missing"):
+        wd.records.read_at2(write(tmp_path, content))
+
+
 @pytest.mark.parametrize("values", ["0.1 -0.25 0.", "10 -25 3"])
 def test_at2_that_may_be_cut(tmp_path, values):
     content = NEW + "NPTS= 3, DT= .01 SEC\n" + values

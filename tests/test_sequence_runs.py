@@ -218,6 +218,7 @@ def test_fragility_of_the_damaged_building():
         wd.fragility_of_cloud(run.isel(event=0), {"extensive": 0.01})
 
 
+@pytest.mark.fast
 def test_bad_input_is_refused_by_name():
     building = make_building()
     with pytest.raises(TypeError, match="must map each event's name to its design"):
@@ -228,6 +229,8 @@ def test_bad_input_is_refused_by_name():
         wd.EventSequence({1: MAIN, "aftershock": AFTER})
     with pytest.raises(TypeError, match=r"event 'aftershock' must be Stripes, .* got FreeVibration"):
         wd.EventSequence({"mainshock": MAIN, "aftershock": wd.FreeVibration(1.0, velocity=1.0)})
+    with pytest.raises(TypeError, match=r"event 'aftershock' must be Stripes, .* got float"):
+        wd.EventSequence({"mainshock": MAIN, "aftershock": 0.3})
     events = wd.EventSequence({"mainshock": MAIN, "aftershock": wd.OneMotionPerStructure([AFTER], scale=[1.0, 2.0])})
     scene = wd.Scene(building, events)
     with pytest.raises(

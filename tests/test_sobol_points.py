@@ -34,6 +34,14 @@ def test_late_points_are_scipy_s():
     np.testing.assert_array_equal(points.at(np.arange(first, first + 8)), sequence.random(8))
 
 
+def test_as_many_variables_as_scipy_has_direction_numbers_for(monkeypatch):
+    monkeypatch.setattr(qmc.Sobol, "MAXDIM", 3)  # 21201 take seconds
+    expected = qmc.Sobol(3, rng=np.random.default_rng(0)).random(4)
+    np.testing.assert_array_equal(SobolPoints(3, np.random.default_rng(0), 4).at(np.arange(4)), expected)
+    with pytest.raises(ValueError, match="at most 3 variables, and the scatter has 4"):
+        SobolPoints(4, np.random.default_rng(0), 4)
+
+
 def test_too_many_variables_and_points_are_refused():
     most = qmc.Sobol.MAXDIM
     with pytest.raises(ValueError, match=f"at most {most} variables, and the scatter has {most + 1}"):

@@ -97,16 +97,15 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
 
     behind_yield = device_functions(name, behind_yield)["behind_yield"]
 
-    def hysteretic_step(x: Any, memory: Any, c: Any, flexibility_ahead: Any, flexibility_behind: Any):
-        """Return the state after a step to a drift.
+    def hysteretic_step(x: Any, is_up: bool, memory: Any, c: Any, flexibility_ahead: Any, flexibility_behind: Any):
+        """Return the state after a step to a drift, upwards if `is_up`.
 
         These are the force, the slope, the direction, the farthest drift ahead and the drift of zero force behind, then
         the slope of the line that the storey follows from there and the drift at which this line ends. The force and
         the drifts are mirrored. A flexibility is 1 over the unloading stiffness.
         """
         zero, one = type(x)(0.0), type(x)(1.0)
-        way = wp.where(x < memory[M.DRIFT], -one, one)
-        is_up = way > zero
+        way = wp.where(is_up, one, -one)
         ahead = wp.where(is_up, memory[M.FARTHEST_AHEAD], memory[M.FARTHEST_BEHIND])
         behind = wp.where(is_up, memory[M.FARTHEST_BEHIND], memory[M.FARTHEST_AHEAD])
         released = wp.where(is_up, memory[M.RELEASED_BEHIND], memory[M.RELEASED_AHEAD])
@@ -226,7 +225,7 @@ def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
         above = flexibility(memory[M.FARTHEST_AHEAD], True, c)
         below = flexibility(memory[M.FARTHEST_BEHIND], False, c)
         is_up = x >= memory[M.DRIFT]
-        return hysteretic_step(x, memory, c, wp.where(is_up, above, below), wp.where(is_up, below, above))
+        return hysteretic_step(x, is_up, memory, c, wp.where(is_up, above, below), wp.where(is_up, below, above))
 
     step = device_functions(name, step)["step"]
 

@@ -122,8 +122,9 @@ def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) 
         return name.label or (header.label if header.family else "")
     if name.kind == "unknown" or not is_sure:
         return header.label
-    both_known = header.azimuth is not None and name.azimuth is not None
-    is_turned = both_known and angle_between(header.azimuth or 0.0, name.azimuth or 0.0) > 45.0
+    is_turned = False
+    if header.azimuth is not None and name.azimuth is not None:
+        is_turned = angle_between(header.azimuth, name.azimuth) > 45.0
     used = name.label if name.kind == "vertical" != header.kind else header.label
     if (header.kind != name.kind or is_turned) and place:
         warn_caller(

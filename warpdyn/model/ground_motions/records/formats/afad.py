@@ -48,14 +48,19 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
             raise ValueError(f"{numbers.place(i)}: expected 3 values, one per component, got {width}")
     check_count(len(numbers), *header["NUMBER OF DATA"])
     table = checked_values(numbers, record.text, range(3))
-    stated = {orientation(name).label: peak for name, peak in _PEAK.findall(peaks)}
+    stated = {_label(name): peak for name, peak in _PEAK.findall(peaks)}
     earthquake = f"{header['STATION ID'][0]} {header['RECORD TIME'][0]}"
     motions = []
     for values, token in zip(table, record.lines[directions].split(), strict=True):
-        component = orientation(token.replace("-", "")).label
-        peak = stated.get(component) or stated.get(orientation(token).label)
+        component = _label(token)
+        peak = stated.get(component)
         if peak is None:
             raise ValueError(f"{place}: expected the peak of the component {token}, got {peaks!r}")
         check_printed_peak(values, peak, place, precision=1e-6)
         motions.append(record.motion(unit_factor("gal", place) * values, step, component, earthquake))
     return motions
+
+
+def _label(name: str) -> str:
+    """Return the label of a component, such as "NS" for "N-S"."""
+    return orientation(name.replace("-", "")).label

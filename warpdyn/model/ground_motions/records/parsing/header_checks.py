@@ -57,9 +57,15 @@ def checked_values(numbers: NumberLines, text: str, columns: Sequence[int] | Non
     values = numbers.values(columns) if len(numbers) else np.zeros(0)
     check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], numbers.path)
     check_forms(numbers)
-    per_line = len(numbers.tokens(0)) if columns is None and len(numbers) else 1
+
+    def line_of(value: int) -> int:
+        if columns is not None:
+            return value
+        ends = np.cumsum([len(numbers.tokens(i)) for i in range(len(numbers))])
+        return int(np.searchsorted(ends, value, side="right"))
+
     for row in np.atleast_2d(values):
-        check_missing_values(row, lambda i: numbers.place(min(i // per_line, len(numbers) - 1)))
+        check_missing_values(row, lambda value: numbers.place(line_of(value)))
     return values
 
 
