@@ -53,6 +53,27 @@ FUNCTIONS = {"min": "max", "max": "min", "minimum": "maximum", "maximum": "minim
 # if the file contains the expression in other places, too.
 EQUIVALENT: dict[tuple[str, str, str], str] = {
     (
+        "warpdyn/answers/fragility/maximum_likelihood/newton.py",
+        "least = value - 1e-13 * np.abs(value)",
+        "least = value - 1.25e-13 * np.abs(value)",
+    ): "the functions are concave with one maximum, and the search ends by the length of the step; a bound above the "
+    "rounding of the value decides only whether a step that changes nothing but rounding is halved",
+    (
+        "warpdyn/answers/fragility/lognormal_fit.py",
+        "_BLOCK = 1 << 14  # number of rows fitted at a time, which limits the memory and fits in the cache",
+        "_BLOCK = 1 << 15  # number of rows fitted at a time, which limits the memory and fits in the cache",
+    ): "rows are fitted independently of each other, so the number of rows at a time changes only memory and time",
+    (
+        "warpdyn/campaigns/reductions/workers.py",
+        "self.stream = wp.Stream(device, priority=-1)",
+        "self.stream = wp.Stream(device, priority=-2)",
+    ): "Warp clamps the priority to -1 and 0",
+    (
+        "warpdyn/campaigns/reductions/workers.py",
+        "return order, np.append(start, order.size).astype(np.int32), 1",
+        "return order, np.append(start, order.size).astype(np.int32), 2",
+    ): "a thread adds two units of a group one after the other instead of one; their sums are exact in any order",
+    (
         "warpdyn/engine/kernels/parts/straight_branches.py",
         "leaving = int(0)",
         "leaving = int(1)",

@@ -174,6 +174,17 @@ def test_nearly_flat_counts_are_no_fit():
     assert np.isnan(dispersion[0])
 
 
+def test_equal_shares_of_different_numbers_of_samples_do_not_increase():
+    # The shares are equal as fractions of whole numbers; in floating point some of them seem to increase by rounding.
+    generator = np.random.default_rng(1)
+    denominator = generator.integers(2, 50, 2000)[:, None]
+    numerator = generator.integers(1, denominator)
+    multiple = generator.integers(1, 1000, (2000, 4))
+    median, _, outcome = fit_stripes([0.1, 0.2, 0.4, 0.8], numerator * multiple, denominator * multiple)
+    assert {FIT_MEANINGS[code] for code in outcome} == {"not_increasing"}
+    assert np.isnan(median).all()
+
+
 def test_estimator_recovers_bias_and_standard_error():
     """Baker's design with truth 1 and 0.4, against the standard errors of its expected information."""
     replicates = 20_000

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 import xarray as xr
-from scipy.stats import lognorm
+from scipy.stats import lognorm, ttest_ind
 from test_cloud_curves import make_cloud
 from test_fragility import make_run
 
 import warpdyn as wd
+from warpdyn.answers.fragility.intervals.jackknife import spread_of
 from warpdyn.answers.fragility.intervals.strata import strata_of_records
 from warpdyn.foundations.core import checks
 
@@ -113,6 +114,25 @@ def test_the_jackknife_is_the_stratified_one_by_hand():
         variance += 5 / 6 * np.sum((np.array(left_out) - np.mean(left_out)) ** 2)
     # statsmodels stops at 1e-12 of the deviance, and the variance is of differences of some 1e-2.
     assert float(curves["median_variance"].sel(source="record")[0]) == pytest.approx(variance, rel=1e-3)
+
+
+def test_degrees_of_freedom_of_two_strata_are_those_of_welchs_test():
+    # Without each value, a mean has the jackknife variance s^2 / n, as in Welch's test of the difference of two means.
+    generator = np.random.default_rng(4)
+    first, second = generator.normal(0.0, 3.0, 4), generator.normal(0.0, 1.0, 9)
+    estimate = np.array(first.mean() - second.mean())
+    left_out = np.concatenate(
+        [
+            [np.delete(first, place).mean() - second.mean() for place in range(first.size)],
+            [first.mean() - np.delete(second, place).mean() for place in range(second.size)],
+        ]
+    )
+    strata = np.repeat([0, 1], [first.size, second.size])
+    found = spread_of(estimate, left_out, np.empty((0,)), np.array(0.0), strata)
+    welch = ttest_ind(first, second, equal_var=False)
+    assert found.freedom == pytest.approx(welch.df, rel=1e-9)  # differences of means that are rounded by 1e-16
+    assert found.by_source.sum() == pytest.approx((estimate / welch.statistic) ** 2, rel=1e-9)
+    assert welch.df < 0.9 * (first.size + second.size - 2)  # of one stratum
 
 
 def test_records_that_run_at_every_level_are_one_set():

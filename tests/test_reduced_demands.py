@@ -8,6 +8,7 @@ from labels import check_labels
 from reduced_runs import (
     CITY,
     MARKS,
+    PGA,
     assert_made_of,
     scene_of,
     simulate,
@@ -15,12 +16,13 @@ from reduced_runs import (
     statistics_of,
     with_failures,
 )
+from test_simulate import MOTIONS
 
 import warpdyn as wd
 from warpdyn.campaigns.reductions.demand_histogram import quantiles_of
 from warpdyn.campaigns.reductions.demand_moments import moments
 from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.tally import Block, Sums
+from warpdyn.campaigns.reductions.tally import Block, Sums, Tally, find_states, searched
 from warpdyn.campaigns.reductions.workers import Threads
 
 pytestmark = MARKS
@@ -136,6 +138,57 @@ def test_quantiles_of_given_counts():
     np.testing.assert_array_equal(found, [[0.5, 1.5], [np.nan] * 2, [np.nan] * 2])
     np.testing.assert_array_equal(least, [[0.0, 1.0], [2.0, 2.0], [np.nan] * 2])
     np.testing.assert_array_equal(most, [[1.0, 2.0], [np.inf] * 2, [np.nan] * 2])
+
+
+class Recording(Threads):
+    """Threads that launch nothing, and note the least lengths of their parts."""
+
+    def __init__(self):
+        super().__init__(4)
+        self.least = []
+
+    def run(self, kernel, first, last, arguments, least=1, most=0, together=1):
+        self.least.append(least)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("levels", [1, 5, 2**15 // 3, 2**15 // 3 + 1])
+def test_a_thread_has_enough_samples_to_pay_for_its_launch(levels):
+    # 2^15 samples, and at most one structure more.
+    samples = 3 * levels
+    population = Population(scene_of(wd.Stripes(MOTIONS, np.linspace(0.8, 3.2, levels), PGA)), 2)
+    cells, workers = wd.DemandMoments("demand").cells(population), Recording()
+    values = {"status": np.zeros(2 * samples, np.int8), "demand": np.ones((2 * samples, 1))}
+    block, states = Block(np.arange(2), 0, values), workers.no_states((1, 2 * samples))
+    Tally(cells, 1, 2, 4).add(block, states, workers)
+    Sums(cells).add(block, "demand", True, 0, workers)
+    find_states(block, "demand", searched(np.array([[0.5]])), np.zeros(2, int), states, workers)
+    of_counts, of_sums, _, of_states = workers.least
+    workers.close()
+    for least in (of_counts, of_sums, of_states):
+        assert 2**15 <= least * samples <= 2**15 + samples
+
+
+class Unwritten(Threads):
+    """Threads whose memory is full of NaN until it is written, and is kept."""
+
+    def __init__(self):
+        super().__init__(1)
+        self.given = []
+
+    def empty(self, shape, dtype):
+        self.given.append(np.full(shape, np.nan, dtype))
+        return self.given[-1]
+
+
+def test_sums_of_rows_use_all_of_their_memory():
+    values = {"status": np.zeros(9, np.int8), "demand": np.arange(9.0).reshape(9, 1)}
+    sums, workers = Sums(wd.DemandMoments("demand").cells(Population(scene_of("cloud"), 3))), Unwritten()
+    sums.add(Block(np.arange(3), 0, values), "demand", True, 0, workers)
+    workers.close()
+    assert sums.totals.tolist() == [[36.0, 0.0, 204.0, 0.0, 8.0]]  # of 0 to 8, and of their squares
+    (given,) = workers.given
+    assert np.isfinite(given).all()
 
 
 @pytest.mark.parametrize("scatter", [1.0, 1e-3, 1e-6])

@@ -82,6 +82,16 @@ CASES = [
         lambda: wd.DamageCounts({name: CITY_LIMITS[name] for name in list(CITY.archetypes)[1:]}),
         "limits lack archetype 'low'",
     ),
+    (
+        "city crossed",
+        lambda: wd.DamageCounts(CITY_LIMITS | {"middle": {}}),
+        "archetype 'middle': limits must map each damage state to a drift ratio, got {}",
+    ),
+    (
+        "city crossed",
+        lambda: wd.DamageCounts(CITY_LIMITS | {"middle": 0.01}),
+        "archetype 'middle': limits must map each damage state to a drift ratio, got 0.01",
+    ),
     ("city cloud", lambda: wd.DamageCounts(CITY_LIMITS, over="earthquake"), "unknown over 'earthquake'"),
     ("city cloud", lambda: wd.DamageCounts(CITY_LIMITS | {"lower": LIMITS}), "limits name 'lower'"),
 ]
@@ -151,6 +161,29 @@ def test_counts_over_too_much_are_refused(monkeypatch):
     statistic = wd.DamageCounts(LIMITS, over=("structure", "motion"))
     with pytest.raises(MemoryError, match=r"over 21 structures x 3 motions takes .* name fewer dimensions in over="):
         wd.simulate(scene_of("crossed"), structures=21, device="cpu", statistics=statistic)
+
+
+@pytest.mark.parametrize(
+    ("statistic", "numbers"),
+    [
+        # 8 bytes for each number: states or bins, and 3 kinds of failure.
+        (wd.DamageCounts(LIMITS, over="structure"), 4 + 3),
+        (wd.DamageLoss(LIMITS, dict.fromkeys(LIMITS, 0.5), over="structure"), 4 + 3),
+        (wd.DemandHistogram(DRIFT, [0.005, 0.01], over="structure"), 3 + 3),
+    ],
+)
+def test_counts_of_the_worst_storey_take_memory_for_one_place(statistic, numbers, monkeypatch):
+    monkeypatch.setattr("warpdyn.campaigns.reductions.tally.free_memory", lambda device: 1000)
+    size = f"{8 * 21 * numbers / 1e9:.3g} GB"
+    with pytest.raises(MemoryError, match=f"over 21 structures takes {size}, "):
+        wd.simulate(scene_of("crossed"), structures=21, device="cpu", statistics=statistic)
+
+
+def test_more_cells_than_their_32_bit_numbers_are_refused():
+    structures, cells = 2**16, np.arange(2**16) // 2
+    statistic = wd.DamageCounts(LIMITS, over=("structure", "cell"), labels={"cell": cells})
+    with pytest.raises(ValueError, match=r"over structure, cell has 2,147,483,648 cells, .* name fewer dimensions"):
+        wd.simulate(scene_of("crossed"), structures=structures, device="cpu", statistics=statistic)
 
 
 def test_counts_over_something_else_are_refused_by_the_functions_that_take_them():

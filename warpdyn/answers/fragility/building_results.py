@@ -162,8 +162,8 @@ def _earthquakes(counted: xr.Dataset, name: str) -> int | None:
     # Find the earthquakes of the draws without parsing the sites of all buildings before them. Quotes within JSON text
     # are escaped, so no name looks like this key.
     begin, key = text.find(f'"excitation":{design}'), '"earthquake":['
-    place = text.find(key, begin) if begin >= 0 else -1
-    if place >= 0:
+    place = text.find(key, begin)  # -1 for another design: the search begins at -1, the last character
+    if place != -1:
         drawn = json.JSONDecoder().raw_decode(text, place + len(key) - 1)[0]
         return len(set(drawn))
     if not text or design in text:  # events of a sequence have different earthquakes

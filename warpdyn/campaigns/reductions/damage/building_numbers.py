@@ -113,7 +113,7 @@ class NumberSums:
         rest = np.where(failed > 0, _sums_of(self._of_all) - of_states.sum(axis=-1), 0.0)
         said = {"units": "1", "long_name": "buildings represented by the samples in the damage state"}
         of_failed = {"units": "1", "long_name": "buildings represented by the samples that failed"}
-        table = of_states.reshape(*cells.shape, -1)
+        table = of_states.reshape(*cells.shape, len(self._of_states))
         return {
             f"{BUILDING_NUMBER}{cells.suffix}": ((*cells.dims, "damage_state"), table, said),
             f"failed_{BUILDING_NUMBER}{cells.suffix}": (cells.dims, rest.reshape(cells.shape), of_failed),
