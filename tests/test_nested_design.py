@@ -48,6 +48,26 @@ def test_a_nested_run_holds_those_histories_of_the_crossed_one():
     assert wd.Scene.from_json(whole.attrs["scene"], MOTIONS).excitation.structures_per_motion is None
 
 
+def test_stripes_without_a_number_run_as_three_structures_per_motion():
+    open_design = wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration())
+    run = wd.simulate(scene(open_design), seed=4, device="cpu")
+    named = wd.simulate(scene(nested(3)), seed=4, device="cpu")
+    assert run.sizes["sample"] == 3 * len(MOTIONS) * len(LEVELS)
+    for name in ("peak_storey_drift_ratio", "structure", "motion_index", "im_level", "stiffness"):
+        np.testing.assert_array_equal(run[name], named[name])
+    assert wd.Scene.from_json(run.attrs["scene"], MOTIONS).excitation.structures_per_motion == 3
+
+
+def test_the_named_crossed_design_gives_the_histories_of_a_call_with_structures():
+    crossed = wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration(), structures_per_motion="crossed")
+    open_design = wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration())
+    run, same = (wd.simulate(scene(each), structures=4, seed=4, device="cpu") for each in (crossed, open_design))
+    assert run.sizes["sample"] == 4 * len(MOTIONS) * len(LEVELS)
+    for name in ("peak_storey_drift_ratio", "structure", "motion_index", "im_level", "stiffness"):
+        np.testing.assert_array_equal(run[name], same[name])
+    assert wd.Scene.from_json(run.attrs["scene"], MOTIONS).excitation.structures_per_motion == "crossed"
+
+
 @pytest.mark.fast
 def test_bad_input_of_a_nested_design():
     with pytest.raises(ValueError, match="structures_per_motion must be"):
@@ -57,3 +77,28 @@ def test_bad_input_of_a_nested_design():
     portfolio = wd.Portfolio({"frame": wd.Archetype(BUILDING, count=6)})
     with pytest.raises(ValueError, match="structures_per_motion does not apply to a portfolio"):
         wd.Scene(portfolio, nested())
+
+
+def test_the_summary_names_a_nested_design():
+    crossed = wd.simulate(scene(wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration())), structures=2, device="cpu")
+    assert "nested design" not in str(wd.summary(crossed))
+    run = wd.simulate(scene(nested()), seed=4, device="cpu")
+    assert "nested design: 6 structures, each under one of 3 motions" in str(wd.summary(run))
+    one_level = wd.Stripes(MOTIONS, [0.1], wd.PeakGroundAcceleration(), structures_per_motion=2)
+    run = wd.simulate(scene(one_level), seed=4, device="cpu")
+    assert "nested design: 6 structures, each under one of 3 motions" in str(wd.summary(run))
+
+
+def test_capacities_without_a_number_are_of_three_structures_per_motion():
+    limits, open_design = {"slight": 0.002}, wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration())
+    found = wd.capacities(scene(open_design), limits, highest=2.0, seed=4, device="cpu")
+    named = wd.capacities(scene(nested(3)), limits, highest=2.0, seed=4, device="cpu")
+    assert found["drawn_structure"].values.tolist() == [[0, 3, 6], [1, 4, 7], [2, 5, 8]]
+    np.testing.assert_array_equal(found["capacity"], named["capacity"])
+
+
+def test_a_plan_counts_the_histories_of_the_default_design():
+    open_design = wd.Stripes(MOTIONS, LEVELS, wd.PeakGroundAcceleration())
+    terms = {"target_error": 0.05, "method": "rk4", "dtype": "float32", "device": "cpu"}
+    assert wd.plan(scene(open_design), **terms).carried["samples"] == 3 * len(MOTIONS) * len(LEVELS)
+    assert wd.plan(scene(open_design), structures=4, **terms).carried["samples"] == 4 * len(MOTIONS) * len(LEVELS)

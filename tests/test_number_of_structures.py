@@ -9,13 +9,13 @@ import pytest
 from test_simulate import MOTIONS, SEEDED, make_building
 
 import warpdyn as wd
-from warpdyn.model.scene.number_of_structures import number_of_structures
+from warpdyn.model.scene.number_of_structures import number_of_structures, with_default_design
 
 pytestmark = pytest.mark.fast
 PGA = wd.PeakGroundAcceleration()
 STRIPES = wd.Stripes(MOTIONS, [0.1, 0.2], PGA)
 CLOUD = wd.Cloud(MOTIONS)
-GIVEN = {"mass": wd.GivenValues(np.ones((3, 1)) * 1e5)}
+GIVEN = {"mass": wd.GivenValues(np.ones((3, 2)) * 1e5)}
 
 
 def scene(design=STRIPES, scatter=SEEDED):
@@ -67,4 +67,38 @@ def test_the_public_functions_warn(function):
         patch.setattr("warpdyn.campaigns.running.simulate.warn_of_implausible", stop)
         patch.setattr("warpdyn.campaigns.incremental.capacities.build_run", stop)
         with pytest.warns(UserWarning, match="structures= is missing"), pytest.raises(RuntimeError, match="stopped"):
-            function(scene())
+            function(scene(CLOUD))
+
+
+@pytest.mark.parametrize(
+    ("design", "scatter", "structures"),
+    [
+        (STRIPES, SEEDED, 4),  # the call gives a number
+        (STRIPES, {}, None),  # nothing is random
+        (STRIPES, GIVEN, None),  # the scene lists structures
+        (CLOUD, SEEDED, None),
+        (wd.Stripes(MOTIONS, [0.1, 0.2], PGA, structures_per_motion="crossed"), SEEDED, None),
+        (wd.Stripes(MOTIONS, [0.1, 0.2], PGA, structures_per_motion=2), SEEDED, None),
+        (wd.Stripes(MOTIONS[:1], [0.1, 0.2], PGA), SEEDED, None),  # each motion's own structures would be all
+        (wd.Stripes([MOTIONS[:1], MOTIONS[1:2]], [0.1, 0.2], PGA), SEEDED, None),  # motions of each level
+    ],
+)
+def test_scenes_that_keep_their_design(design, scatter, structures):
+    given = scene(design, scatter)
+    assert with_default_design(given, structures) is given
+
+
+def test_random_stripes_without_a_number_have_three_structures_per_motion():
+    given = scene()
+    changed = with_default_design(given, None)
+    assert changed.excitation.structures_per_motion == 3
+    assert number_of_structures("simulate", changed, None) == 3 * len(MOTIONS)
+    assert given.excitation.structures_per_motion is None  # the user's scene is not changed
+
+
+def test_the_crossed_design_needs_a_number():
+    crossed = wd.Stripes(MOTIONS, [0.1, 0.2], PGA, structures_per_motion="crossed")
+    with pytest.warns(UserWarning, match="simulate: structures= is missing"):
+        assert number_of_structures("simulate", scene(crossed), None) == 1
+    with pytest.raises(ValueError, match="structures_per_motion"):
+        wd.Stripes(MOTIONS, [0.1, 0.2], PGA, structures_per_motion="nested")

@@ -23,6 +23,7 @@ from warpdyn.engine.methods.table import check_fits, fitting_methods
 from warpdyn.foundations.core.checks import one_of, whole_number
 from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.scene.arguments import takes_scene
+from warpdyn.model.scene.number_of_structures import with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
@@ -46,7 +47,7 @@ def plan(
     scene: Scene,
     target_error: float = 0.01,
     *,
-    structures: int = 1,
+    structures: int | None = None,
     seed: int = 0,
     method: str | None = None,
     dtype: str | None = None,
@@ -64,7 +65,7 @@ def plan(
     Args:
         scene: The scene.
         target_error: Bound [1] on the relative error of 95 % of the samples.
-        structures: Number of structures in the planned run, to estimate its time.
+        structures: Number of structures in the planned run, to estimate its time; None: as in `simulate`.
         seed: Seed of the pilot's samples.
         method: The method, if it is already chosen; None: try all methods that can be the cheapest.
         dtype: "float32" or "float64", if it is already chosen.
@@ -84,9 +85,9 @@ def plan(
     if not scene.structure.is_many:  # choose_method raises an error for a portfolio
         warn_of_implausible(scene)
     return choose_method(
-        scene,
+        with_default_design(scene, structures),
         target_error,
-        structures=structures,
+        structures=1 if structures is None else structures,
         seed=seed,
         method=method,
         dtype=dtype,

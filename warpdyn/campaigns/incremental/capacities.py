@@ -25,7 +25,7 @@ from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
 from warpdyn.foundations.core.progress import counted_histories
 from warpdyn.model.ground_motions.designs import Cloud, Design, Stripes
 from warpdyn.model.scene.arguments import takes_scene
-from warpdyn.model.scene.number_of_structures import number_of_structures
+from warpdyn.model.scene.number_of_structures import number_of_structures, with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
@@ -85,9 +85,11 @@ def capacities(
             intensity. Recorders of the scene are ignored.
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand (storey drift
             ratio [1], floor acceleration [m/s2]). Only collapse exceeds a limit of `math.inf`.
-        structures: Number of structures to draw; None for 1, with a warning if parameters are scattered. Omit it if
-            Stripes have `structures_per_motion`: then the dimension `structure` counts the structures of each motion,
-            and `drawn_structure` is the index of the drawn structure.
+        structures: Number of structures to draw; each runs under every motion. None: for Stripes and random parameters,
+            3 structures per motion, or the number of `structures_per_motion`; otherwise 1, with a warning if parameters
+            are scattered. With structures of each motion, the dimension `structure` counts these, and
+            `drawn_structure` is the index of the drawn structure. To compare motions on the same structures, give
+            `structures`.
         demand: Name of a recorded variable, such as "peak_floor_acceleration"; the largest absolute value over storeys
             or floors counts.
         tolerance: Largest relative width of a bracket [1], capacity_upper / capacity_lower - 1.
@@ -131,6 +133,7 @@ def capacities(
         >>> found["capacity"].median(["structure", "motion"]).round(1).values  # g
         array([0.5, 1.2])
     """
+    scene = with_default_design(scene, structures)
     design = _design_of(scene)
     names, limit = _checked(limits)
     tolerance = real_number("tolerance", tolerance, above=0)
@@ -167,7 +170,7 @@ def capacities(
         highest = real_number("highest", highest, above=first)
     elif isinstance(design, Stripes):
         highest = float(design.levels[-1])
-    own = design.structures_per_motion or run.structures
+    own = design.own_structures or run.structures
     findings = StabilityFindings(own * len(design.motions), run.integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)

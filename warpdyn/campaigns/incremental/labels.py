@@ -113,7 +113,7 @@ def labelled_capacities(found: Found, run: Run, integration: Settled, highest: f
     }
     dims = (*PAIR, "damage_state")
     numbers = {"units": "1"}
-    is_nested = design.structures_per_motion is not None
+    is_nested = design.own_structures > 0
     label = "number among the structures of a motion" if is_nested else "index of the drawn structure"
     of_structure = numbers | {"long_name": "index of the drawn structure", "sampling": scene.sampling_of_structures}
     text = f"{design.measure.name} at which the limit is first passed"

@@ -36,7 +36,7 @@ def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
 
     If each motion has its own structures, `structures` contains indices among the structures of a motion.
     """
-    own = design.structures_per_motion
+    own = design.own_structures
     motions = np.arange(len(design.motions))
     if own:
         return structures[:, None] + own * motions

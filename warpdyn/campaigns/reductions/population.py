@@ -105,7 +105,7 @@ class Population:
             at_sites = np.asarray(design.motion)
             is_shared = bool((at_sites == at_sites[:1]).all())
             return at_sites[0, np.asarray(design.earthquake)].ravel() if is_shared else None
-        if isinstance(design, Stripes) and design.structures_per_motion is None:
+        if isinstance(design, Stripes) and not design.own_structures:
             return design.places[0].astype(np.int64)
         return np.arange(len(design.motions)) if isinstance(design, Cloud) else None
 
@@ -152,7 +152,7 @@ class Population:
     def level_of_places(self, event: int) -> np.ndarray:
         """Return the number of the level of each sample of a structure in an event; 0 without stripes."""
         design, samples = self.designs[event], self.samples(event)
-        if isinstance(design, Stripes) and design.structures_per_motion is None:
+        if isinstance(design, Stripes) and not design.own_structures:
             of_design = design.places[1]  # in a sequence, repeated for each history of the earlier events
             return of_design[np.arange(samples) % of_design.size]
         return np.arange(samples) % self.levels_of(event).size

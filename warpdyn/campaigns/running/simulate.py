@@ -19,7 +19,7 @@ from warpdyn.foundations.core.interruption import interruptible
 from warpdyn.foundations.files.unfinished import STORE_SUFFIX
 from warpdyn.foundations.files.zarr_stores import check_zarr
 from warpdyn.model.scene.arguments import takes_scene
-from warpdyn.model.scene.number_of_structures import number_of_structures
+from warpdyn.model.scene.number_of_structures import number_of_structures, with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
@@ -75,8 +75,9 @@ def simulate(
 
         structures: Number of structures to draw; each runs under every motion, at every level, of the scene's design.
             None: as many as the scene lists (in a scatter of GivenValues, or in a design that gives each motion its own
-            structures); if it lists no structures: 1, with a warning if parameters are scattered. Not for a portfolio:
-            each archetype has its `count`.
+            structures). If it lists no structures: 3 separate structures per motion for Stripes and random parameters
+            (nested design), otherwise 1, with a warning if parameters are scattered. Not for a portfolio: each
+            archetype has its `count`.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
 
         integration: How samples are integrated; None: by the arguments of the next line.
@@ -148,6 +149,7 @@ def simulate(
         overwrite=overwrite,
     )
     _check_together(scene, how, where, what)
+    scene = with_default_design(scene, structures)
     structures = number_of_structures("simulate", scene, structures)
     warn_of_implausible(scene, step=how.step, longest_step=how.longest_step)
     with interruptible():

@@ -54,6 +54,7 @@ def summary(run: xr.Dataset) -> str:
     outcomes = ", ".join(f"{count:,} {name}" for count, name in zip(status, STATUS_MEANINGS, strict=True) if count)
     lines = [
         f"{run.sizes['sample']:,} samples: {outcomes}",
+        *_nested_design(run),
         *_integration(run, run["integration_step"].values),
         *_collapses(run),
     ]
@@ -65,6 +66,19 @@ def summary(run: xr.Dataset) -> str:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
             lines.append(f"{demand:<26}{row}")
     return Text("\n".join(lines))
+
+
+def _nested_design(run: xr.Dataset) -> list[str]:
+    """Return a line on stripes whose motions have separate structures; no line for other designs."""
+    if not {"structure", "motion_index", "im_level"} <= set(run.variables):
+        return []
+    structure, motion = run["structure"].values, run["motion_index"].values
+    another_structure, another_motion = np.diff(structure) != 0, np.diff(motion) != 0
+    is_nested = another_motion.any() and not (another_motion & ~another_structure).any()
+    if run["im_level"].attrs.get("design") != "stripes" or not is_nested:
+        return []
+    structures, motions = 1 + another_structure.sum(), 1 + another_motion.sum()
+    return [f"nested design: {structures:,} structures, each under one of {motions:,} motions"]
 
 
 def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import functools
-import inspect
-from collections.abc import Callable, Sequence
+import copy
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.foundations.core.checks import finite_numbers, real_numbers, whole_number
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_numbers, whole_number
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
@@ -20,13 +19,13 @@ from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
 from warpdyn.model.ground_motions.plausibility import warn_of_duplicates
+from warpdyn.model.ground_motions.stripes_errors import named_in_errors
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
 MOST_SHOWN = 10  # motions in a table
-
-Kind = TypeVar("Kind", bound=type)
+CROSSED = "crossed"
 
 
 def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
@@ -42,7 +41,7 @@ class Design(Excitation):
     is_design = True
     motions: Sequence[GroundMotion]
     measure: IntensityMeasure
-    structures_per_motion: int | None = None  # own structures of each motion; None if all motions share them
+    own_structures: int = 0  # structures of each motion in a nested design; 0 if all motions share the structures
     _intensities: np.ndarray  # of every motion as recorded [level_units]
 
     def __repr__(self) -> str:
@@ -72,40 +71,18 @@ class Design(Excitation):
         return rows
 
 
-def _named_in_errors(kind: Kind) -> Kind:
-    """Decorate Stripes: errors about missing or unknown arguments name the arguments and explain `levels`."""
-    make: Callable[..., None] = kind.__init__  # type: ignore[misc] # __init__ of this class
-    signature = inspect.signature(make)
-
-    @functools.wraps(make)
-    def checked(self: object, *given: Any, **named: Any) -> None:
-        try:
-            signature.bind(self, *given, **named)
-        except TypeError as error:
-            unknown = [name for name in named if name not in signature.parameters]
-            renamed = f"; {unknown[0]!r} is called 'levels'" if unknown and unknown[0].startswith("levels") else ""
-            raise TypeError(
-                f"Stripes(motions, levels, measure): {error}{renamed}; levels are intensities of the measure, such as "
-                "[0.1, 0.2, 0.4], and levels_for(scene, limits) returns levels at which the curves rise"
-            ) from None
-        make(self, *given, **named)
-
-    kind.__init__ = checked  # type: ignore[misc] # as above
-    return kind
-
-
-@_named_in_errors
+@named_in_errors
 @dataclass(frozen=True, eq=False, repr=False)
 class Stripes(Design):
     """Ground motions that are scaled to every level of an intensity measure (multiple stripe analysis, MSA).
 
-    Crossed design (default): every motion acts on every structure. Samples are ordered by structure, then motion, then
-    level, so that additional structures add samples at the end.
+    Nested design (`structures_per_motion=3`): each motion acts on its own structures. The first structures belong to
+    the first motion, the next to the second, and so on. `simulate(scene)` without `structures=` uses 3 structures per
+    motion if parameters are random.
 
-    Nested design (`structures_per_motion`): each motion acts on its own structures. The first structures belong to the
-    first motion, the next to the second, and so on. With 44 motions, 3 structures per motion (132 structures) give the
-    precision of 64 structures in a crossed design, with 5 % of the histories; record-to-record variability limits the
-    precision of both.
+    Crossed design (`structures_per_motion="crossed"`, or `simulate(scene, structures=N)`): every motion acts on every
+    structure. Samples are ordered by structure, then motion, then level, so that additional structures add samples at
+    the end. Use it to compare motions on the same structures.
 
     Records selected for each level: `motions` is a list of lists, with the motions of the first level, those of the
     second, and so on (Jalayer and Cornell 2009, Earthquake Engineering and Structural Dynamics 38(8)). Every structure
@@ -116,14 +93,16 @@ class Stripes(Design):
         levels: Levels of the intensity measure [g for an acceleration, otherwise SI], increasing, shape [im_level].
         measure: The intensity measure. It must increase with the scale factor, such as SpectralAcceleration(period)
             [g], PeakGroundVelocity() [m/s] or AriasIntensity() [m/s].
-        structures_per_motion: Number of structures per motion (nested design); None: crossed design.
+        structures_per_motion: Number of structures per motion (nested design); "crossed": crossed design. None: crossed
+            design if the run has `structures=N`, otherwise 3 structures per motion if parameters are random.
         motions_of_levels: One list of indices into `motions` per level, if levels have different motions. It follows
             from `motions` if that is a list of lists. None: every motion is scaled to every level.
 
     Raises:
         ValueError: If there is no motion or no level, the number of lists of motions differs from that of levels, a
             level is not positive, levels do not increase, the measure does not depend on the scale factor (durations),
-            all values of a motion are zero, or `structures_per_motion` is not a whole number of at least 1.
+            all values of a motion are zero, or `structures_per_motion` is neither a whole number of at least 1 nor
+            "crossed".
         TypeError: If a motion is not a GroundMotion, or `measure` is not an intensity measure.
 
     Example:
@@ -140,7 +119,7 @@ class Stripes(Design):
     motions: Sequence[Any]  # of GroundMotions or lists of them when given; then of GroundMotions
     levels: Sequence[float]
     measure: IntensityMeasure
-    structures_per_motion: int | None = None
+    structures_per_motion: int | Literal["crossed"] | None = None
     motions_of_levels: Sequence[Sequence[int]] | None = None
 
     def __post_init__(self) -> None:
@@ -164,12 +143,14 @@ class Stripes(Design):
                     f"motion {index} ({motion.name!r}) has {self.measure.name} = {intensity:g} {units}: "
                     "a record of zeros cannot be scaled to a level: remove it from motions="
                 )
-        if self.structures_per_motion is not None:
+        if isinstance(self.structures_per_motion, str):
+            one_of("structures_per_motion", self.structures_per_motion, (CROSSED,))
+        elif self.structures_per_motion is not None:
             own = whole_number("structures_per_motion", self.structures_per_motion, 1)
             object.__setattr__(self, "structures_per_motion", own)
         if of_levels is not None:
             of_levels = checked_sets(of_levels, len(motions), levels)
-            if self.structures_per_motion is not None:
+            if self.own_structures:
                 raise ValueError(
                     "structures_per_motion cannot be combined with a list of motions for each level: remove "
                     "structures_per_motion="
@@ -182,24 +163,35 @@ class Stripes(Design):
 
     def __repr__(self) -> str:
         levels = len(self.levels)
-        nested = f", {self.structures_per_motion} structures per motion" if self.structures_per_motion else ""
+        nested = f", {self.own_structures} structures per motion" if self.own_structures else ""
         nested += ", each with its own motions" if self.motions_of_levels else ""
         return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
 
     def told(self) -> list[tuple[object, ...]]:
         """Return the rows of the design's table in notebooks: levels and motions."""
-        nested = [("structures per motion", self.structures_per_motion)] if self.structures_per_motion else []
+        nested = [("structures per motion", self.own_structures)] if self.own_structures else []
         return [(f"levels [{self.intensity_units}]", self.levels), *nested, *super().told()]
+
+    def nested(self, structures_per_motion: int) -> Stripes:
+        """Return these stripes with separate structures for each motion, without checking the motions again."""
+        stripes = copy.copy(self)
+        object.__setattr__(stripes, "structures_per_motion", structures_per_motion)
+        return stripes
+
+    @property
+    def own_structures(self) -> int:  # type: ignore[override] # an attribute of the base class
+        """Number of structures of each motion in a nested design; 0 in a crossed design."""
+        return self.structures_per_motion if isinstance(self.structures_per_motion, int) else 0
 
     @property
     def is_same_for_all(self) -> bool:  # type: ignore[override] # an attribute of the base class
         """Whether every motion acts on every structure."""
-        return self.structures_per_motion is None
+        return not self.own_structures
 
     @property
     def samples_per_structure(self) -> int:
         """Number of samples per structure: levels times motions (crossed design), or levels (nested design)."""
-        return len(self.levels) if self.structures_per_motion else self.places[0].size
+        return len(self.levels) if self.own_structures else self.places[0].size
 
     @property
     def places(self) -> tuple[np.ndarray, np.ndarray]:
@@ -222,11 +214,11 @@ class Stripes(Design):
     @property
     def structures_given(self) -> int:
         """Number of structures in a nested design; 0 in a crossed design, which has any number."""
-        return len(self.motions) * (self.structures_per_motion or 0)
+        return len(self.motions) * self.own_structures
 
     def check_fits(self, structure: Structure) -> None:
         """Raise a ValueError if the structure is a portfolio and the design is nested."""
-        if structure.is_many and self.structures_per_motion:
+        if structure.is_many and self.own_structures:
             raise ValueError(
                 "structures_per_motion does not apply to a portfolio, whose archetypes have a `count`: use "
                 "OneMotionPerStructure(motions), or remove structures_per_motion="
@@ -234,9 +226,9 @@ class Stripes(Design):
 
     def check_structures(self, structures: int) -> None:
         """Raise a ValueError if the design is nested and has another number of structures."""
-        if self.structures_per_motion and structures != self.structures_given:
+        if self.own_structures and structures != self.structures_given:
             raise ValueError(
-                f"{len(self.motions)} motions with structures_per_motion={self.structures_per_motion} have "
+                f"{len(self.motions)} motions with structures_per_motion={self.own_structures} have "
                 f"{self.structures_given} structures, got structures={structures}: remove structures="
             )
 
@@ -244,8 +236,8 @@ class Stripes(Design):
         """Return the samples of the structures with these indices."""
         levels, structures = len(self.levels), np.asarray(structures, dtype=np.int32)
         structure = np.repeat(structures, self.samples_per_structure)
-        if self.structures_per_motion:
-            motion = np.repeat(structures // np.int32(self.structures_per_motion), levels)
+        if self.own_structures:
+            motion = np.repeat(structures // np.int32(self.own_structures), levels)
             im_level = np.tile(self.levels, len(structures))
         else:
             of_place, level = self.places

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
@@ -11,6 +13,27 @@ from warpdyn.model.scene.scatter import GivenValues
 from warpdyn.model.scene.scene import Scene
 
 ADVISED = 16  # structures, in messages, as in the README
+STRUCTURES_PER_MOTION = 3  # default of stripes on random structures; see docs/explanation/intervals.md
+
+
+def with_default_design(scene: Scene, structures: int | None) -> Scene:
+    """Return the scene with 3 structures per motion, if neither the call nor the scene gives a number of structures.
+
+    Only Stripes of several motions, which are scaled to every level, on a building with random parameters have this
+    default; any other scene is returned unchanged.
+
+    Args:
+        scene: The scene.
+        structures: The number that the user gave; None: not given.
+    """
+    design = scene.excitation
+    if structures is not None or not isinstance(design, Stripes) or scene.structure.is_many:
+        return scene
+    is_open = design.structures_per_motion is None and design.motions_of_levels is None and len(design.motions) > 1
+    is_random = any(not isinstance(spread, GivenValues) for spread in scene.scatter.values())
+    if not is_open or not is_random or scene.structures_given:
+        return scene
+    return replace(scene, excitation=design.nested(STRUCTURES_PER_MOTION))
 
 
 def number_of_structures(function: str, scene: Scene, structures: int | None) -> int:
@@ -45,7 +68,7 @@ def _warn_of_copies(scene: Scene, structures: object) -> None:
     design = scene.excitation
     is_drawn = scene.structure.is_many or scene.scatter or not design.is_design
     one_each = isinstance(design, OneMotionPerStructure | MotionsAtSites)
-    one_each |= isinstance(design, Stripes) and design.structures_per_motion == 1
+    one_each |= isinstance(design, Stripes) and design.own_structures == 1
     if is_drawn or one_each or not isinstance(structures, int | np.integer) or structures < 2:
         return
     warn_caller(
