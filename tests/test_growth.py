@@ -59,7 +59,7 @@ REAL_AXIS = [2, 2, 2.5127453266183, 2.7852935634053, 3.3065678926349]
 
 
 def test_every_method_is_in_one_of_the_lists():
-    assert sorted([*RUNGE_KUTTA, *CONDITIONAL, *UNLIMITED]) == sorted([*METHODS, "euler"])
+    assert sorted([*RUNGE_KUTTA, *CONDITIONAL, *UNLIMITED, "stoermer"]) == sorted([*METHODS, "euler"])
 
 
 @pytest.mark.parametrize("zeta", LIMITS)
@@ -100,6 +100,22 @@ def test_limits_in_closed_form(zeta, measured):
             value=abs(stability_limit(method, zeta) / expected - 1),
             bound=1e-12,
         )
+
+
+@pytest.mark.parametrize("zeta", [0.0, 0.02, 0.05, 0.1, 0.5, 1.0, 2.0])
+def test_limit_of_stoermer_is_that_of_the_printed_formulas(zeta):
+    # A motion z^n, put into both formulas of Hairer, Norsett and Wanner (III.1 and III.10), gives a polynomial in z.
+    def largest_root(x):
+        displacement = np.polymul([1, 0], [13 / 12, -1 / 6, 1 / 12])
+        velocity = np.polymul([1, -1], [23 / 12, -4 / 3, 5 / 12])
+        free = np.polymul([1, 0, 0], [1, -2, 1])
+        return np.abs(np.roots(np.polyadd(free, np.polyadd(x**2 * displacement, 2 * zeta * x * velocity)))).max()
+
+    limit = stability_limit(METHODS["stoermer"], zeta)
+    if zeta == 0:
+        assert limit == pytest.approx(3**0.5, abs=1e-9)  # z = -1 is a root at x^2 = 3
+    assert largest_root(0.9999 * limit) < 1 + 1e-12
+    assert largest_root(1.0001 * limit) > 1 + 1e-6
 
 
 def test_limit_of_nystroem_without_damping():

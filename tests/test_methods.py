@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from validation import relative_difference
 
-from warpdyn.engine.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod
+from warpdyn.engine.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod, MultistepMethod
 from warpdyn.engine.methods.table import METHODS
 
 pytestmark = pytest.mark.fast
@@ -112,7 +112,7 @@ def test_a_sound_tableau_is_accepted(tableau):
 
 def test_rows_are_named_and_of_known_kinds():
     assert all(method.name == name for name, method in METHODS.items())
-    kinds = {"explicit": EXPLICIT, "implicit": IMPLICIT, "exact": ["exact"]}
+    kinds = {"explicit": [*EXPLICIT, "stoermer"], "implicit": IMPLICIT, "exact": ["exact"]}
     assert {name: method.kind for name, method in METHODS.items()} == {n: kind for kind in kinds for n in kinds[kind]}
     assert [name for name, method in METHODS.items() if method.is_adaptive] == ["dormand_prince54"]
     assert METHODS["exact"] == ExactMethod("exact")
@@ -277,6 +277,64 @@ def test_amplification_is_what_a_step_does(name, x, zeta):
         stepped = [u, h * v, h**2 * a][: len(unit)]
         # The root search is good to 1e-15 of accelerations of up to 1e3 times h^2; the rest is rounding.
         np.testing.assert_allclose(matrix[:, column], stepped, rtol=1e-12, atol=1e-13)
+
+
+def stoermer_step(h, path, velocities, accelerations):
+    """One step as printed by Hairer, Norsett and Wanner, III.10 (k = 3), and Adams' formula of the velocity, III.1.
+
+    The lists end with the present values.
+    """
+    a2, a1, a0 = accelerations[-3:]
+    following = 2 * path[-1] - path[-2] + h**2 * (13 / 12 * a0 - 1 / 6 * a1 + 1 / 12 * a2)
+    return following, velocities[-1] + h * (23 / 12 * a0 - 4 / 3 * a1 + 5 / 12 * a2)
+
+
+@pytest.mark.parametrize(("x", "zeta"), [(0.3, 0.0), (0.8, 0.05), (0.4, 0.3), (1.5, 0.02)])
+def test_stoermer_s_growth_is_that_of_the_printed_formula(x, zeta):
+    # A motion s^n of the linear oscillator, put into the printed formulas, is also a motion of the summed form: the
+    # velocity of Adams is that of the changes of the displacement without the correction.
+    eigenvalues, vectors = np.linalg.eig(METHODS["stoermer"].amplification(np.array(x), np.array(zeta)))
+    for s, vector in zip(eigenvalues, vectors.T, strict=True):
+        if abs(s) < 0.05:  # powers to -3 would lose all digits
+            continue
+        u = [s**n for n in (-3, -2, -1, 0)]
+        rate = (23 / 12 * vector[1] - 4 / 3 * vector[2] + 5 / 12 * vector[3]) / vector[0]
+        v = [s**n * rate for n in (-3, -2, -1, 0)]
+        a = [-(x**2) * un - 2 * zeta * x * vn for un, vn in zip(u, v, strict=True)]
+        following, velocity = stoermer_step(1.0, u, v, a)
+        assert following == pytest.approx(s, rel=1e-9), s
+        if abs(s - 1) > 0.05:
+            assert velocity == pytest.approx(s * rate, rel=1e-9), s
+
+
+def test_order_of_stoermer_on_a_nonlinear_oscillator():
+    exact = displacements(True)
+    start = solve_ivp(
+        lambda t, y: [y[1], acceleration(t, *y, True)], (0, -0.1), START, method="DOP853", rtol=1e-13, atol=1e-15,
+        dense_output=True,
+    ).sol  # fmt: skip
+
+    def error(steps):
+        h = TIMES[-1] / steps
+        u, v = (list(each) for each in start(-h * np.arange(2, -1, -1)))
+        a = [acceleration(-h * (2 - n), u[n], v[n], True) for n in range(3)]
+        for step in range(steps):
+            following, velocity = stoermer_step(h, u, v, a)
+            u.append(following)
+            v.append(velocity)
+            a.append(acceleration((step + 1) * h, following, velocity, True))
+        return np.linalg.norm(np.array(u)[2:][steps // 8 :: steps // 8] - exact)
+
+    # The next term of the error is a step smaller: some per cent of an order at these steps.
+    assert np.log2(error(160) / error(320)) == pytest.approx(METHODS["stoermer"].order, abs=0.12)
+
+
+def test_a_multistep_method_of_another_order_is_refused():
+    with pytest.raises(ValueError, match="'mine': it is not of order 3"):
+        MultistepMethod("mine", 3, 1 / 12, (15 / 8, -10 / 8, 3 / 8))  # the velocity at half steps, extrapolated
+    with pytest.raises(ValueError, match="'mine': it is not of order 3"):
+        MultistepMethod("mine", 3, 0.0, (23 / 12, -4 / 3, 5 / 12))
+    MultistepMethod("mine", 2, 0.0, (3 / 2, -1 / 2, 0.0))
 
 
 # Period elongation without damping at h / T = .01, .05, .1 and .2: of Newmark's methods and central differences in

@@ -7,7 +7,7 @@ from math import factorial
 
 import numpy as np
 
-from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method
+from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method, MultistepMethod
 
 # Values of w h times `limit_scale` at which amplification matrices are evaluated. An explicit method of s stages
 # amplifies every motion beyond 2 s^2. A method that does not amplify at the last of these values has no limit.
@@ -29,7 +29,7 @@ def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
     """
     if method.kind == "exact" or method.is_adaptive:
         return np.full(damping_ratio.size, np.inf)
-    if method.kind == "explicit" and not method.is_nystroem:
+    if isinstance(method, ExplicitMethod) and not method.is_nystroem:
         return polynomial_limits(method.stability_polynomial, np.minimum(damping_ratio, 1.0))
     parts = np.array_split(damping_ratio, 1 + damping_ratio.size // DAMPING_RATIOS_AT_A_TIME)
     return np.concatenate([_scanned_limits(method, part) for part in parts])
@@ -94,7 +94,7 @@ def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, .
     return tuple(np.where(np.isclose(values, exact, rtol=1e-12, atol=0), exact, values).tolist())
 
 
-def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.ndarray) -> np.ndarray:
+def _scanned_limits(method: ExplicitMethod | MultistepMethod | ImplicitMethod, damping_ratio: np.ndarray) -> np.ndarray:
     scale = limit_scale(method, damping_ratio)
     conditions = _conditions(method, SCANNED_STEPS[:, None] / scale, damping_ratio)
     grows = np.any(conditions < -ROUNDING, axis=0)
@@ -114,7 +114,7 @@ def _scanned_limits(method: ExplicitMethod | ImplicitMethod, damping_ratio: np.n
 
 
 def _dips(
-    method: ExplicitMethod | ImplicitMethod, conditions: np.ndarray, damping_ratio: np.ndarray
+    method: ExplicitMethod | MultistepMethod | ImplicitMethod, conditions: np.ndarray, damping_ratio: np.ndarray
 ) -> list[tuple[int, int, float]]:
     """Find conditions that are violated only between two scanned steps: (column, scanned step before, unstable step).
 
@@ -132,7 +132,7 @@ def _dips(
 
 
 def _conditions(
-    method: ExplicitMethod | ImplicitMethod, frequency_step: np.ndarray, damping_ratio: np.ndarray
+    method: ExplicitMethod | MultistepMethod | ImplicitMethod, frequency_step: np.ndarray, damping_ratio: np.ndarray
 ) -> np.ndarray:
     """Return conditions that are 0 or above if all eigenvalues are within the unit circle (Jury 1962).
 
@@ -140,6 +140,8 @@ def _conditions(
     eigenvalues is 1. Unlike the spectral radius, they cross 0 with a finite slope if a double eigenvalue splits.
     """
     matrix = method.amplification(frequency_step, damping_ratio)
+    if isinstance(method, MultistepMethod):
+        return 1 - np.abs(np.linalg.eigvals(matrix)).max(axis=-1)[None]
     size = matrix.shape[-1]
     entry = np.moveaxis(matrix, (-2, -1), (0, 1))
     trace = sum(entry[i, i] for i in range(size))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.methods.amplification import limit_scale, oscillator_limits, polynomial_limits
-from warpdyn.engine.methods.kinds import ExplicitMethod, Method
+from warpdyn.engine.methods.kinds import ExplicitMethod, Method, MultistepMethod
 from warpdyn.engine.methods.table import METHODS
 from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.engine.tracing.tables import looked_up
@@ -81,9 +81,9 @@ def relaxation_limit(method: Method) -> float:
     """
     if method.kind == "exact" or method.is_adaptive:
         return np.inf
-    explicit = method if isinstance(method, ExplicitMethod) else METHODS["rk4"]
-    assert isinstance(explicit, ExplicitMethod)
-    return float(polynomial_limits(explicit.stability_polynomial, np.ones(1))[0])
+    of_memory = METHODS["rk4"] if method.kind == "implicit" else method
+    assert isinstance(of_memory, ExplicitMethod | MultistepMethod)
+    return float(polynomial_limits(of_memory.stability_polynomial, np.ones(1))[0])
 
 
 def stable_step_of_eigenvalues(
@@ -126,7 +126,7 @@ def stable_step_of_eigenvalues(
             f"eigenvalues{_first(growing)} is {eigenvalues[growing][0]:.6g} 1/s: a motion that grows freely has no "
             f"stable step (is the damping or stiffness negative?)"
         )
-    if method.kind == "implicit" or (method.kind == "explicit" and method.is_nystroem):
+    if not isinstance(method, ExplicitMethod) or method.is_nystroem:
         frequency = _above_zero("highest_frequency", highest_frequency)
         rate = _at_least_zero("damping_rate", damping_rate)
         return _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))

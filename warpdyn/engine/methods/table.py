@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-from warpdyn.engine.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method
+from warpdyn.engine.methods.kinds import ExactMethod, ExplicitMethod, ImplicitMethod, Method, MultistepMethod
 from warpdyn.foundations.core.checks import one_of
 
 
@@ -44,18 +44,20 @@ class StoreyForces:
         is_linear: Whether all forces are linear.
         has_rate: Whether the memory of a law follows a differential equation.
         relaxes: Whether a force changes with time at a constant drift.
+        is_chain: Whether the forces are those of storeys, and not of full matrices.
     """
 
     names: tuple[str, ...] = ("elastic",)
     is_linear: bool = False
     has_rate: bool = False
     relaxes: bool = False
+    is_chain: bool = True
 
     def __str__(self) -> str:
         return ", ".join(self.names)
 
 
-LINEAR = StoreyForces(is_linear=True)
+LINEAR = StoreyForces(is_linear=True, is_chain=False)  # of full matrices
 
 
 def _hht_alpha(name: str, alpha: float) -> ImplicitMethod:
@@ -191,6 +193,7 @@ _ROWS: tuple[Method, ...] = (
     ExplicitMethod("velocity_verlet", 2, ((0, 0), (1, 0)), (0.5, 0.5), (0, 1), ((0, 0), (0.5, 0)), (0.5, 0)),
     # The damping force uses the velocity of the last step, so the method is of order 1 if there is damping.
     ExplicitMethod("central_difference_lagged", 1, ((0,),), (1,), (0,), ((0,),), (1,), starts_halfway=True),
+    MultistepMethod("stoermer", 3, 1 / 12, (23 / 12, -16 / 12, 5 / 12)),
     ImplicitMethod("central_difference", 2, beta=0),
     ImplicitMethod("newmark_average", 2, beta=1 / 4),
     ImplicitMethod("newmark_linear", 2, beta=1 / 6),
@@ -206,6 +209,7 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
     - The exact method supports only linear forces.
     - `central_difference_lagged` does not support rate laws: their force would lag behind the drift, which supplies
       energy to the motion.
+    - Multistep methods need storey drifts; they integrate the memory over the increment of the drift.
     - Implicit methods do not support damping proportional to the tangent stiffness, which jumps when a storey yields,
       so that a step may have no equilibrium.
     - Implicit methods integrate the memory over the increment of the drift, without regard to time; they do not support
@@ -214,6 +218,8 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
     unfit = set() if forces.is_linear else {"exact"}
     if forces.has_rate:
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
+    if forces.relaxes or not forces.is_chain:
+        unfit |= {name for name, method in METHODS.items() if isinstance(method, MultistepMethod)}
     if damping == "rayleigh_tangent" or forces.relaxes:
         unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
     return tuple(name for name in METHODS if name not in unfit)
@@ -233,6 +239,8 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
     reasons = {"exact": linear, "implicit": "it cannot integrate a force that relaxes with time"}
     reason = reasons.get(METHODS[method].kind, "its velocities lag half a step behind")
+    if isinstance(METHODS[method], MultistepMethod):
+        reason = reasons["implicit"] if forces.relaxes else "it needs a ShearBuilding, whose drifts it integrates"
     raise ValueError(
         f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); these fit: {', '.join(fitting)}"
     )
