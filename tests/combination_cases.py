@@ -39,7 +39,7 @@ from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import DTYPES, Plan
 from warpdyn.engine.laws import LAWS
 from warpdyn.engine.methods.stability_limits import stability_limit
-from warpdyn.engine.methods.table import METHODS, fitting_methods
+from warpdyn.engine.methods.table import LINEAR, METHODS, fitting_methods
 from warpdyn.model.structures.shear_building import DAMPING
 
 SAMPLES = 17  # one full row of lanes, and one that repeats its only sample
@@ -184,7 +184,8 @@ FACTORS_OF_MANY = {
 def methods_of(row):
     """Return the methods of a row's source that integrate its structure."""
     law, _ = springs_of_laws()[row["law"]]
-    fitting = fitting_methods(LAWS[law].forces, row["damping"])
+    forces = LINEAR if row["structure"][0] == "dense" else LAWS[law].forces
+    fitting = fitting_methods(forces, row["damping"])
     growing = GROWING if row["damping"] == "none" else ()
     return [name for name in fitting if source_of(name) == row["source"] and name not in growing]
 
@@ -260,7 +261,8 @@ def remaining_cases(met):
             load = in_turn(LOADS, 2 * law_at + method_at)
             if ("chain", spring, method, dtype) not in known:
                 cases.append(("chain", 2, damping, spring, load, method, dtype))
-            if spring == "elastic" and ("dense", spring, method, dtype) not in known:
+            is_new = ("dense", spring, method, dtype) not in known
+            if spring == "elastic" and method in fitting_methods(LINEAR) and is_new:
                 cases.append(("dense", in_turn((1, 3), turn), "matrix", spring, load, method, dtype))
     return cases
 
@@ -293,7 +295,10 @@ SM90 = [
     )
     for (i, (spring, (law, _))), (j, _) in product(enumerate(springs_of_laws().items()), enumerate(LOAD_KINDS))
     if spring in FEW or j == 0
-] + [("dense", 3, "matrix", "elastic", load_in_turn(i, i), m, in_turn(DTYPES, i // 4)) for i, m in enumerate(METHODS)]
+] + [
+    ("dense", 3, "matrix", "elastic", load_in_turn(i, i), method, in_turn(DTYPES, i // 4))
+    for i, method in enumerate(fitting_methods(LINEAR))
+]
 
 
 def is_default_on_sm90(case):
@@ -302,6 +307,8 @@ def is_default_on_sm90(case):
     if family == "dense":
         return method in SHOWN
     kind = "noise" if load in NOISE else load
+    if method == "stoermer" and spring in FEW:  # not for dense systems
+        return True
     if spring in MANY:
         return spring in ROW_OF_LAW.values()
     turn = (FEW.index(spring) - LOAD_KINDS.index(kind)) % len(LOAD_KINDS)

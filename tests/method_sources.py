@@ -6,6 +6,7 @@ from collections.abc import Iterable
 import pytest
 
 from warpdyn.engine.kernels.plan import keeps_slopes
+from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS
 
 
@@ -15,6 +16,8 @@ def source_of(method):
     row = METHODS[method]
     if row.kind != "explicit":
         return row.kind, getattr(row, "beta", 0) > 0, getattr(row, "force_lag", 0) > 0
+    if isinstance(row, MultistepMethod):
+        return row.kind, "multistep"
     return row.kind, keeps_slopes(row), row.is_adaptive, row.is_nystroem, row.starts_halfway
 
 

@@ -16,7 +16,7 @@ from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_v
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
-from warpdyn.engine.methods.kinds import ExplicitMethod, product
+from warpdyn.engine.methods.kinds import ExplicitMethod, MultistepMethod, product
 from warpdyn.engine.methods.stability_limits import relaxation_limit
 from warpdyn.engine.methods.table import METHODS
 
@@ -108,14 +108,25 @@ def constants(plan: Plan, values: object) -> object:
     return wp.constant(wp.types.vector(length=row.size, dtype=DTYPES[plan.dtype])(*row))
 
 
-def keeps_slopes(method: ExplicitMethod) -> bool:
+def keeps_drifts(plan: Plan) -> bool:
+    """Return whether the unknowns of a plan's method are storey drifts."""
+    return isinstance(METHODS[plan.method], MultistepMethod)
+
+
+def keeps_slopes(method: ExplicitMethod | MultistepMethod) -> bool:
     """Return whether a stage of the method needs slopes of several earlier stages."""
-    return bool(method.is_nystroem or method.is_adaptive or np.any(np.tril(np.array(method.a), -2)))
+    return isinstance(method, ExplicitMethod) and bool(
+        method.is_nystroem or method.is_adaptive or np.any(np.tril(np.array(method.a), -2))
+    )
 
 
 def tableau(plan: Plan) -> SimpleNamespace:
     """Return an explicit method's constants and properties."""
     method = METHODS[plan.method]
+    if isinstance(method, MultistepMethod):
+        first = constants(plan, [1.0])
+        properties = {"adaptive": False, "halfway": False, "ends_in_stage": False, "keeps_slopes": False}
+        return SimpleNamespace(stages=1, weight=first, first_stage=first, node=constants(plan, [0.0]), **properties)
     a, stages = np.array(method.a), method.stages
     error = np.array(method.error or np.zeros(stages))
     unit = next(weight for weight in method.b if weight)
@@ -176,7 +187,9 @@ def values_held(plan: Plan) -> dict[str, int]:
     else:
         held["structure"] = n * (1 + spring.coefficients)
         held["method"] = 2 * moving * n
-    if kind == "explicit":
+    if keeps_drifts(plan):
+        held["method"] = 4 * n  # drift without the correction, two earlier changes, acceleration
+    elif kind == "explicit":
         method = tableau(plan)
         held["method"] += (moving - 1) * n * method.stages if method.keeps_slopes else 0
     elif kind == "implicit" and plan.family == "chain":

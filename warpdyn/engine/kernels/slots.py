@@ -111,7 +111,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "exchange_states": _slot("kernel", "Exchange states with the threads that share a sample.", "", "intervals"),
         "start_storey": _slot("storey, lane", "Start a storey.", "", "us vs c memory drift"),
         "start_drift": _slot("storey, lane", "Record the drift before the first step (implicit methods).", "drift"),
-        "start": _slot("kernel", "Start the sample, before the first interval.", "stiffness", "intervals"),
+        "start": _slot("kernel", "Start the sample, before the first interval.", "stiffness", "intervals inverse_mass"),
     },
     "Every interval": {
         "begin_phase": _slot(
@@ -168,12 +168,17 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "begin_walk": _slot("lane", "Before the walk.", "at", "above"),
         "before_storey": _slot("storey", "Before the lanes of a storey.", "", "z us c memory after drift"),
         "after_storey": _slot("storey", "After the lanes of a storey.", "", STATE),
-        "state_of_stage": _slot("storey, lane", "Set drift and vi to the state of the stage.", "", "drift vi"),
+        "state_of_stage": _slot(
+            "storey, lane", "Set drift, vi (and rate) to the state of the stage.", "", "drift vi rate"
+        ),
         "state_below": _slot(
             "storey, lane", "Subtract the state of the floor below from drift and rate.", "", "drift rate"
         ),
         "leave_pad": _slot("storey, lane", "Keep a storey that pads a section at rest.", "", "drift rate"),
-        "memory_of_stage": _slot("storey, lane", "Set memory to the law's memory in the stage.", "", "memory"),
+        "memory_of_stage": _slot("storey, lane", "Set memory to the law's memory in the stage.", "c", "memory z"),
+        "follow_turn": _slot(
+            "storey, lane", "Let memory follow the last change of the drift (rate laws, multistep).", "c", "memory"
+        ),
         "accepted_drift": _slot("storey, lane", "Set drift to that of the accepted state.", "", "drift"),
         "storey_coefficients": _slot("storey, lane", "Set c to the coefficients of the law.", "", "c"),
         "accepted_memory": _slot("storey, lane", "Set memory to that of the accepted state.", "", "memory"),
@@ -211,6 +216,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         ),
         "add_to_net": _slot("storey, lane", "Add forces of dampers to the ground to net.", "rate vi", "net"),
         "add_load": _slot("storey, lane", "Add loads to net, the force on the floor.", "at position load_reach", "net"),
+        "keep_acceleration": _slot("storey, lane", "Keep ai, before dampers to the ground are added.", "ai"),
         "add_to_acceleration": _slot("storey, lane", "Add accelerations by dampers to the ground to ai.", "vi", "ai"),
         "add_base": _slot("storey, lane", "Subtract the base acceleration from ai.", "", "ai"),
         "add_base_to_net": _slot(
@@ -220,6 +226,14 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "storey, lane", "Sum up the powers of the storey's forces.", "drift rate ai restoring dashpot", "vi"
         ),
         "end_storey": _slot("storey, lane", "After vi and ai are known.", "vi ai rate memory c", "un vn us vs ha"),
+        "move_storey": _slot(
+            "lane",
+            "Move moved_storey by a step, from the accelerations of its floors (multistep).",
+            "moved_storey",
+            STATE,
+        ),
+        "correct_start": _slot("kernel", "Correct the start after the first step (multistep)."),
+        "correct_second_step": _slot("kernel", "Correct the start after the second step (multistep)."),
         "sum_up_slopes": _slot(
             "storey, lane",
             "Add the slopes of the stage, and set the state of the next stage.",
@@ -299,6 +313,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "o drift memory c",
             "rate",
         ),
+        "add_to_total": _slot("storey, lane", "Add the state to total, which must be finite.", "", "total"),
         "after_finish": _slot("lane", "After the storeys.", "", "total"),
         "judge_demand": _slot(
             "lane", "Set status by demands; judge_state and judge_step may change it.", "o", "status"

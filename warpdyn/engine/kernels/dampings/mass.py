@@ -32,7 +32,8 @@ def add_to_net():
 
 
 def add_to_acceleration():
-    ai -= mass_damping[j] * vi
+    if not KEEPS_DRIFTS or HAS_SEE_FORCES:  # otherwise only recorders need it
+        ai -= mass_damping[j] * vi
 
 
 def add_loss():

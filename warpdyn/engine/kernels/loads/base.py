@@ -55,7 +55,7 @@ def begin_walk():
         base[j] = a0[j] + at * da[j]
     if EXPLICIT_CHAIN:
         if LANES == 1 and not ADAPTIVITY:  # the first stage is where the step begins
-            base[j] = a0[j] + dtype(substep) * da[j]
+            base[j] = a0[j] if UNDIVIDED else a0[j] + dtype(substep) * da[j]
             if stage > 0:
                 base[j] += node[stage] * da[j]
         else:
@@ -67,7 +67,7 @@ def begin_walk():
 def add_base():
     if DENSE:
         ai -= influence[i, j] * base[j]
-    else:
+    elif not KEEPS_DRIFTS:
         ai -= base[j]
 
 

@@ -6,7 +6,7 @@ import warp as wp
 
 order = -5
 
-BORROWS = {"drift": ("peak_drift",), "collapse": ("collapse_storey", "collapse_time")}
+BORROWS = {"half_steps": ("rates",), "drift": ("peak_drift",), "collapse": ("collapse_storey", "collapse_time")}
 FIELDS = {"Structure": {"storey_weight_over_height": "float[,]"}}
 
 
@@ -61,11 +61,14 @@ def finish():
 def finish_drift():
     overturning = weight_over_height[i, j] * drift
     lifted[j] += dtype(0.5) * overturning * drift
-    rate = v[i, j]
-    if i > 0:
-        rate -= v[i - 1, j]
-    elif SECTIONS:
-        rate -= foot_v[j]
+    if KEEPS_DRIFTS:
+        rate = rates[i, j]
+    else:
+        rate = v[i, j]
+        if i > 0:
+            rate -= v[i - 1, j]
+        elif SECTIONS:
+            rate -= foot_v[j]
     outward = overturning - held_of(drift, memory, c)
     largest_drift = peak_drift[i, j] if DRIFT else farthest_drift[i, j]
     if keeps_falling(outward, drift, rate, largest_drift):

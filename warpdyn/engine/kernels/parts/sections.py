@@ -8,6 +8,8 @@ from warpdyn.engine.device.processor import across_warp
 
 order = -10
 
+BORROWS = {"half_steps": ("drifts", "rates")}
+
 
 def wanted(plan):
     return plan.sections > 1
@@ -48,6 +50,7 @@ def exchange_states():
     intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
     for j in range(LANES):
         foot_u[j] = below(u[N - 1, j], section, THREADS)
+        foot_v[j] = below(v[N - 1, j], section, THREADS)
 
 
 def begin_stage():
@@ -70,6 +73,9 @@ def begin_stage():
         foot_v[j] = below(top_v, section, THREADS)
         drift -= foot_u[j]
         rate -= foot_v[j]
+        if KEEPS_DRIFTS:
+            drift = drifts[0, j]
+            rate = rates[0, j]
         if HAS_PADS:
             if lowest >= STOREYS:
                 drift = dtype(0.0)
@@ -83,6 +89,7 @@ def begin_stage():
             if TAKES_MEMORY:
                 if stage > 0:
                     memory[m] = zs[m, j]
+        slot("follow_turn", i=0)
         if not STRAIGHT_BRANCHES:
             f = force_of(drift, memory, c)
         slot("restore_foot")

@@ -45,7 +45,7 @@ def settle_storey():
 
 
 def end_storey():
-    if BY_VELOCITY:
+    if BY_VELOCITY and not KEEPS_DRIFTS:
         if stage == 0:
             settles = relaxation_of(rate, memory, c)
             if i < N - 1:
@@ -72,7 +72,7 @@ def end_step():
                 watched_from[j] = settles_until
                 if not grown <= dtype(1.0):
                     watched_from[j] = -dtype(1.0)
-        if not BY_VELOCITY:
+        if not BY_VELOCITY or KEEPS_DRIFTS:
             for j in range(LANES):
                 fastest[j] = dtype(0.0)
     if IMPLICIT_CHAIN:

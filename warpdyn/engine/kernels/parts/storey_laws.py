@@ -2,6 +2,7 @@
 
 order = -90
 
+BORROWS = {"half_steps": ("drifts",)}
 FIELDS = {
     "Structure": {
         "mass": "float[,]",  # [storey, structure], as those below
@@ -20,7 +21,7 @@ def wanted(plan):
 def names(plan):
     import warp as wp
 
-    from warpdyn.engine.kernels.plan import DTYPES
+    from warpdyn.engine.kernels.plan import DTYPES, keeps_drifts
     from warpdyn.engine.laws.springs import spring_row
 
     dtype, lanes, law = DTYPES[plan.dtype], plan.lanes, spring_row(plan.law)
@@ -38,6 +39,7 @@ def names(plan):
     number = {} if plan.sections > 1 else {"g": "i"}
     return {
         **number,
+        "KEEPS_DRIFTS": keeps_drifts(plan),
         "C": coefficients,
         "M": memory,
         "IS_MAPPING": law.return_mapping is not None,
@@ -56,11 +58,14 @@ def names(plan):
 
 def accepted_drift():
     """The drift of storey i in the accepted state; `foot_u` is the displacement of the floor below a section."""
-    drift = u[i, j]
-    if i > 0:
-        drift -= u[i - 1, j]
-    elif SECTIONS:
-        drift -= foot_u[j]
+    if KEEPS_DRIFTS:
+        drift = drifts[i, j]
+    else:
+        drift = u[i, j]
+        if i > 0:
+            drift -= u[i - 1, j]
+        elif SECTIONS:
+            drift -= foot_u[j]
 
 
 def storey_coefficients():
@@ -77,11 +82,14 @@ def accepted_memory():
 
 def reached_drift():
     """The same, kept for every lane; with `u=us` that of a stage's state."""
-    reached_drift[j] = u[i, j]
-    if i > 0:
-        reached_drift[j] -= u[i - 1, j]
-    elif SECTIONS:
-        reached_drift[j] -= foot_u[j]
+    if KEEPS_DRIFTS:
+        reached_drift[j] = drifts[i, j]
+    else:
+        reached_drift[j] = u[i, j]
+        if i > 0:
+            reached_drift[j] -= u[i - 1, j]
+        elif SECTIONS:
+            reached_drift[j] -= foot_u[j]
     if HAS_PADS:
         if lowest + i >= STOREYS:
             reached_drift[j] = dtype(0.0)

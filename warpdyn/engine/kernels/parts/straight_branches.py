@@ -1,6 +1,6 @@
 """Laws with straight branches: all rules of the law run only if a lane leaves its branch, which is rare."""
 
-from warpdyn.engine.kernels.plan import tableau
+from warpdyn.engine.kernels.plan import keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS
 
@@ -25,6 +25,8 @@ def names(plan):
     if plan.kind == "implicit":
         # The first state may be on any branch; the force of later accepted states is known.
         return common | {"MOVES": "(walk > 0 or index == 0)", "STANDS": "(walk == 0 and index > 0)"}
+    if keeps_drifts(plan):
+        return common | {"MOVES": "ONCE", "STANDS": "not ONCE", "LAST_STAGE": wp.constant(0)}
     return common | {"MOVES": "stage > 0", "STANDS": "stage == 0", "LAST_STAGE": wp.constant(tableau(plan).stages - 1)}
 
 
@@ -91,7 +93,7 @@ def restore():
 
 def restore_foot():
     after = memory
-    if stage > 0:
+    if MOVES:
         after = memory_on_line(drift, memory, c)
         if leaves_line(drift, memory, c):
             after = mapped_memory(drift, memory, c)

@@ -183,10 +183,11 @@ def add_powers():
         if i == 0:
             supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
     else:
-        if LAGS:
+        if LAGS or KEEPS_DRIFTS:
             # The velocity is half a step behind: half the step's change leads to the displacement's instant.
             # Work is force times the change of the drift, so that an elastic storey returns all its energy.
-            vi += dtype(0.5) * h_last[j] * ai
+            if LAGS:
+                vi += dtype(0.5) * h_last[j] * ai
             change = dtype(0.5) * (drift - last_drift[i, j])
             absorbed[i, j] += (last_force[i, j] + restoring) * change
             last_force[i, j] = restoring
@@ -204,7 +205,7 @@ def add_powers():
         momentum_of_floor = mass[i, j] * vi
         momentum[j] += momentum_of_floor
         slot("add_supply")
-        if HAS_ADD_TO_DASHPOT and not LAGS:
+        if HAS_ADD_TO_DASHPOT and not (LAGS or KEEPS_DRIFTS):
             power_viscous[j] += dashpot * rate
         slot("add_loss")
 

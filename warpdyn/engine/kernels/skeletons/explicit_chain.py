@@ -7,7 +7,7 @@ place. On a CPU the loops over lanes are innermost and not unrolled, so that LLV
 from __future__ import annotations
 
 from warpdyn.engine.device.processor import align_rows, see_neighbours
-from warpdyn.engine.kernels.plan import Plan, tableau
+from warpdyn.engine.kernels.plan import Plan, keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 
 
@@ -18,6 +18,8 @@ def names(plan: Plan) -> dict[str, object]:
     # If the storeys are visited in a loop, the code for the lowest storey follows the loop; otherwise each storey would
     # test whether there is a storey below it. For laws with straight branches this second copy would be too long.
     ends_on_ground = plan.lanes > 1 and 1 < plan.max_unroll < plan.dofs and law.leaves_line is None
+    is_multistep = keeps_drifts(plan)
+    ends_on_ground = ends_on_ground and not is_multistep
     return {
         "STAGES": method.stages,
         "weight": method.weight,
@@ -26,13 +28,16 @@ def names(plan: Plan) -> dict[str, object]:
         "KEEPS_SLOPES": method.keeps_slopes,
         # The stage's state includes the memory of laws with a rate, and of all laws if a step is tried before it is
         # accepted.
-        "TAKES_MEMORY": law.rate is not None or (is_mapping and is_adaptive),
+        "TAKES_MEMORY": (law.rate is not None and not is_multistep) or (is_mapping and is_adaptive),
         # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
         # are integrated by the trapezoidal rule over accepted states; so they are if velocities lag half a step behind.
-        "TRAPEZOIDAL": (method.ends_in_stage and not is_adaptive) or method.halfway,
+        "TRAPEZOIDAL": (method.ends_in_stage and not is_adaptive) or method.halfway or is_multistep,
         "LAGS": method.halfway,
-        # If the last stage is at the end of the step, its memory is the memory at the end of the step.
-        "MAPS_IN_STAGE": is_mapping and method.ends_in_stage and not (is_adaptive or law.rate is not None),
+        # If the last stage is at the end of the step, its memory is the memory at the end of the step. In multistep
+        # methods the memory follows the last step in the stage.
+        "MAPS_IN_STAGE": is_mapping
+        and law.rate is None
+        and (is_multistep or (method.ends_in_stage and not is_adaptive)),
         # In an unrolled loop the top storey needs no force from above.
         "BEGINS_AT_TOP": plan.sections == 1 and plan.dofs <= plan.max_unroll,
         "ENDS_ON_GROUND": ends_on_ground,
@@ -49,12 +54,13 @@ def visit_storey():
     slot("before_storey")
     for j in range(LANES):
         slot("state_of_stage")
-        rate = vi
-        if i > 0:
-            slot("state_below")
-        elif SECTIONS:
-            drift -= foot_u[j]
-            rate -= foot_v[j]
+        if not KEEPS_DRIFTS:
+            rate = vi
+            if i > 0:
+                slot("state_below")
+            elif SECTIONS:
+                drift -= foot_u[j]
+                rate -= foot_v[j]
         slot("leave_pad")
         slot("storey_coefficients")
         slot("memory_of_stage")
@@ -74,6 +80,7 @@ def visit_storey():
         slot("add_to_net")
         slot("add_load")
         ai = net * inverse_mass[i, j]
+        slot("keep_acceleration")
         slot("add_to_acceleration")
         if stage == 0:
             slot("see_drift")
@@ -202,7 +209,8 @@ def integrate_chain(
         slot("finish")
         for i in range(N):
             slot("number_storey")
-            total += u[i, j] + v[i, j] + z[i * M, j]
+            slot("add_to_total")
+            total += z[i * M, j]
             for m in range(1, M):
                 total += z[i * M + m, j]
             if not HAS_PADS or g < STOREYS:

@@ -114,3 +114,7 @@ def end_attempt():
                 for m in range(M):
                     z[i * M + m, j] = zn[i * M + m, j]
                     zs[i * M + m, j] = zn[i * M + m, j]
+
+
+def add_to_total():
+    total += u[i, j] + v[i, j]

@@ -1,12 +1,12 @@
 """Explicit methods whose stages need only the last slope: slopes are summed up stage by stage, then added."""
 
-from warpdyn.engine.kernels.plan import keeps_slopes, tableau
+from warpdyn.engine.kernels.plan import keeps_drifts, keeps_slopes, tableau
 from warpdyn.engine.methods.table import METHODS
 
 
 def wanted(plan):
     method = METHODS[plan.method]
-    return method.kind == "explicit" and not keeps_slopes(method)
+    return method.kind == "explicit" and not keeps_slopes(method) and not keeps_drifts(plan)
 
 
 def names(plan):
@@ -103,3 +103,7 @@ def sum_up_slopes():
         if IS_RATE:
             for m in range(M):
                 z[i * M + m, j] += unit_share * z_slope[m]
+
+
+def add_to_total():
+    total += u[i, j] + v[i, j]
