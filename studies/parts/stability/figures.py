@@ -21,6 +21,7 @@ NAMES = {
     "dormand_prince5": "Dormand-Prince 5",
     "nystroem4": "Nyström 4",
     "velocity_verlet": "velocity Verlet",
+    "stoermer": "Störmer",
     "central_difference_lagged": "central difference, lagged",
     "newmark_average": "Newmark, average",
     "newmark_linear": "Newmark, linear",

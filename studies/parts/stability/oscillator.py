@@ -8,6 +8,8 @@ import numpy as np
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.run import prepare
+from warpdyn.engine.methods.kinds import MultistepMethod
+from warpdyn.engine.methods.table import METHODS
 
 # Of a growth a step: an eigenvalue of a defective matrix is good to the square root of rounding, about 1e-8.
 GROWTH_TOLERANCE = 1e-8
@@ -45,25 +47,29 @@ def oscillator_states(
     return np.concatenate([kept["displacement"], kept["velocity"] / w[:, None, None]], axis=2)
 
 
-def multipliers(states: np.ndarray, stride: np.ndarray | int = 1) -> np.ndarray:
+def multipliers(states: np.ndarray, stride: np.ndarray | int = 1, *, is_multistep: bool = False) -> np.ndarray:
     """Return the factors by which a number of steps multiplies motions, fitted to states by least squares.
 
-    The state is (u, v/w) and the next u, for methods with an internal acceleration: at most three motions.
+    The state is (u, v/w) and the next u, for methods with an internal acceleration: at most three motions. A multistep
+    method has four, and also needs the u after that.
     Each pair of states is scaled to a first one of size 1, so that growth or decay gives none of them more weight.
 
     Args:
         states: States of `oscillator_states`, shape [oscillator, time, 2].
         stride: Steps, shape [oscillator] or one for all.
+        is_multistep: Whether the method is a multistep method.
 
     Returns:
-        Eigenvalues of the map from one state to the state `stride` steps later, shape [oscillator, 3]; missing ones are
-        0.
+        Eigenvalues of the map from one state to the state `stride` steps later, shape [oscillator, 3], or [oscillator,
+        4] for a multistep method; missing ones are 0.
     """
     stride = np.broadcast_to(stride, len(states))
-    # The first state is left out, because a method may begin with a step of another kind.
-    place = 1 + stride[:, None] * np.arange((states.shape[1] - 2) // stride.max() + 1)
+    # The first states are left out, because a method may begin with steps of another kind.
+    skipped = 4 if is_multistep else 1
+    place = skipped + stride[:, None] * np.arange((states.shape[1] - skipped - 1) // stride.max() + 1)
     u, v = (np.take_along_axis(states[..., i], place, axis=1) for i in (0, 1))
-    state = np.stack([u[:, :-1], v[:, :-1], u[:, 1:]], axis=1)
+    rows = [u[:, :-2], v[:, :-2], u[:, 1:-1], u[:, 2:]] if is_multistep else [u[:, :-1], v[:, :-1], u[:, 1:]]
+    state = np.stack(rows, axis=1)
     size = np.linalg.norm(state[..., :-1], axis=1, keepdims=True)
     size[size == 0] = 1.0
     before, after = state[..., :-1] / size, state[..., 1:] / size
@@ -75,7 +81,7 @@ def growth_per_step(
 ) -> np.ndarray:
     """Return the largest factor by which a step multiplies a motion of oscillators, shape [oscillator]."""
     states = oscillator_states(method, frequency_step, damping_ratio, STEPS_SEEN, device)
-    return np.abs(multipliers(states)).max(axis=1)
+    return np.abs(multipliers(states, is_multistep=isinstance(METHODS[method], MultistepMethod))).max(axis=1)
 
 
 def first_failure(
