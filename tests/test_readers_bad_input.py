@@ -51,7 +51,7 @@ def test_the_shortest_record_of_a_dataset_has_two_samples():
 
     (motion,) = wd.records.from_dataset(of(2))
     np.testing.assert_array_equal(motion.acceleration, [0, 0.25])
-    with pytest.raises(ValueError, match="a: a record needs at least 2 samples, found 1"):
+    with pytest.raises(ValueError, match="a: a record needs at least 2 samples along 'time', found 1"):
         wd.records.from_dataset(of(1))
 
 

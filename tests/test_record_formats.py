@@ -151,7 +151,7 @@ def test_stream():
         wd.records.from_obspy([trace(data=np.ma.array([1.0, 2.0, 3.0], mask=[False, True, False]))], "g")
     with pytest.raises(ValueError, match="the stream has no traces"):
         wd.records.from_obspy([])
-    with pytest.raises(TypeError, match=r"takes an obspy Stream, got a list of str"):
+    with pytest.raises(TypeError, match=r"takes an obspy Stream, .* got a sequence with an object of type str"):
         wd.records.from_obspy("AKT0131103111446.EW")
 
 

@@ -369,7 +369,7 @@ def test_text_needs_its_unit(tmp_path):
     (motion,) = wd.records.read(file, unit="gal")
     assert motion.step == 0.01
     columns = "t;NS;EW;UD\n" + "".join(f"{0.01 * i:.2f};{v};{v};{v}\n" for i, v in enumerate(VALUES))
-    with pytest.raises(ValueError, match=r"give acceleration_column=.* an argument of wd.records.read_text"):
+    with pytest.raises(ValueError, match=r"give acceleration_column=.* call wd.records.read_text"):
         wd.records.read(write(tmp_path, columns), unit="gal")
 
 

@@ -263,7 +263,11 @@ def test_values_that_run_on_are_no_columns(tmp_path, width, options):
 
 
 def test_a_short_last_line_is_no_lost_column(tmp_path):
-    with pytest.raises(ValueError, match=r"AT2:2: 1 columns, .* 3; .* successive values, use .* from_array"):
+    with pytest.raises(
+        ValueError,
+        match=r"AT2:2: 1 columns, .* 3: correct the line, .* successive values, "
+        "use .* from_array",
+    ):
         wd.records.read_text(write(tmp_path, "1 2 3\n4\n"), unit="g", step=0.01, acceleration_column=0)
 
 

@@ -74,13 +74,19 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     label = str(data.name or "motion")
     others = [dimension for dimension in data.dims if dimension != "time"]
     if "time" not in data.dims or len(others) > 1:
-        raise ValueError(f"{label}: must have the dimension 'time' and at most one more, has {data.dims}")
+        raise ValueError(
+            f"{label}: must have the dimension 'time' and at most one more, has {data.dims}: "
+            "select along the others by .isel(...)"
+        )
     for text in (label, data.attrs.get("long_name", ""), data.attrs.get("standard_name", "")):
         quantity = statement_of_name(str(text)).quantity
         if quantity in ("velocity", "displacement", "spectrum"):
             raise ValueError(f"{label}: {str(text)!r} says {quantity}, not acceleration: give the accelerations")
     if "units" not in data.attrs:
-        raise ValueError(f"{label}: has no attribute 'units'; it must be one of {ALLOWED_UNITS}")
+        raise ValueError(
+            f"{label}: has no attribute 'units': set it, such as data.attrs['units'] = 'm/s2'; "
+            f"it must be one of {ALLOWED_UNITS}"
+        )
     time = data["time"] if "time" in data.coords else None  # without the coordinate, data["time"] returns positions
     if time is None or time.dtype.kind not in "iuf":
         found = "is missing" if time is None else f"has dtype {time.dtype}"
@@ -88,7 +94,10 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     if time.attrs.get("units", "s") not in ("s", "sec", "second", "seconds"):
         raise ValueError(f"{label}: the coordinate 'time' must be in 's', got {time.attrs['units']!r}")
     if data.sizes["time"] < 2:
-        raise ValueError(f"{label}: a record needs at least 2 samples, found {data.sizes['time']}")
+        raise ValueError(
+            f"{label}: a record needs at least 2 samples along 'time', found "
+            f"{data.sizes['time']}: check how you selected them"
+        )
     step = step_of_times(time.values.astype(np.float64), None, label)
     rows = data.transpose(..., "time").values
     if not others:

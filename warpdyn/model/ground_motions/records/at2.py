@@ -13,7 +13,7 @@ from warpdyn.model.ground_motions.records.components.file_names import record_an
 from warpdyn.model.ground_motions.records.components.headers import component_of_header, record_of_header
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, checked_values
-from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecordError
+from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecordError, damaged
 from warpdyn.model.ground_motions.records.text import number
 from warpdyn.model.ground_motions.records.units import ALLOWED_UNITS, checked_step, unit_factor
 
@@ -69,7 +69,7 @@ def read_at2_and_header(path: str | PathLike) -> GroundMotion:
     """Return the motion in a file, with record and component from line 2 only, not from the file's name."""
     record = RecordText.of(path)
     if len(record.lines) < 4:
-        raise ValueError(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(record.lines)}")
+        raise damaged(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(record.lines)}")
     factor = _unit_of(record.lines[2], record.place(2))
     count, step = _sizes_of(record.lines[3], record.place(3))
     numbers = record.numbers(4)
@@ -91,7 +91,7 @@ def _unit_of(line: str, place: str) -> float:
         )
     unit = _UNITS.search(line)
     if not unit:
-        raise ValueError(f"{place}: expected 'UNITS OF' and one of {ALLOWED_UNITS}, got {line.strip()!r}")
+        raise damaged(f"{place}: expected 'UNITS OF' and one of {ALLOWED_UNITS}, got {line.strip()!r}")
     return unit_factor(unit[1], place)
 
 
@@ -99,11 +99,11 @@ def _sizes_of(line: str, place: str) -> tuple[str, float]:
     """Return the number of values, as text, and the step [s] from the header line that states both."""
     sizes = next(filter(None, (style.search(line) for style in _SIZES)), None)
     if not sizes:
-        raise ValueError(f"{place}: expected 'NPTS= 9, DT= .02 SEC' or '9 .02 NPTS, DT', got {line.strip()!r}")
+        raise damaged(f"{place}: expected 'NPTS= 9, DT= .02 SEC' or '9 .02 NPTS, DT', got {line.strip()!r}")
     unit = re.match(r"[\s(]*+([A-Z]*+)(?!\s*[-+]?\.?\d)", sizes["rest"], re.IGNORECASE)
     word = unit[1].upper() if unit else None
     if word is None or word not in _STEP_UNITS:
-        raise ValueError(f"{place}: DT must be in SEC or MSEC, got {line.strip()!r}")
+        raise damaged(f"{place}: DT must be in SEC or MSEC, got {line.strip()!r}")
     factor = _STEP_UNITS[word]
     step = checked_step(number(sizes["step"], place), f"{place}: DT")
     if "." not in sizes["step"] and "E" not in sizes["step"].upper() and factor == 1.0:

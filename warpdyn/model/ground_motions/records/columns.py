@@ -138,7 +138,9 @@ def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: Co
     columns = [acceleration] if time is None else [acceleration, time]
     values = numbers.values(columns)
     if values.shape[1] < 2:
-        raise ValueError(f"{path}: a record needs at least 2 samples, found {values.shape[1]}")
+        raise ValueError(
+            f"{path}: a record needs at least 2 samples, found {values.shape[1]}: give a file with more lines of values"
+        )
     if table.count == 1 and chosen.header_lines is None and step is not None:
         first = [numbers.tokens(i)[0] for i in (0, 1)]
         refuse_step_as_sample(path, numbers.line_numbers[0], first, values[0], step)
@@ -186,7 +188,10 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
     while first < len(lines) and (_is_skipped(lines[first]) or (header_lines is None and _is_header(lines[first]))):
         first += 1
     if first >= len(lines):
-        raise ValueError(f"{path}: a record needs at least 2 samples, found 0")
+        raise ValueError(
+            f"{path}: a record needs at least 2 samples, found 0: give a file with lines of "
+            f"numbers, without words in them"
+        )
     above = next((line for line in lines[first - 1 :: -1] if line.strip()), "") if first else ""
     mark = delimiter or next((mark for mark in (";" if decimal_comma else ";,") if mark in lines[first]), None)
     mark = None if mark is not None and mark.isspace() and mark != "\t" else mark
@@ -211,7 +216,11 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
         other, i = next((width, i) for width, i in widths.items() if width != count)
         is_rest = i == len(numbers) - 1 and other < count
         hint = "; if each line has several successive values, use wd.records.read or from_array" if is_rest else ""
-        raise ValueError(f"{numbers.place(i)}: {other} columns, but the first line has {count}{hint}")
+        raise ValueError(
+            f"{numbers.place(i)}: {other} columns, but the first line has {count}: correct the "
+            f"line, or give "
+            f"delimiter= or header_lines={hint}"
+        )
     names = _names_of(above.strip(" \t#%"), count, mark)
     header = [line for line in lines[:first] if not names or line is not above]
     header += [line for line in lines[first:] if line.strip() and _is_skipped(line)] if is_commented else []

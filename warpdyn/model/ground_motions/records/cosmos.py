@@ -13,6 +13,7 @@ from warpdyn.model.ground_motions.records.components.orientations import azimuth
 from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, select_components
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, check_end
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, check_printed_peak
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.text import number
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
@@ -113,7 +114,7 @@ def _acceleration(record: RecordText, at: int, reals: np.ndarray) -> tuple[tuple
     place, unit, count = record.place(at), stated["unit"], int(stated["count"])
     layout = Layout.of(stated["format"])
     if layout is None or count < 2:
-        raise ValueError(f"{place}: expected 2 values or more and a format such as (8F10.5), got {stated[0].strip()!r}")
+        raise damaged(f"{place}: expected 2 values or more and a format such as (8F10.5), got {stated[0].strip()!r}")
     quantity = stated["quantity"].lower()
     if quantity.startswith("raw"):
         raise ValueError(
@@ -127,17 +128,15 @@ def _acceleration(record: RecordText, at: int, reals: np.ndarray) -> tuple[tuple
         raise ValueError(f"{place}: {unit!r} ({code}) is not a unit of acceleration: take the V1 or V2 file")
     factor = unit_factor(unit, place)
     if factor != unit_factor(_UNIT_CODES[code], place):
-        raise ValueError(f"{place}: unit {unit!r} is not that of its code ({code}), {_UNIT_CODES[code]!r}")
+        raise damaged(f"{place}: unit {unit!r} is not that of its code ({code}), {_UNIT_CODES[code]!r}")
     if reals.size <= _PEAK or reals[_STEP_IN_MS] <= 0:
-        raise ValueError(
-            f"{record.path}: the Real-header has no step: its value {_STEP_IN_MS + 1} [ms] must be above 0"
-        )
+        raise damaged(f"{record.path}: the Real-header has no step: its value {_STEP_IN_MS + 1} [ms] must be above 0")
     values, after = block(record, at + 1, count, layout)
     step = checked_step(reals[_STEP_IN_MS] / 1000.0, f"{record.path}: the step")
     if abs(count * step - float(stated["seconds"])) > max(1.0, 2 * step, 0.01 * count * step):
-        raise ValueError(
+        raise damaged(
             f"{place}: {count} values at steps of {step:g} s last {count * step:g} s, not the {stated['seconds']} s "
-            "that this line states: one is damaged"
+            "that this line states"
         )
     if reals[_PEAK] != _UNKNOWN:
         peak, place = f"{reals[_PEAK]:.10g}", f"{record.path}: value {_PEAK + 1} of the Real-header"

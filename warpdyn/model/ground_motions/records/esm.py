@@ -12,6 +12,7 @@ from warpdyn.model.ground_motions.records.parsing.header_checks import (
     check_printed_peak,
     checked_values,
 )
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.text import number
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
@@ -43,12 +44,12 @@ def read_esm(path: str | Path) -> GroundMotion:
     """
     record = RecordText.of(path)
     if len(record.lines) <= _HEADER_LINES:
-        raise ValueError(
+        raise damaged(
             f"{path}: an ESM file has {_HEADER_LINES} header lines, this file ends at line {len(record.lines)}"
         )
     for i, line in enumerate(record.lines[:_HEADER_LINES]):
         if ":" not in line:
-            raise ValueError(f"{record.place(i)}: expected 'NAME: value', got {line.strip()!r}")
+            raise damaged(f"{record.place(i)}: expected 'NAME: value', got {line.strip()!r}")
     header = record.header("ESM", _HEADER_LINES)
     kind, place = header["DATA_TYPE"]
     if kind.upper() != "ACCELERATION":
@@ -64,7 +65,7 @@ def read_esm(path: str | Path) -> GroundMotion:
     values = checked_values(numbers, record.text)
     if numbers.has_line(lambda line: line.lstrip(" -").startswith(".")):
         i = next(i for i, line in enumerate(numbers.lines) if line.lstrip(" -").startswith("."))
-        raise ValueError(
+        raise damaged(
             f"{numbers.place(i)}: {numbers.lines[i].strip()!r} has no digit before its point, which ESM always prints: "
             "a digit is lost"
         )

@@ -59,10 +59,13 @@ def motions_of_stream(stream: Iterable[Any], unit: str | None, file: str = "") -
     traces = []
     for trace in stream:
         if not hasattr(trace, "stats") or not hasattr(trace, "data"):
-            raise TypeError(f"from_obspy() takes an obspy Stream, got a list of {type(trace).__name__}")
+            raise TypeError(
+                f"from_obspy() takes an obspy Stream, such as obspy.read(path), got a sequence "
+                f"with an object of type {type(trace).__name__}"
+            )
         traces.append(trace)
     if not traces:
-        raise ValueError("the stream has no traces")
+        raise ValueError("the stream has no traces: give a stream with at least one trace, such as obspy.read(path)")
     places = [f"{f'{file}: ' if file else ''}trace {trace.id}" for trace in traces]
     rows = zip(traces, places, _records_of(traces, places), strict=True)
     return [_motion_of(trace, place, unit, record) for trace, place, record in rows]
@@ -77,7 +80,10 @@ def _motion_of(trace: Any, place: str, unit: str | None, record: str) -> GroundM
             f"{place}: the unit is unknown, because most traces do not state it: give unit=, such as unit='m/s2'"
         )
     if np.ma.is_masked(trace.data):
-        raise ValueError(f"{place} has gaps: fill them, or split the stream")
+        raise ValueError(
+            f"{place} has gaps: fill them by stream.merge(fill_value='interpolate'), or split the stream by "
+            f"stream.split()"
+        )
     factor = unit_factor(unit, place) if unit is not None else 1.0
     if is_in_si and factor != 1.0:
         why = "the K-NET file's scale factor" if "knet" in stats else "remove_response(output='ACC')"

@@ -12,7 +12,7 @@ from os import PathLike
 import numpy as np
 
 from warpdyn.foundations.core.messages import warn_caller
-from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError
+from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError, damaged
 from warpdyn.model.ground_motions.records.units import TIME_TOLERANCE, factor_of_unit
 
 _FEWEST_TIMES = 5
@@ -198,10 +198,7 @@ def check_stated_numbers(path: str | PathLike, lines: Sequence[str], step: float
         )
     number = stated_count(lines)
     if number is not None and number != count:
-        raise ValueError(
-            f"{path}: the header says {number} samples, but {count} follow: the file is truncated, or its header is "
-            "wrong"
-        )
+        raise damaged(f"{path}: the header says {number} samples, but {count} follow")
 
 
 def refuse_times(path: str | PathLike, column: int, values: np.ndarray) -> None:

@@ -17,6 +17,7 @@ from warpdyn.model.ground_motions.records.parsing.content import (
     refuse_other_content,
     refuse_other_text,
 )
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
 # Parts of a number whose digits are all replaced by 0: before the point, after it, and the exponent.
@@ -47,7 +48,7 @@ def number(token: str, place: str) -> float:
     # The pattern refuses "nan", "inf" and "1_000", which float() accepts.
     value = float(re.sub("[dD]", "E", token)) if _NUMBER.fullmatch(token) and token.isascii() else np.nan
     if not np.isfinite(value):
-        raise ValueError(f"{place}: {token!r} is not a finite number")
+        raise damaged(f"{place}: {token!r} is not a finite number")
     return value
 
 
@@ -217,7 +218,7 @@ def check_forms(numbers: NumberLines) -> None:
     """Raise a ValueError if the form of a number differs from the others; warn if the layout of a line differs."""
     if other := numbers.other_forms():
         place, token, example = other
-        raise ValueError(
+        raise damaged(
             f"{place}: {token!r} is written in another form than the file's other values, such as {example!r}: it may "
             "have lost a digit or its point"
         )

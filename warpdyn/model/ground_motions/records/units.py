@@ -9,6 +9,7 @@ from numbers import Real
 import numpy as np
 
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 
 #: Factor from each unit of acceleration to m/s2. Upper and lower case are the same.
 #: Other spellings are read too, such as "m/s²", "CM/SEC^2", "cm/s/s", "cm.s-2", "Gals" and "ft/sec/sec".
@@ -93,7 +94,7 @@ def step_of_times(times: np.ndarray, step: float | None, place: str) -> float:
     off = np.abs(times - times[0] - step * np.arange(times.size))
     if not (step > 0 and np.all(off <= TIME_TOLERANCE * step)):
         i = int(np.argmax(np.abs(np.diff(times) - step)))
-        raise ValueError(
+        raise damaged(
             f"{place}: the times must increase evenly by {step:.6g} s, with a tolerance of {TIME_TOLERANCE:.0%}, but "
             f"sample {i} is at {times[i]:.6g} s and sample {i + 1} at {times[i + 1]:.6g} s: a sample may be missing"
         )

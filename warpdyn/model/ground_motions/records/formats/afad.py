@@ -14,6 +14,7 @@ from warpdyn.model.ground_motions.records.parsing.header_checks import (
     checked_values,
     stated_step,
 )
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.units import unit_factor
 
 _TITLE = re.compile(r"\s*strong\s+ground\s+motion\s+records?\s+of\s+t\S*r\S*", re.IGNORECASE)
@@ -34,18 +35,18 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
     record = RecordText.of(path)
     directions = next((i for i, line in enumerate(record.lines) if _DIRECTIONS.fullmatch(line)), None)
     if directions is None:
-        raise ValueError(f"{path}: this AFAD file has no line with the components, such as 'N-S  E-W  U-D'")
+        raise damaged(f"{path}: this AFAD file has no line with the components, such as 'N-S  E-W  U-D'")
     header = record.header("AFAD", directions)
     name_of_peaks = next((name for name in header if "PGA" in name), "RAW PGA VALUES (gal)")
     peaks, place = header[name_of_peaks]
     if "(GAL)" not in name_of_peaks:
-        raise ValueError(f"{place}: expected 'RAW PGA VALUES (gal)', which names the unit, got {name_of_peaks!r}")
+        raise damaged(f"{place}: expected 'RAW PGA VALUES (gal)', which names the unit, got {name_of_peaks!r}")
     step = stated_step(*header["SAMPLING INTERVAL (SEC)"])
 
     numbers = record.numbers(directions + 1)
     for width, i in numbers.widths().items():
         if width != 3:
-            raise ValueError(f"{numbers.place(i)}: expected 3 values, one per component, got {width}")
+            raise damaged(f"{numbers.place(i)}: expected 3 values, one per component, got {width}")
     check_count(len(numbers), *header["NUMBER OF DATA"])
     table = checked_values(numbers, record.text, range(3))
     stated = {_label(name): peak for name, peak in _PEAK.findall(peaks)}
@@ -55,7 +56,7 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
         component = _label(token)
         peak = stated.get(component)
         if peak is None:
-            raise ValueError(f"{place}: expected the peak of the component {token}, got {peaks!r}")
+            raise damaged(f"{place}: expected the peak of the component {token}, got {peaks!r}")
         check_printed_peak(values, peak, place, precision=1e-6)
         motions.append(record.motion(unit_factor("gal", place) * values, step, component, earthquake))
     return motions

@@ -21,6 +21,7 @@ from warpdyn.model.ground_motions.records.parsing.header_checks import (
     stated_count,
     stated_step,
 )
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.units import unit_factor
 
 _TITLE = re.compile(r"archivo\s+estandar\s+de\s+aceleracion", re.IGNORECASE)
@@ -40,11 +41,11 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
     record = RecordText.of(path)
     data = next((i for i, line in enumerate(record.lines) if _DATA.match(line)), None)
     if data is None:
-        raise ValueError(f"{path}: truncated: this ASA file has no line 'DATOS DE ACELERACION'")
+        raise damaged(f"{path}: truncated: this ASA file has no line 'DATOS DE ACELERACION'")
     header = record.header("ASA", data, lambda name: re.sub(r"\W+", " ", name).strip().upper())
     stated, place = header.starting("NUMERO DE CANALES")
     if not re.fullmatch(r"\d{1,2}", stated, re.ASCII) or not 1 <= int(stated) <= 12:
-        raise ValueError(f"{place}: the number of channels must be a whole number from 1 to 12, got {stated!r}")
+        raise damaged(f"{place}: the number of channels must be a whole number from 1 to 12, got {stated!r}")
     channels = int(stated)
     unit, place = header.starting("UNIDADES DE LOS DATOS")
     factor = unit_factor(unit.split("(")[0], place)
@@ -57,13 +58,14 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
     if len(counts) > 1:
         place = header.starting("NUM TOTAL DE MUESTRAS")[1]
         raise ValueError(
-            f"{place}: the channels have different numbers of values, {sorted(counts)}: this is not supported"
+            f"{place}: the channels have different numbers of values, {sorted(counts)}, which this reader "
+            f"does not support: read the columns one by one with wd.records.read_text"
         )
     (count,) = counts
     text, place = header.starting("FORMATO DATOS")
     layout = Layout.of(text) or layout_of_lines(record, first)
     if layout.per_line != channels:
-        raise ValueError(f"{place}: {layout.per_line} columns, but the header states {channels} channels")
+        raise damaged(f"{place}: {layout.per_line} columns, but the header states {channels} channels")
     values, after = block(record, first, channels * count, layout)
     check_end(record, after)
     start = [header[key][0] for key in header if key.startswith(("FECHA DEL SISMO", "HORA DE LA PRIMERA MUESTRA"))]
@@ -73,7 +75,7 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
         step = stated_step(*_of_channel(header, "INTERVALO DE MUESTREO", i))
         rate, place = _of_channel(header, "VEL DE MUESTREO", i, is_needed=False)
         if rate and abs(stated_step(rate, place, is_rate=True) - step) > 0.01 * step:
-            raise ValueError(f"{place}: {rate} samples per second, but the step is {step:g} s: one is damaged")
+            raise damaged(f"{place}: {rate} samples per second, but the step is {step:g} s")
         duration, place = _of_channel(header, "DURACION DEL REGISTRO", i, is_needed=False)
         if duration:
             check_duration(count, step, duration, place, precision=0.01 * step)
@@ -92,5 +94,5 @@ def _of_channel(header: Header, name: str, i: int, *, is_needed: bool = True) ->
     if i < len(texts) and (texts[i][0] or not is_needed):
         return texts[i]
     if is_needed:
-        raise ValueError(f"{header.path}: the header of this ASA file states no {name!r} of channel {i + 1}")
+        raise damaged(f"{header.path}: the header of this ASA file states no {name!r} of channel {i + 1}")
     return "", ""

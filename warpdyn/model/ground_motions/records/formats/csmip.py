@@ -19,6 +19,7 @@ from warpdyn.model.ground_motions.records.parsing.header_checks import (
     stated_count,
     stated_step,
 )
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.parsing.uneven import at_equal_steps
 from warpdyn.model.ground_motions.records.units import unit_factor
 
@@ -106,7 +107,7 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
         values, step, after = _equal_steps(record, data, found, peak[0]["unit"] if peak else None)
         while (other := _DATA.match(record.lines[after]) if after < len(record.lines) else None) is not None:
             if other["quantity"].lower() == "acc":
-                raise ValueError(f"{record.place(after)}: a second acceleration of the same channel: lines are missing")
+                raise damaged(f"{record.place(after)}: a second acceleration of the same channel: lines are missing")
             after = _equal_steps(record, after, other)[2]
         precision = 0.0 if found["of_time"].lower() == "pts/sec" else printed_precision(found["time"])
         _check_header(record, head, first, volume, values, step, precision)
@@ -120,7 +121,7 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
     if after < len(record.lines) and _END.match(record.lines[after]):
         after += 1
     elif after < len(record.lines) and not is_csmip(record.lines[after:]):
-        raise ValueError(
+        raise damaged(
             f"{record.place(after)}: expected the end of the channel, '/&', got {record.lines[after].strip()[:60]!r}: "
             "there are more values than the header states"
         )
@@ -132,9 +133,9 @@ def _check_numeric_header(record: RecordText, first: int, data: int) -> None:
     """Raise a ValueError unless the lines between text and values are numbers; otherwise a line was lost or added."""
     for i in range(first, data):
         if re.search(r"[^-+\d.\sEe*]", record.lines[i]) or not record.lines[i].strip():
-            raise ValueError(f"{record.place(i)}: expected numbers of the header, got {record.lines[i].strip()[:60]!r}")
+            raise damaged(f"{record.place(i)}: expected numbers of the header, got {record.lines[i].strip()[:60]!r}")
     if re.search(r"\.", record.lines[first]) or not re.search(r"\.", record.lines[first + _INTEGER_LINES]):
-        raise ValueError(f"{record.place(first)}: expected 7 lines of whole numbers, then lines of decimal numbers")
+        raise damaged(f"{record.place(first)}: expected 7 lines of whole numbers, then lines of decimal numbers")
 
 
 def _equal_steps(
@@ -148,7 +149,7 @@ def _equal_steps(
     factor = 1.0
     if found["quantity"].lower() == "acc":
         if unit is None:
-            raise ValueError(f"{place}: expected the unit of the values, such as 'IN UNITS CM/SEC/SEC'")
+            raise damaged(f"{place}: expected the unit of the values, such as 'IN UNITS CM/SEC/SEC'")
         factor = _factor(unit, place)
     values, after = block(record, at + 1, count, layout)
     return factor * values, step, after
@@ -159,7 +160,7 @@ def _values_of_bhrc(record: RecordText, head: list[str], first: int, data: int) 
     place = record.place(first + 10)
     counted, duration = _COUNT.search(head[10]), re.search(r"duration\s*=\s*(\d*\.?\d+)", head[10], re.IGNORECASE)
     if counted is None or duration is None or not re.search(r"seconds\s+and\s+g/10", head[11], re.IGNORECASE):
-        raise ValueError(
+        raise damaged(
             f"{place}: expected the number of points, the duration, and values in g/10, got {head[10].strip()!r}"
         )
     count = stated_count(counted[1], place)
@@ -172,13 +173,13 @@ def _pairs_of_values(record: RecordText, head: list[str], first: int, data: int)
     """Return the times [s] and accelerations [m/s2] that are written as pairs, and the line after them."""
     unit = _found(_UNIT_OF_PAIRS, head, record, first)
     if unit is None:
-        raise ValueError(
+        raise damaged(
             f"{record.place(data)}: expected '9999 points of accel data equally spaced at .020 sec', got "
             f"{record.lines[data].strip()[:60]!r}"
         )
     counted = _found(_COUNT, head, record, first)
     if counted is None:
-        raise ValueError(f"{record.path}: the header states no number of points, such as 'No. of Points = 1000'")
+        raise damaged(f"{record.path}: the header states no number of points, such as 'No. of Points = 1000'")
     count = stated_count(counted[0][1], counted[1])
     numbers, after = block(record, data, 2 * count, layout_of_lines(record, data))
     return numbers[::2], _factor(unit[0]["unit"], unit[1]) * numbers[1::2], after
@@ -215,7 +216,7 @@ def _check_header(
     for i, line in enumerate(head):
         place = record.place(first + i)
         if volume == "V1" and (found := _COUNT.search(line)) and int(found[1]) != values.size:
-            raise ValueError(f"{place}: the header states {found[1]} points, but {values.size} follow")
+            raise damaged(f"{place}: the header states {found[1]} points, but {values.size} follow")
         if (found := _DURATION.search(line)) and (volume == "V1" or "record" in line.lower()):
             check_duration(values.size, step, found[1], place, precision)
         if found := _PEAK[volume].search(line):

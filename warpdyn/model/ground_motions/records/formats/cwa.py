@@ -8,6 +8,7 @@ from os import PathLike
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_duration, check_printed_peak, stated_step
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.units import step_of_times, unit_factor
 
 
@@ -31,11 +32,11 @@ def read_cwa(path: str | PathLike) -> list[GroundMotion]:
     columns, place = header["#Data"]
     layout = Layout.of(columns)
     if layout is None or layout.per_line != 4:
-        raise ValueError(f"{place}: expected four columns, such as 4F10.3, got {columns!r}")
+        raise damaged(f"{place}: expected four columns, such as 4F10.3, got {columns!r}")
 
     count = len(record.lines) - first
     if count < 2:
-        raise ValueError(f"{path}: truncated: the file ends at line {len(record.lines)}, before its values")
+        raise damaged(f"{path}: truncated: the file ends at line {len(record.lines)}, before its values")
     times, *components = block(record, first, 4 * count, layout)[0].reshape(count, 4).T
     step_of_times(times, step, str(path))
     check_duration(count, step, *header["#RecordLength(sec)"])

@@ -19,6 +19,7 @@ from warpdyn.model.ground_motions.records.parsing.header_checks import (
     stated_count,
     stated_step,
 )
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.units import unit_factor
 
 _TEXT_LINES = 16
@@ -76,13 +77,13 @@ def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
         record.expected(first + 10, _RAW_UNIT, "'in units of 1.00 mm/s/s'")
     scale = float(raw["scale"] or 1) if raw else 1.0
     if not 0 < scale < np.inf:
-        raise ValueError(f"{place_of_step}: the unit of the values must be above 0 mm/s/s, got {scale:g}")
+        raise damaged(f"{place_of_step}: the unit of the values must be above 0 mm/s/s, got {scale:g}")
 
     integers, after = block(record, first + _TEXT_LINES, 40, _INTEGERS, is_data=False)
     _, after = block(record, after, 60, _REALS, is_data=False)
     numbers = [int(each) for each in integers[_NUMBERS_OF_VALUES]]
     if numbers[0] not in (0, count):
-        raise ValueError(f"{place}: {count} points, but value 34 of the whole numbers is {numbers[0]}: one is damaged")
+        raise damaged(f"{place}: {count} points, but value 34 of the whole numbers is {numbers[0]}")
     values, after = block(record, after, count, layout_of_lines(record, after))
     if not title["volume"]:
         for number in numbers[1:]:
@@ -91,7 +92,7 @@ def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
     while after < len(record.lines) and not record.lines[after].strip():
         after += 1
     if after < len(record.lines) and not _TITLE.match(record.lines[after]):
-        raise ValueError(
+        raise damaged(
             f"{record.place(after)}: expected the header of the next component, got "
             f"{record.lines[after].strip()[:60]!r}: there are more values than the header states"
         )

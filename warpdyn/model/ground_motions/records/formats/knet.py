@@ -17,6 +17,7 @@ from warpdyn.model.ground_motions.records.parsing.fixed_width import (
     layout_of_lines,
 )
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_duration, check_printed_peak, stated_step
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.text import number
 
 _HEADER_LINES = 17
@@ -39,7 +40,7 @@ def read_knet(path: str | PathLike) -> list[GroundMotion]:
     stated, place = header["Scale Factor"]
     scale = re.fullmatch(r"(\d+\.?\d*)\s*\(gal\)\s*/\s*(\d+\.?\d*)", stated)
     if scale is None or float(scale[2]) == 0 or float(scale[1]) == 0:
-        raise ValueError(f"{place}: expected a scale factor such as 3920(gal)/6182761, got {stated!r}")
+        raise damaged(f"{place}: expected a scale factor such as 3920(gal)/6182761, got {stated!r}")
     factor = float(scale[1]) / float(scale[2])
     rate, place = header["Sampling Freq(Hz)"]
     step = stated_step(re.sub(r"\s*Hz$", "", rate, flags=re.IGNORECASE), place, is_rate=True)
@@ -56,7 +57,7 @@ def read_knet(path: str | PathLike) -> list[GroundMotion]:
     expected = round(number(duration, place) / step)
     if count != expected:
         problem = "truncated" if count < expected else "too long"
-        raise ValueError(f"{place}: {problem}: {count} values follow, but {duration} s at {rate} are {expected} values")
+        raise damaged(f"{place}: {problem}: {count} values follow, but {duration} s at {rate} are {expected} values")
     counts, after = block(record, _HEADER_LINES, count, layout)
     check_duration(count, step, duration, place)
     check_end(record, after)
@@ -66,7 +67,7 @@ def read_knet(path: str | PathLike) -> list[GroundMotion]:
     stated, place = header["Dir."]
     component = _DIRECTIONS.get(stated) or orientation(stated.replace("-", "")).label
     if not orientation(component).known_label:
-        raise ValueError(f"{place}: the direction must be N-S, E-W, U-D or a number from 1 to 6, got {stated!r}")
+        raise damaged(f"{place}: the direction must be N-S, E-W, U-D or a number from 1 to 6, got {stated!r}")
     _, component = record_and_component(str(path), component, place=str(path))
     name = f"{header['Station Code'][0]} {header['Record Time'][0]}"
     return [record.motion(0.01 * gal, step, component, name)]

@@ -226,6 +226,8 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
     try:
         motion = read_columns(path, unit, step, ColumnChoice(header_lines=header.lines or None))
     except AmbiguousTextError as error:
-        raise ValueError(f"{error}. This is an argument of wd.records.read_text") from error
+        raise ValueError(
+            f"{error}. read() does not take these arguments: call wd.records.read_text(path, ...)"
+        ) from error
     check_against_header(motion, header)
     return [motion]

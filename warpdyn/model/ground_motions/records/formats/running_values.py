@@ -11,6 +11,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.headers import named_component
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_count, checked_values
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.quantities import check_statements, stated_count, stated_step
 from warpdyn.model.ground_motions.records.text import NumberLines, warn_of_layout
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
@@ -65,7 +66,7 @@ def check_against_header(motion: GroundMotion, header: Header) -> None:
     if header.count is not None:
         check_count(motion.acceleration.size, str(header.count), motion.source)
     if header.step is not None and abs(motion.step - header.step) > 1e-3 * header.step:
-        raise ValueError(f"{motion.source}: the step is {motion.step:g} s, but the header states {header.step:g} s")
+        raise damaged(f"{motion.source}: the step is {motion.step:g} s, but the header states {header.step:g} s")
 
 
 def _is_words(line: str) -> bool:
@@ -98,10 +99,10 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     _check_separators(record, places)
     rows = [tokens_of(record.lines[i]) for i in places]
     if not rows:
-        raise ValueError(f"{path}: no values follow the header")
+        raise damaged(f"{path}: no values follow the header")
     for i, row in zip(places, rows, strict=True):
         if len(row) > len(rows[0]) or (len(row) < len(rows[0]) and i != places[-1]):
-            raise ValueError(
+            raise damaged(
                 f"{record.place(i)}: {len(row)} values, but the first line has {len(rows[0])}: a value is missing or "
                 "was added"
             )
@@ -142,9 +143,9 @@ def _check_separators(record: RecordText, places: list[int]) -> None:
     if odd is None and usual == 0 and places and re.search(r"[,;\t]", record.lines[places[-1]]):
         odd = places[-1]
     if odd is not None:
-        raise ValueError(
+        raise damaged(
             f"{record.place(odd)}: {record.lines[odd].strip()[:60]!r} has another number of commas, semicolons or tabs "
-            "than the other lines: one of them is damaged"
+            "than the other lines"
         )
 
 

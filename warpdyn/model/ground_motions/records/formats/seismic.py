@@ -12,6 +12,7 @@ import numpy as np
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.obspy_streams import motions_of_stream
 from warpdyn.model.ground_motions.records.parsing.content import is_sac
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 
 
 def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
@@ -66,11 +67,13 @@ def _check_sac(path: str | PathLike, trace) -> None:
     """Raise a ValueError if a SAC file has uneven times or extrema that differ from its header."""
     header = trace.stats.sac
     if not int(header.get("leven", 1)):
-        raise ValueError(f"{path}: this SAC file has uneven times (LEVEN in its header): interpolate it first")
+        raise ValueError(
+            f"{path}: this SAC file has uneven times (LEVEN in its header): interpolate it to "
+            f"equal steps first, and give the values to wd.records.from_array"
+        )
     for stated, found in ((header.get("depmin"), trace.data.min()), (header.get("depmax"), trace.data.max())):
         # Extrema and values are in float32; -12345 is SAC's mark for an unknown number.
         if stated is not None and stated != -12345 and np.isfinite(stated) and abs(stated - found) > 1e-5 * abs(stated):
-            raise ValueError(
-                f"{path}: the header of this SAC file states an extremum of {stated:g}, but the values have {found:g}: "
-                "one is damaged"
+            raise damaged(
+                f"{path}: the header of this SAC file states an extremum of {stated:g}, but the values have {found:g}"
             )

@@ -12,6 +12,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import azimuth_label, orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, check_end
 from warpdyn.model.ground_motions.records.parsing.header_checks import stated_step
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.parsing.uneven import at_equal_steps
 
 _TITLE = re.compile(
@@ -50,16 +51,14 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
     reals, after = block(record, after, 50, _REALS, is_data=False)
     for _ in range(int(integers[_COMMENTS])):
         if not record.line(after, "its comments").startswith("|"):
-            raise ValueError(
+            raise damaged(
                 f"{record.place(after)}: expected a comment, '|', since the header states {integers[_COMMENTS]:.0f} of "
                 f"them, got {record.lines[after].strip()[:40]!r}"
             )
         after += 1
     count = int(integers[_COUNT])
     if count < 2:
-        raise ValueError(
-            f"{path}: value 17 of the whole numbers, the number of values, must be at least 2, got {count}"
-        )
+        raise damaged(f"{path}: value 17 of the whole numbers, the number of values, must be at least 2, got {count}")
     is_uneven = reals[_RATE] == _UNKNOWN_REAL  # then the file contains pairs of a time and an acceleration
     values, end = block(record, after, count, _VALUES)
     if is_uneven and len(record.lines) == end + 1:
@@ -70,7 +69,7 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
         check_end(record, end)
     if is_uneven:
         if count % 2:
-            raise ValueError(f"{path}: {count} numbers cannot be pairs of times and values: the header is damaged")
+            raise damaged(f"{path}: {count} numbers cannot be pairs of times and values")
         times, values = values[::2], values[1::2]
         _check_extrema(record, values, times, reals)
         values, found = at_equal_steps(times, values, step, path)
@@ -92,13 +91,13 @@ def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, re
         if abs(stated) >= _LARGEST_KNOWN:
             continue
         if abs(stated - found) > precision:
-            raise ValueError(
+            raise damaged(
                 f"{record.path}: value {at + 1} of the decimal numbers states an extremum of {stated:g} cm/s2, but the "
-                f"values have {found:g}: one of them is damaged"
+                f"values have {found:g}"
             )
         near = times[np.abs(values - found) <= precision]
         if abs(time) < _LARGEST_KNOWN and np.abs(near - time).min() > 1.01 * float(np.diff(times).max()):
-            raise ValueError(
+            raise damaged(
                 f"{record.path}: value {at} of the decimal numbers states an extremum at {time:g} s, but it is at "
                 f"{near[0]:g} s: the sampling rate is wrong, or values are missing"
             )

@@ -13,6 +13,7 @@ import numpy as np
 
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.text import NumberLines, lines_of, number, text_of, warn_of_blank_end
 
 _TO_FORM = str.maketrans("123456789d", "000000000D")
@@ -98,14 +99,14 @@ class RecordText:
     def line(self, i: int, what: str) -> str:
         """Return line `i`, or raise a ValueError if the file ends before it."""
         if i >= len(self.lines):
-            raise ValueError(f"{self.path}: truncated: the file ends at line {len(self.lines)}, before {what}")
+            raise damaged(f"{self.path}: truncated: the file ends at line {len(self.lines)}, before {what}")
         return self.lines[i]
 
     def expected(self, i: int, pattern: re.Pattern[str], what: str) -> re.Match[str]:
         """Return the match of a pattern in line `i`, or raise a ValueError with the expected text."""
         found = pattern.search(self.line(i, what))
         if found is None:
-            raise ValueError(f"{self.place(i)}: expected {what}, got {self.lines[i].strip()[:60]!r}")
+            raise damaged(f"{self.place(i)}: expected {what}, got {self.lines[i].strip()[:60]!r}")
         return found
 
     def header(self, format: str, end: int, clean: Callable[[str], str] = str.upper) -> Header:
@@ -148,12 +149,12 @@ def block(
     lines = [line.rstrip() for line in record.lines[first : first + rows]]
     for i in range(len(lines) if layout.indent else 0):
         if lines[i][: layout.indent].strip():
-            raise ValueError(f"{record.place(first + i)}: expected {layout.indent} blanks first, got {lines[i][:40]!r}")
+            raise damaged(f"{record.place(first + i)}: expected {layout.indent} blanks first, got {lines[i][:40]!r}")
         lines[i] = lines[i][layout.indent :]
     seen: set[tuple[str, int]] = set()
     for i in range(rows):
         if i >= len(lines):
-            raise ValueError(
+            raise damaged(
                 f"{record.path}: truncated: the file ends at line {len(record.lines)} after at most "
                 f"{len(lines) * layout.per_line} of the {count} values that its header states"
             )
@@ -167,9 +168,7 @@ def block(
     values = np.array([token.replace("D", "E").replace("d", "e") for token in tokens], dtype=np.float64)
     if not np.isfinite(values).all():
         at = int(np.flatnonzero(~np.isfinite(values))[0])
-        raise ValueError(
-            f"{record.place(first + at // layout.per_line)}: {tokens[at].strip()!r} is not a finite number"
-        )
+        raise damaged(f"{record.place(first + at // layout.per_line)}: {tokens[at].strip()!r} is not a finite number")
     if is_data:
         check_missing_values(values, lambda i: record.place(first + i // layout.per_line))
     return values, first + rows
@@ -186,17 +185,17 @@ def _check_line(line: str, fields: int, layout: Layout, place: str, *, is_end: b
                 "value is lost: get the record in another format or unit"
             )
         if re.fullmatch(r"\s*[-+]?(nan|inf\w*)\s*", field, re.IGNORECASE):
-            raise ValueError(f"{place}: {field.strip()!r} is not a finite number")
+            raise damaged(f"{place}: {field.strip()!r} is not a finite number")
     if len(row) != fields or (row and len(row[-1]) != width):
         why = "it is the last line, so the file may be truncated" if is_end else "characters are missing or were added"
-        raise ValueError(
+        raise damaged(
             f"{place}: this line must have {fields} values of {width} characters, got {line.strip()[:60]!r}: {why}"
         )
     for field in row:
         if not _field_pattern(layout.decimals, layout.is_scientific).fullmatch(field):
             number(field.strip(), place)  # raises a clearer error if this is not a number
             digits = "" if layout.decimals is None else f" with {layout.decimals} digits after the point"
-            raise ValueError(
+            raise damaged(
                 f"{place}: expected a number{digits} at the right of its field of {width} characters, got {field!r}"
             )
 
@@ -225,14 +224,14 @@ def layout_of_lines(record: RecordText, first: int, decimals: int | None = None)
     if decimals is None:
         found = re.match(r" *[-+]?\d*(\.\d*)?(?P<exponent>[EeDd][-+]?\d+)?", line)
         if found is None or not found[0].strip():
-            raise ValueError(f"{record.place(first)}: expected numbers, got {line.strip()!r}")
+            raise damaged(f"{record.place(first)}: expected numbers, got {line.strip()!r}")
         decimals = None if found["exponent"] else len(found[1] or ".") - 1
     pattern = r"[-+]?\d*\.?\d*[EeDd][-+]?\d+" if decimals is None else r"[-+]?\d+"
     pattern = rf"[-+]?\d*\.\d{{{decimals}}}" if decimals else pattern
     ends = [match.end() for match in re.finditer(pattern, line)]
     indent = len(line) % len(ends) if len(ends) > 1 else 0
     if not ends or ends[-1] != len(line) or line[:indent].strip():
-        raise ValueError(f"{record.place(first)}: expected numbers in columns of the same width, got {line.strip()!r}")
+        raise damaged(f"{record.place(first)}: expected numbers in columns of the same width, got {line.strip()!r}")
     return Layout(len(ends), len(line) // len(ends), decimals, indent)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.text import NumberLines, check_forms, check_last_value, number
 from warpdyn.model.ground_motions.records.units import checked_step
 
@@ -74,7 +75,7 @@ def check_count(found: int, stated: str, place: str) -> None:
     expected = stated_count(stated, place)
     if found != expected:
         kind = "truncated" if found < expected else "too long"
-        raise ValueError(f"{place}: {kind}: {found} values follow, not the {expected} that the header states")
+        raise damaged(f"{place}: {kind}: {found} values follow, not the {expected} that the header states")
 
 
 def printed_precision(text: str) -> float:
@@ -121,7 +122,7 @@ def check_time_of_peak(
     at = np.flatnonzero(sizes >= sizes.max() - precision * (1 + 1e-6))
     allowed = 1.01 * step + 0.51 * printed_precision(stated)
     if time > first and not np.any(np.abs((at + 0.5) * step - time) <= allowed):
-        raise ValueError(
+        raise damaged(
             f"{place}: the header states the peak at {time:g} s, but the largest value is at {int(at[0]) * step:g} s: "
             "the step is wrong, or values are missing or in another order"
         )
@@ -142,16 +143,16 @@ def check_duration(count: int, step: float, stated: str, place: str, precision: 
     expected = number(stated, place)
     allowed = 0.51 * step + printed_precision(stated) + 0.5 * precision * count
     if expected > 0 and abs((count - 0.5) * step - expected) > allowed:
-        raise ValueError(
+        raise damaged(
             f"{place}: the header states a duration of {expected:g} s, but {count} values at steps of {step:g} s last "
-            f"{(count - 1) * step:g} s: one of these numbers is damaged"
+            f"{(count - 1) * step:g} s"
         )
 
 
 def stated_count(text: str, place: str) -> int:
     """Return the number of values in a header, from its text."""
     if not re.fullmatch(r"\s*\d{1,9}\s*", text, re.ASCII) or int(text) < 2:
-        raise ValueError(f"{place}: the number of values must be a whole number of at least 2, got {text.strip()!r}")
+        raise damaged(f"{place}: the number of values must be a whole number of at least 2, got {text.strip()!r}")
     return int(text)
 
 
@@ -159,11 +160,11 @@ def stated_step(text: str, place: str, *, is_rate: bool = False) -> float:
     """Return the step [s] that a header states, or its inverse, the sampling rate [Hz]."""
     found = number(text.strip(), place)
     if found <= 0:
-        raise ValueError(f"{place}: the {'sampling rate' if is_rate else 'step'} must be above 0, got {text.strip()!r}")
+        raise damaged(f"{place}: the {'sampling rate' if is_rate else 'step'} must be above 0, got {text.strip()!r}")
     step = checked_step(1.0 / found if is_rate else found, f"{place}: the step")
     if not SHORTEST_STEP <= step <= LONGEST_STEP:
-        raise ValueError(
+        raise damaged(
             f"{place}: a step of {step:g} s is not that of a strong-motion record ({SHORTEST_STEP:g} to "
-            f"{LONGEST_STEP:g} s): the header is damaged"
+            f"{LONGEST_STEP:g} s)"
         )
     return step

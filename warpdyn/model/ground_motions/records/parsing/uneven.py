@@ -6,6 +6,7 @@ from os import PathLike
 
 import numpy as np
 
+from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.units import checked_step
 
 LONGEST_GAP = 0.1  # s; digitised records have up to 0.04 s between points of straight parts
@@ -34,7 +35,7 @@ def at_equal_steps(
     mean = float((times[-1] - times[0]) / (times.size - 1))
     if not np.all(gaps >= 0) or not mean > 0:
         at = int(np.argmin(gaps))
-        raise ValueError(f"{path}: the times must increase, but {times[at]:g} s is followed by {times[at + 1]:g} s")
+        raise damaged(f"{path}: the times must increase, but {times[at]:g} s is followed by {times[at + 1]:g} s")
     for even in (float(f"{mean:.3g}"), mean):
         if np.abs(times - times[0] - even * np.arange(times.size)).max() <= max(1.01 * digits, 0.02 * even):
             if step is not None and abs(step - even) > 0.01 * even:
@@ -42,7 +43,7 @@ def at_equal_steps(
             return values, even
     if gaps.max() > max(20 * mean, LONGEST_GAP):
         at = int(np.argmax(gaps))
-        raise ValueError(
+        raise damaged(
             f"{path}: no values from {times[at]:g} s to {times[at + 1]:g} s, while others are {mean:.4g} s apart: "
             "lines are missing or a time is damaged"
         )
