@@ -143,7 +143,7 @@ def main() -> None:
         "warpdyn, from converged OpenSees": _apart(ours, converged),
         "OpenSees at 5 ms, from converged OpenSees": _apart(theirs, converged),
     }
-    header = ["peak storey drifts", "median", "95 % below", "largest"]
+    header = ["peak storey drifts", "median", "95 % quantile", "largest"]
     write_csv("openseespy_peaks", header, [[name, *(f"{100 * v:.3f} %" for v in p)] for name, p in apart.items()])
     write_csv(
         "openseespy_laws", ["law", "uniaxialMaterial", "forces apart by", "parameters: warpdyn's = OpenSees'"], _laws()
