@@ -244,7 +244,7 @@ def test_functions_that_are_refused():
     for levels, ratios, words in (
         ([0.1], [0.2], "at least 2 increasing intensities"),
         ([0.2, 0.1], [0.2, 0.3], "at least 2 increasing intensities"),
-        ([0.1, 0.2], [0.2, 20.0], "from 0 to 1, got 0.2 to 20"),
+        ([0.1, 0.2], [0.2, 20.0], "from 0 to 1 .2 % is 0.02., got 0.2 to 20"),
         ([0.1, 0.2], [0.2, np.nan], r"mean_loss_ratio\[1\] is nan"),
         ([0.0, 0.2], [0.1, 0.2], "at intensity 0 is 0.1"),
     ):

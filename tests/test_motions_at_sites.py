@@ -156,7 +156,7 @@ WRONG = {
     "motion": ({"motion": [[[9]]]}, "motion must be from 0 to"),
     "motion's shape": ({"motion": [[0]]}, r"whole numbers of the shape \[site, earthquake, component\]"),
     "scale": ({"scale": -1.0}, r"scale\[0, 0, 0\] is -1.0: factors must be finite and at least 0"),
-    "scale's shape": ({"scale": np.ones(3)}, r"scale has shape \(3,\), which does not broadcast to"),
+    "scale's shape": ({"scale": np.ones(3)}, r"scale has shape \(3,\), and motion has shape"),
     "site": ({"site": [[4]]}, "site must be from 0 to 3, got 4 to 4"),
     "earthquake": ({"earthquake": [0]}, "earthquake has 1 values, and site has 3 draws"),
     "names": ({"names": ["one"]}, "names has 1 values, and motion has 2 earthquakes"),

@@ -296,9 +296,9 @@ def test_directory_without_records(tmp_path):
     write(tmp_path, "not a record", "notes.txt")
     with pytest.raises(FileNotFoundError, match=rf"{tmp_path.name}: no file .* matches '\*\.AT2'"):
         wd.records.read_directory(tmp_path)
-    with pytest.raises(FileNotFoundError, match=r"gone: no such directory .*'R\*\.AT2'"):
+    with pytest.raises(FileNotFoundError, match=r"gone: there is no such directory, .*'R\*\.AT2'"):
         wd.records.read_directory(tmp_path / "gone", "R*.AT2")
-    with pytest.raises(FileNotFoundError, match=r"notes\.txt: no such directory"):
+    with pytest.raises(FileNotFoundError, match=r"notes\.txt: there is no such directory"):
         wd.records.read_directory(tmp_path / "notes.txt")
 
 

@@ -156,7 +156,8 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     given = capacities["capacity"]
     if not {"motion", "damage_state"} <= set(given.dims) <= {*PAIRS, "damage_state"}:
         raise ValueError(
-            f"{name}: capacity has dimensions {given.dims}; they must be ('structure', 'motion', 'damage_state')"
+            f"{name}: capacity has dimensions {given.dims}; they must be ('structure', 'motion', "
+            "'damage_state'): give the result of capacities()"
         )
     if "damage_state" not in capacities.coords:
         raise ValueError(f"{name}: damage_state has no names; {_ADVICE}")

@@ -295,7 +295,9 @@ def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]
         return record, np.arange(motions)
     if isinstance(events, xr.DataArray) and "sample" in events.dims:
         if events.shape != record.shape:
-            raise ValueError(f"events must have the shape [{record.size}] of the samples, got {list(events.shape)}")
+            raise ValueError(
+                f"events must have the shape [{record.size}], one event per sample, got {list(events.shape)}"
+            )
         names, place = np.unique(events.values, return_inverse=True)
         return place, names
     of_motion, names = numbered_events(events, motions)

@@ -95,9 +95,12 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
             f"'storey'){of_one}"
         )
     if not np.issubdtype(variable.dtype, np.floating):
-        raise ValueError(f"{name!r} is not a demand: its values are of type {variable.dtype}")
+        raise ValueError(
+            f"{name!r} is not a demand: its values are of type {variable.dtype}. Choose a "
+            "variable with numbers, such as 'peak_storey_drift_ratio'"
+        )
     if variable.size == 0:
-        raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
+        raise ValueError(f"the dataset is empty, its sizes are {dict(dataset.sizes)}: check how you selected samples")
     values = variable.transpose("sample", ...).values
     values = magnitudes(name, np.ascontiguousarray(values.reshape(len(values), -1).T))
     # Values of failed and collapsed samples are not used.
@@ -112,6 +115,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
         )
         raise ValueError(
             f"sample {first} ({where}) is 'ok' but its {name} is {values[:, first].tolist()}; it must be finite, "
-            f"and a peak must not be negative ({bad.size} of {status.size} samples)"
+            f"and a peak must not be negative ({bad.size} of {status.size} samples). Give the run as "
+            "simulate() returned it"
         )
     return values

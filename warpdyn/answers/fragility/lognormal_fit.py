@@ -69,7 +69,10 @@ def fit_stripes(
         raise ValueError(f"levels[{bad[0]}] is {levels[bad[0]]}; every level must be finite and above 0")
     exceeding, total = _checked_counts(exceeding, total)
     if exceeding.ndim == 0 or exceeding.shape[-1] != levels.size:
-        raise ValueError(f"counts must end in the {levels.size} levels, got shape {exceeding.shape}")
+        raise ValueError(
+            "the last dimension of exceeding must be that of the levels, of length "
+            f"{levels.size}; got shape {exceeding.shape}"
+        )
     leading = exceeding.shape[:-1]
     exceeding = exceeding.reshape(-1, levels.size)
     passing = total.reshape(-1, levels.size) - exceeding
@@ -144,14 +147,15 @@ def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray,
         exceeding, total = np.broadcast_arrays(exceeding, total)
     except ValueError:
         raise ValueError(
-            f"exceeding {exceeding.shape} and total {total.shape} must have shapes that broadcast"
+            f"exceeding has shape {exceeding.shape} and total {total.shape}: give one total for all levels, "
+            "or one per level"
         ) from None
     bad = ~(np.isfinite(total) & (exceeding >= 0) & (exceeding <= total))
     if bad.any():
         index = tuple(int(i) for i in np.argwhere(bad)[0])
         raise ValueError(
             f"counts at {index}: {exceeding[index]} exceeding of {total[index]}; "
-            "counts must be finite and 0 <= exceeding <= total"
+            "counts must be finite and 0 <= exceeding <= total: correct the counts"
         )
     return exceeding, total
 

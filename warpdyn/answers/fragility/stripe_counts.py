@@ -99,7 +99,10 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     check_samples("fragility", dataset)
     (records, record_index), (levels, stripe) = _indexed(record), _indexed(level)
     if levels.size < 2:
-        raise ValueError(f"all samples are on the stripe of {levels[0]} {units}; a curve needs at least 2 stripes")
+        raise ValueError(
+            f"all samples are on the stripe of {levels[0]} {units}, but a curve needs at least "
+            "2 stripes: simulate Stripes(motions, [0.2, 0.4, ...], measure)"
+        )
     if status.size < 2 * levels.size:  # checked before the large table is allocated
         _check_pairs(np.unique(record_index * levels.size + stripe).size, levels.size, records.size)
     excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
@@ -156,11 +159,14 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
     failed, valid, records, levels = (parts.pop(name) for name in ("failed", "valid", "records", "levels"))
     exceeding, failures, is_crossed = parts.pop("exceeding"), parts.pop("failures"), parts.pop("is_crossed")
     if levels.size < 2:
-        raise ValueError(f"all samples are on one stripe ({levels}); a curve needs at least 2 stripes")
+        raise ValueError(
+            f"all samples are on one stripe ({levels}), but a curve needs at least 2 stripes: "
+            "simulate Stripes(motions, [0.2, 0.4, ...], measure)"
+        )
     excluded = dict(zip(failures, failed.sum(axis=(0, 1, 2)).tolist(), strict=True))
     samples = int(valid.sum() + failed.sum())
     if not samples:
-        raise ValueError("no sample was counted")
+        raise ValueError("no sample was counted: all counts are 0. Give the counts as simulate() returned them")
     if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * samples:
         of_record = np.repeat(records, failed.sum(axis=(1, 2, 3)))
         of_level = np.repeat(levels, failed.sum(axis=(0, 1, 3)))
@@ -236,13 +242,14 @@ def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.nda
         raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
     check_labels(dataset)
     if dataset.sizes["sample"] == 0:
-        raise ValueError(f"the dataset is empty: {dict(dataset.sizes)}")
+        raise ValueError(f"the dataset is empty, its sizes are {dict(dataset.sizes)}: check how you selected samples")
     record, level = dataset["motion_index"].values, dataset["im_level"].values.astype(np.float64)
     units = str(dataset["im_level"].attrs.get("units", "g"))
     bad = np.flatnonzero(~(np.isfinite(level) & (level > 0)))
     if bad.size:
         raise ValueError(
-            f"'im_level' of sample {bad[0]} is {level[bad[0]]}; every level must be finite and above 0 {units}"
+            f"'im_level' of sample {bad[0]} is {level[bad[0]]}; every level must be finite and above 0 "
+            f"{units}: give the run as simulate() returned it"
         )
     return decoded_status(dataset["status"]), record, level, units
 
@@ -251,7 +258,10 @@ def check_labels(dataset: xr.Dataset, begin: str = "") -> None:
     """Raise a ValueError, whose message begins with `begin`, unless samples have a status, a motion and a level."""
     for name in ("status", "motion_index", "im_level"):
         if name not in dataset:
-            raise ValueError(f"{begin}the dataset has no {name!r}; needed are a demand, status, motion_index, im_level")
+            raise ValueError(
+                f"{begin}the dataset has no {name!r}, but a demand, status, motion_index and "
+                "im_level are needed: give the result of simulate()"
+            )
         if dataset[name].dims != ("sample",):
             of_one = ": select one event by select_event(run, name)" if "event" in dataset[name].dims else ""
             raise ValueError(f"{begin}{name!r} has dimensions {dataset[name].dims}; they must be ('sample',){of_one}")
@@ -300,5 +310,8 @@ def decoded_status(status: xr.DataArray) -> np.ndarray:
         decoded[status.values == code] = STATUS_MEANINGS.index(meaning)
     bad = np.flatnonzero(decoded < 0)
     if bad.size:
-        raise ValueError(f"'status' of sample {bad[0]} is {status.values[bad[0]]}; allowed are {list(codes)}")
+        raise ValueError(
+            f"'status' of sample {bad[0]} is {status.values[bad[0]]}; allowed are "
+            f"{list(codes)}: give the run as simulate() returned it"
+        )
     return decoded

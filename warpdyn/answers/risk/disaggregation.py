@@ -145,16 +145,25 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
     tree = branches_of(name, hazard)
     given = capacities["capacity"]
     if set(given.dims) != set(dims):
-        raise ValueError(f"{name}: capacity must have the dimensions {', '.join(dims)}, got {given.dims}")
+        raise ValueError(
+            f"{name}: capacity must have the dimensions {', '.join(dims)}, got {given.dims}: "
+            "give the result of capacities() for one scene"
+        )
     measure = str(capacities.attrs.get("intensity_measure", ""))
     check_hazard(name, tree, str(given.attrs.get("units", "g")), measure)
     capacity, lower, upper = (capacities[each].transpose(*dims).values.astype(np.float64) for each in needed)
     states = [str(state) for state in capacities["damage_state"].values]
     failed, censored, below = np.isnan(capacity), np.isposinf(capacity), capacity == 0
     if np.any(capacity < 0):
-        raise ValueError(f"{name}: a capacity is {np.nanmin(capacity):g}; every capacity must be at least 0")
+        raise ValueError(
+            f"{name}: a capacity is {np.nanmin(capacity):g}; every capacity must be at least "
+            "0: give the result of capacities() without changes"
+        )
     for motion, place in np.argwhere(failed.all(axis=1)):
-        raise ValueError(f"{name}: damage state {states[place]!r} has no known capacity under motion {motion}")
+        raise ValueError(
+            f"{name}: damage state {states[place]!r} has no known capacity under motion "
+            f"{motion}, because all its histories failed: run capacities() with a smaller step= or another method="
+        )
     capacity = np.where(below, upper, capacity)
     # A lower bound of 0 is replaced by the smallest intensity of the hazard.
     lower = np.maximum(lower, min(each.intensity[0] for each in tree.curves))

@@ -70,11 +70,17 @@ class HazardCurve(FrozenArrays):
         units, factor = units_of_hazard(measure, units)
         intensity *= factor
         if intensity.size != rate.size:
-            raise ValueError(f"the hazard curve has {intensity.size} intensities and {rate.size} annual rates")
+            raise ValueError(
+                f"the hazard curve has {intensity.size} intensities and {rate.size} annual "
+                "rates: give one rate per intensity"
+            )
         if intensity.size < 2:
             raise ValueError("a hazard curve needs at least 2 points, got 1")
         for i in np.flatnonzero(np.diff(intensity) <= 0):
-            raise ValueError(f"intensity must increase, but {intensity[i]:g} is followed by {intensity[i + 1]:g}")
+            raise ValueError(
+                f"intensity must increase, but {intensity[i]:g} is followed by "
+                f"{intensity[i + 1]:g}: sort the points by intensity"
+            )
         for i in np.flatnonzero(np.diff(rate) > 0):
             raise ValueError(
                 f"a hazard curve never rises, but annual_rate goes from {rate[i]:g} at {intensity[i]:g} {units} to "
@@ -206,7 +212,7 @@ class HazardCurve(FrozenArrays):
         """
         values = real_numbers("intensity", intensity)
         if not np.all(values > 0):
-            raise ValueError("rate_of: every intensity must be above 0")
+            raise ValueError(f"rate_of: every intensity must be above 0, got {values.min():g}")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
         u = np.log(values)
         segment = np.clip(np.searchsorted(log_x, u, side="right") - 1, 0, log_x.size - 2)
@@ -225,7 +231,7 @@ class HazardCurve(FrozenArrays):
         """
         values = real_numbers("rate", rate)
         if not np.all(values > 0):
-            raise ValueError("intensity_of: every rate must be above 0")
+            raise ValueError(f"intensity_of: every rate must be above 0, got {values.min():g}")
         log_x, log_rate = np.log(self.intensity), np.log(self.annual_rate)
         v = np.log(values)
         if np.any((values > self.annual_rate[0]) & (self.slopes[0] == 0)):

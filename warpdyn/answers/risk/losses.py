@@ -18,7 +18,7 @@ from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches
 from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year, part_above
 from warpdyn.answers.risk.vulnerability import rates_in_states
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, checked_ratios
-from warpdyn.foundations.core.checks import check_dataset, finite_numbers, real_number
+from warpdyn.foundations.core.checks import check_dataset, finite_numbers, real_number, shortened
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
@@ -147,7 +147,9 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
     """Return checked return periods [year]; warn of values that seem to be rates."""
     periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
     if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
-        raise ValueError("return_periods must be a row of years above 0")
+        raise ValueError(
+            f"return_periods must be a row of years above 0, such as [100, 475, 2475], got {shortened(return_periods)}"
+        )
     findings = PlausibilityFindings()
     shortest = float(periods.min())
     meant = f" (as a rate, of {1 / shortest:.4g} years)" if shortest < 1 else ""
@@ -195,13 +197,21 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
     levels = finite_numbers(f"{name}: intensity", vulnerability["intensity"].values)
     mean = finite_numbers(f"{name}: mean_loss_ratio", vulnerability["mean_loss_ratio"].values)
     if levels.size < 2 or mean.shape != levels.shape or np.any(levels < 0) or np.any(np.diff(levels) <= 0):
-        raise ValueError(f"{name}: the function must have at least 2 increasing intensities, each with a loss ratio")
+        raise ValueError(
+            f"{name}: the function must have at least 2 increasing intensities, each with a "
+            f"loss ratio; the intensities are {shortened(levels)}"
+        )
     if np.any((mean < 0) | (mean > 1)):
-        raise ValueError(f"{name}: mean loss ratios must be from 0 to 1, got {mean.min():g} to {mean.max():g}")
+        raise ValueError(
+            f"{name}: mean loss ratios must be from 0 to 1 (2 % is 0.02), got {mean.min():g} to {mean.max():g}"
+        )
     units = str(vulnerability["intensity"].attrs.get("units", "g"))
     check_hazard(name, tree, units, str(vulnerability.attrs.get("intensity_measure", "")))
     if levels[0] == 0 and mean[0] > 0:
-        raise ValueError(f"{name}: the loss ratio at intensity 0 is {mean[0]:g}; it must be 0")
+        raise ValueError(
+            f"{name}: the loss ratio at intensity 0 is {mean[0]:g}; it must be 0, because "
+            "there is no loss without shaking: correct this value, or begin the function at a higher intensity"
+        )
     ratios = np.array([loss_of_year(curve, levels, mean) for curve in tree.curves])
     whole = float(tree.weights @ ratios)
     above = mean[-1] * float(tree.rate_of(levels[-1]))

@@ -85,7 +85,10 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     """
     check_kind("source", "a Scene", scene, Scene)
     if scene.structure.is_many:
-        raise ValueError("source() takes a scene of one structure, got a Portfolio, which runs several kernels")
+        raise ValueError(
+            "source() takes a scene of one structure, got a Portfolio, which runs several "
+            "kernels: give a scene with the building of one archetype"
+        )
     dynamics, damping = dynamics_of(scene), scene.structure.damping
     is_gpu = checked_devices(device)[0] != "cpu"
     integration = Integration(method=method, dtype=dtype).settled(dynamics.forces, scene.structure, is_gpu=is_gpu)

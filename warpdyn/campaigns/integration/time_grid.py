@@ -119,7 +119,7 @@ def build_timeline(
         if skipped:
             warn_caller(
                 f"at {step:g} s, {skipped} of {len(excitation.motions)} motions are resampled at less than their own "
-                "rate, which removes their higher frequencies"
+                "rate, which removes their higher frequencies. Give a smaller step=, or remove step= and resample="
             )
     timeline = excitation.timeline(step, target, resample=resample)
     return timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)

@@ -62,11 +62,15 @@ class DemandHistogram(Statistic):
         edges = np.atleast_1d(finite_numbers("edges", self.edges))
         if edges.ndim > 1 or not 2 <= edges.size <= MOST_EDGES or np.any(np.diff(edges) <= 0):
             raise ValueError(
-                f"edges must be a row of 2 to {MOST_EDGES} numbers that increase, got {shortened(self.edges)}"
+                f"edges must be a row of 2 to {MOST_EDGES} numbers that increase, such as [0, 0.005, 0.01], "
+                f"got {shortened(self.edges)}"
             )
         quantiles = np.atleast_1d(finite_numbers("quantiles", self.quantiles))
         if quantiles.ndim > 1 or np.any((quantiles <= 0) | (quantiles >= 1)):
-            raise ValueError(f"quantiles must be a row of probabilities between 0 and 1, got {self.quantiles!r}")
+            raise ValueError(
+                "quantiles must be a row of probabilities between 0 and 1, such as (0.16, "
+                f"0.5, 0.84), got {self.quantiles!r}"
+            )
         object.__setattr__(self, "edges", edges)
         object.__setattr__(self, "quantiles", tuple(quantiles.tolist()))
 

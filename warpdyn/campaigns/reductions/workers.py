@@ -320,5 +320,5 @@ def _refuse(demand: str, bad: np.ndarray) -> None:
     if (bad >= 0).any():
         raise ValueError(
             f"a sample of structure {bad[bad >= 0][0]} is 'ok' but its {demand} is not valid: it must be finite, and "
-            "a peak not negative"
+            "a peak not negative. Please report this with the scene"
         )

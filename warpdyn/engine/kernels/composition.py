@@ -151,5 +151,7 @@ def _add(values: dict[str, Any], more: Mapping[str, Any]) -> None:
     """Add values to a dictionary; a name with two different values is an error."""
     for name, value in more.items():
         if name in values and values[name] is not value and values[name] != value:
-            raise ValueError(f"parts of a kernel disagree on {name}: {values[name]!r} and {value!r}")
+            raise ValueError(
+                f"parts of a kernel disagree on {name}: {values[name]!r} and {value!r}. Rename it in one of them"
+            )
         values[name] = value

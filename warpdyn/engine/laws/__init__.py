@@ -15,6 +15,7 @@ from typing import Any
 from warpdyn.engine.laws.definition import DEVICES, LAWS
 from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Device, Law, StoreyElement, parameter, shared
 from warpdyn.engine.laws.parameter import Parameter
+from warpdyn.foundations.core.near_misses import did_you_mean
 
 # isort: split  (the first three laws come first in messages)
 from warpdyn.engine.laws.elastic.parameters import Elastic  # isort: skip
@@ -82,7 +83,7 @@ def __getattr__(name: str) -> Any:
     if name == "certify":
         # A later package, which may be imported only when this function is called.
         return importlib.import_module("warpdyn.campaigns.running.certification").certify
-    raise AttributeError(f"warpdyn.laws has no {name!r}")
+    raise AttributeError(f"warpdyn.laws has no {name!r}{did_you_mean(name, __all__)}")
 
 
 def __dir__() -> list[str]:

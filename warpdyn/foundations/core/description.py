@@ -95,7 +95,10 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
         kept = {name for each in kind.__mro__ for name, of in vars(each).items() if isinstance(of, cached_property)}
         held = {name: item for name, item in vars(value).items() if name not in kept}
     else:
-        raise TypeError(f"a {kind.__name__} has no fingerprint: {value!r}")
+        raise TypeError(
+            f"a {kind.__name__} has no fingerprint, so a run with it cannot be identified: "
+            f"{value!r}. Give a dataclass or an object with attributes"
+        )
     _feed(digest, sorted(held.items()))
 
 

@@ -68,7 +68,7 @@ def xml_root(path: Path) -> ElementTree.Element:
         # Python's expat reads no external entities, and from 2.4.1 on none that grow without bounds.
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
-        raise ValueError(f"{path} is not XML: {error}") from None
+        raise ValueError(f"{path} is not XML: {error}. Export the file again, or correct it") from None
     for element in root.iter():
         if isinstance(element.tag, str):
             element.tag = element.tag.rpartition("}")[2]

@@ -246,7 +246,10 @@ class Unfinished:
             except OSError as error:
                 if error.errno not in NO_LOCKS:
                     os.close(lock)
-                    raise BlockingIOError(f"cannot write {self.path}: another process is writing it") from error
+                    raise BlockingIOError(
+                        f"cannot write {self.path}: another process is writing it. Wait "
+                        "until it has finished, or choose another name"
+                    ) from error
             with suppress(FileNotFoundError):
                 if os.stat(self.folder / LOCK).st_ino == os.fstat(lock).st_ino:
                     return lock  # otherwise another process has removed this lock meanwhile

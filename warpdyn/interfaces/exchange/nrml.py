@@ -33,7 +33,9 @@ def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
     check_kind(function, "a mapping of taxonomies to datasets", datasets, Mapping, advice, argument=argument)
     assert isinstance(datasets, Mapping)
     if not datasets:
-        raise ValueError(f"{function}() needs at least one taxonomy, got an empty mapping")
+        raise ValueError(
+            f"{function}() needs at least one taxonomy, such as {{'CR/H:5': curves}}, got an empty mapping"
+        )
     for taxonomy, dataset in datasets.items():
         check_taxonomy(function, taxonomy)
         check_kind(function, f"a Dataset for taxonomy {taxonomy!r} of {argument}", dataset, xr.Dataset)
@@ -96,9 +98,12 @@ def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.
     try:
         root = ElementTree.parse(path).getroot()
     except (ElementTree.ParseError, LookupError, ValueError) as error:  # the last two: unknown encoding
-        raise ValueError(f"{function}: {path} is not XML: {error}") from None
+        raise ValueError(f"{function}: {path} is not XML: {error}. Export the file again, or correct it") from None
     if root.tag != f"{{{NAMESPACE}}}nrml":
-        raise ValueError(f"{function}: {path} is not NRML 0.5: its root is {root.tag!r}, not 'nrml' of {NAMESPACE}")
+        raise ValueError(
+            f"{function}: {path} is not NRML 0.5: its root is {root.tag!r}, not 'nrml' of "
+            f"{NAMESPACE}: export the model as NRML 0.5"
+        )
     for element in root.iter():
         element.tag = element.tag.rpartition("}")[2]
     found = root.find(tag)
@@ -113,7 +118,7 @@ def child(path: object, parent: ElementTree.Element, tag: str) -> ElementTree.El
     """Return a child of an element, or raise a ValueError that names the element and the child."""
     found = parent.find(tag)
     if found is None:
-        raise ValueError(f"{path}: {_named(parent)} has no {tag}")
+        raise ValueError(f"{path}: {_named(parent)} has no {tag}: correct the file")
     return found
 
 
@@ -121,7 +126,7 @@ def attribute(path: object, element: ElementTree.Element, name: str) -> str:
     """Return an attribute of an element, or raise a ValueError that names the element and the attribute."""
     value = element.get(name)
     if value is None:
-        raise ValueError(f"{path}: {_named(element)} has no attribute {name!r}")
+        raise ValueError(f"{path}: {_named(element)} has no attribute {name!r}: correct the file")
     return value
 
 
@@ -130,7 +135,7 @@ def number(path: object, element: ElementTree.Element, name: str, least: float =
     what = f"{name} of {_named(element)}"
     value = float(_numbers(path, what, attribute(path, element, name), 1)[0])
     if value < least:
-        raise ValueError(f"{path}: {what} is {value:g}; it must be at least {least:g}")
+        raise ValueError(f"{path}: {what} is {value:g}; it must be at least {least:g}: correct the file")
     return value
 
 
@@ -143,11 +148,14 @@ def _numbers(path: object, what: str, text: str, count: int | None) -> np.ndarra
     try:
         values = np.array([float(word) for word in text.split()])
     except ValueError:
-        raise ValueError(f"{path}: {what} must contain numbers, got {text.strip()!r}") from None
+        raise ValueError(f"{path}: {what} must contain numbers, got {text.strip()!r}: correct the file") from None
     if not np.isfinite(values).all():
-        raise ValueError(f"{path}: {what} contains {values[~np.isfinite(values)][0]:g}; every number must be finite")
+        raise ValueError(
+            f"{path}: {what} contains {values[~np.isfinite(values)][0]:g}; every number must "
+            "be finite: correct the file"
+        )
     if count is not None and len(values) != count:
-        raise ValueError(f"{path}: {what} must contain {count} numbers, got {len(values)}")
+        raise ValueError(f"{path}: {what} must contain {count} numbers, got {len(values)}: correct the file")
     return values
 
 

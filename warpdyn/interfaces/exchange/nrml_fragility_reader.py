@@ -50,9 +50,14 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     states = (nrml.child(path, model, "limitStates").text or "").replace(",", " ").split()
     described = (nrml.child(path, model, "description").text or "").strip()
     if not states:
-        raise ValueError(f"{path}: the element limitStates is empty; it must contain the names of the damage states")
+        raise ValueError(
+            f"{path}: the element limitStates is empty; it must contain the names of the "
+            "damage states: correct the file"
+        )
     if len(set(states)) < len(states):
-        raise ValueError(f"{path}: limitStates contains a name twice: {' '.join(states)}; names must be different")
+        raise ValueError(
+            f"{path}: limitStates contains a name twice: {' '.join(states)}; names must be different: correct the file"
+        )
     found: dict[str, xr.Dataset] = {}
     for function in model.iter("fragilityFunction"):
         taxonomy = nrml.attribute(path, function, "id")
@@ -78,7 +83,9 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
         found[taxonomy] = xr.Dataset(variables, coordinates, attributes)
         _check(f"{path}: function {taxonomy!r}", found[taxonomy])
     if not found:
-        raise ValueError(f"{READER}: {path} has a fragilityModel without a fragilityFunction")
+        raise ValueError(
+            f"{READER}: {path} has a fragilityModel without a fragilityFunction: give a file with at least one function"
+        )
     return found
 
 
@@ -89,7 +96,7 @@ def _rows(path: object, function: ElementTree.Element, tag: str, states: list[st
     if names != states:
         raise ValueError(
             f"{path}: function {function.get('id')!r} has {tag} for {', '.join(names) or 'no state'}, but it must have "
-            f"those of limitStates, in the same order: {', '.join(states)}"
+            f"those of limitStates, in the same order: {', '.join(states)}. Correct the file"
         )
     return rows
 
@@ -103,7 +110,9 @@ def _continuous(
     for state, m, s in zip(states, mean, stddev, strict=True):
         if not (0 < m < np.inf and 0 < s < np.inf):
             where = f"function {function.get('id')!r}, {state!r}"
-            raise ValueError(f"{path}: {where}: mean {m:g} and stddev {s:g} must both be finite and above 0")
+            raise ValueError(
+                f"{path}: {where}: mean {m:g} and stddev {s:g} must both be finite and above 0: correct the file"
+            )
     variance = np.log1p((stddev / mean) ** 2)
     levels = nrml.child(path, function, "imls")
     for name, key in (("minIML", MINIMUM), ("maxIML", MAXIMUM)):
@@ -117,7 +126,7 @@ def _continuous(
     if attributes.get(NO_DAMAGE, 0) >= greatest:
         raise ValueError(
             f"{path}: function {function.get('id')!r} has noDamageLimit {attributes[NO_DAMAGE] / factor:g} and maxIML "
-            f"{greatest / factor:g}: no intensity would cause damage"
+            f"{greatest / factor:g}, so no intensity would cause damage: correct the file"
         )
     median = mean * np.exp(-variance / 2) * factor
     said = {"long_name": "median capacity"} | unit_attributes(units)

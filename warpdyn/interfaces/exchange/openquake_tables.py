@@ -45,7 +45,9 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
     path = checked_path(TAXONOMIES, path, ".csv")
     check_kind(TAXONOMIES, "a mapping of taxonomies to ids of functions", mapping, Mapping)
     if not mapping:
-        raise ValueError(f"{TAXONOMIES}() needs at least one taxonomy, got an empty mapping")
+        raise ValueError(
+            f"{TAXONOMIES}() needs at least one taxonomy, such as {{'CR/H:5': 'CR_H5'}}, got an empty mapping"
+        )
     rows: list[Sequence[object]] = [("taxonomy", "risk_id", "weight")]
     for taxonomy, given in mapping.items():
         nrml.check_taxonomy(TAXONOMIES, taxonomy)
@@ -94,7 +96,7 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
     for row in _csv_rows("read_taxonomy_mapping", path, ("taxonomy",)):
         taxonomy, risk_id = row["taxonomy"], row.get("risk_id") or row.get("conversion")
         if not risk_id:
-            raise ValueError(f"{path}: taxonomy {taxonomy!r} has no risk_id")
+            raise ValueError(f"{path}: taxonomy {taxonomy!r} has no risk_id: complete its row")
         nrml.check_taxonomy(str(path), taxonomy)
         nrml.check_taxonomy(str(path), risk_id, f"risk_id of taxonomy {taxonomy!r}")
         weight = 1.0
@@ -103,11 +105,12 @@ def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]
         own = found.setdefault(taxonomy, {})
         own[risk_id] = own.get(risk_id, 0.0) + weight
     if not found:
-        raise ValueError(f"{path} has no rows below the names of the columns")
+        raise ValueError(f"{path} has no rows below the names of the columns: add at least one row")
     for taxonomy, weights in found.items():
         if abs(sum(weights.values()) - 1) > SUM_TOLERANCE:
             raise ValueError(
-                f"{path}: the sum of the weights of taxonomy {taxonomy!r} is {sum(weights.values()):.9g}; it must be 1"
+                f"{path}: the sum of the weights of taxonomy {taxonomy!r} is {sum(weights.values()):.9g}; "
+                "it must be 1: correct the weights"
             )
     return found
 
@@ -233,9 +236,9 @@ def read_consequences(
             continue
         risk_id = row.get("risk_id") or row.get("taxonomy")
         if not risk_id:
-            raise ValueError(f"{path}: a row has no risk_id")
+            raise ValueError(f"{path}: a row has no risk_id: complete or remove this row")
         if risk_id in found:
-            raise ValueError(f"{path}: {risk_id!r} has {consequence} for {loss_type} twice")
+            raise ValueError(f"{path}: {risk_id!r} has {consequence} for {loss_type} twice: remove one of these rows")
         states = [name for name in row if name not in named]
         if not states:
             raise ValueError(f"{path} has no column for a damage state; it has {', '.join(row)}")
@@ -272,7 +275,9 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
         raise ValueError(f"{function}: {path} is not CSV: line {reader.line_num}: {error}") from None
     for place, row in enumerate(rows, 2):
         if None in row or None in row.values():
-            raise ValueError(f"{path}, line {place}: {'more' if None in row else 'fewer'} values than columns")
+            raise ValueError(
+                f"{path}, line {place}: {'more' if None in row else 'fewer'} values than columns: correct this line"
+            )
     return [{name: value.strip() for name, value in row.items()} for row in rows]
 
 

@@ -110,10 +110,13 @@ def read_pelicun_demands(
             raise ValueError(f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; units of {kind} are {allowed}")
         by_place = found.setdefault(kind, {})
         if int(place) in by_place:
-            raise ValueError(f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} twice")
+            raise ValueError(
+                f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} "
+                "twice: remove one of these columns"
+            )
         by_place[int(place)] = _numbers(path, name, table[name], family != "RID") * FACTORS[family][unit]
     if not found:
-        raise ValueError(f"{FUNCTION}: {path} has no demand in direction {direction}")
+        raise ValueError(f"{FUNCTION}: {path} has no demand in direction {direction}: give another direction=")
     return _labelled(found, failed)
 
 
@@ -141,7 +144,8 @@ def _numbers(path: object, name: object, column: pd.Series, is_magnitude: bool) 
         row = int(bad.argmax())
         raise ValueError(
             f"{FUNCTION}: {path}: column {name!r} has {bad.sum()} impossible values, the first is {values[row]:g} of "
-            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_magnitude else ''}"
+            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_magnitude else ''}: "
+            "correct the file"
         )
     return values
 

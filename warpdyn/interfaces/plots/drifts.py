@@ -295,7 +295,9 @@ def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.D
                 f"plots.{function}(): the {what} of design {name!r} must be a Dataset, got {type(dataset).__name__}"
             )
     if not designs:
-        raise ValueError(f"plots.{function}() needs at least one {what}, got an empty mapping")
+        raise ValueError(
+            f"plots.{function}() needs at least one {what}, such as {{'existing': ...}}, got an empty mapping"
+        )
     return {str(name): dataset for name, dataset in designs.items()}
 
 

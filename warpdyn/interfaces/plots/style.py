@@ -86,7 +86,10 @@ def panels(
     given = list(np.ravel(np.array(ax, dtype=object)))
     for each in given:
         if not isinstance(each, Axes):
-            raise TypeError(f"plots.{function}: ax must be matplotlib axes, got {type(each).__name__}")
+            raise TypeError(
+                f"plots.{function}: ax must be matplotlib axes, such as those of "
+                f"plt.subplots(), got {type(each).__name__}"
+            )
     if len(given) != count:
         one = "1 panel" if count == 1 else f"{count} panels"
         raise ValueError(f"plots.{function} draws {one}: give one axes for each as ax=, got {len(given)}")

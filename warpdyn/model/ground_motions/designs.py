@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.foundations.core.checks import finite_numbers, one_of, real_numbers, whole_number
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_numbers, shortened, whole_number
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
@@ -323,15 +323,23 @@ class OneMotionPerStructure(Design):
         motions = checked_motions(self.motions)
         scale = real_numbers("scale", self.scale)
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
-            raise ValueError("scale must be one factor, or one per sample, each finite and above 0")
+            raise ValueError(
+                f"scale must be one factor, or one per sample, each finite and above 0, got {shortened(self.scale)}"
+            )
         if self.motion is not None:
             motion = np.atleast_1d(finite_numbers("motion", self.motion))
             if motion.size and not np.any(motion % 1):
                 motion = motion.astype(np.int64)
             if not motion.size or motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
-                raise ValueError("motion must be a row of whole numbers, one per sample")
+                raise ValueError(
+                    "motion must be a row of whole numbers, one per sample, such as [0, 0, "
+                    f"1], got {shortened(self.motion)}"
+                )
             if motion.min() < 0 or motion.max() >= len(motions):
-                raise ValueError(f"motion must be from 0 to {len(motions) - 1}, got {motion.min()} to {motion.max()}")
+                raise ValueError(
+                    f"motion must be from 0 to {len(motions) - 1}, the indices of the motions, "
+                    f"got {motion.min()} to {motion.max()}"
+                )
             if scale.ndim and scale.size != motion.size:
                 raise ValueError(
                     f"motion has {motion.size} values and scale has {scale.size}: give one value per sample for both, "

@@ -66,7 +66,9 @@ class _Spectrum:
         """
         values = finite_numbers("circular_frequency [rad/s]", circular_frequency)
         if np.any(np.abs(values) > LARGEST_FREQUENCY):
-            raise ValueError(f"circular_frequency must be at most {LARGEST_FREQUENCY:g} rad/s")
+            raise ValueError(
+                f"circular_frequency must be at most {LARGEST_FREQUENCY:g} rad/s, got {np.abs(values).max():g}"
+            )
         return self._density(values)
 
     def _density(self, frequency: np.ndarray) -> np.ndarray:

@@ -139,7 +139,10 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
         raise ValueError("motions is empty: give at least one GroundMotion")
     for index, motion in enumerate(motions):
         if not isinstance(motion, GroundMotion):
-            raise TypeError(f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion")
+            raise TypeError(
+                f"motions[{index}] is a {type(motion).__name__}; every motion must be a "
+                "GroundMotion, such as those of wd.records.read(path)"
+            )
     return motions
 
 

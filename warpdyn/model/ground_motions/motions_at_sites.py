@@ -66,7 +66,8 @@ class MotionsAtSites(Design):
             scale = np.broadcast_to(scale, motion.shape)
         except ValueError:
             raise ValueError(
-                f"scale has shape {scale.shape}, which does not broadcast to that of motion, {motion.shape}"
+                f"scale has shape {scale.shape}, and motion has shape {motion.shape}: give one factor, or "
+                "one for each value of motion"
             ) from None
         bad = ~(np.isfinite(scale) & (scale >= 0))
         if bad.any():

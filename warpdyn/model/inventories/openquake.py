@@ -156,7 +156,7 @@ def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame
         return table
     is_none = (pd.to_numeric(table[number], errors="coerce") == 0).to_numpy()
     if is_none.all():
-        raise ValueError(f"{what}: every row has 0 buildings in the column {number}")
+        raise ValueError(f"{what}: every row has 0 buildings in the column {number}: correct this column")
     if is_none.any():
         warn_caller(
             f"{what}: {is_none.sum():,} of {len(table):,} rows have 0 buildings, by rounding, and are removed with "
@@ -211,7 +211,10 @@ def _exposure_model(path: Path) -> ElementTree.Element:
     """Return the element <exposureModel> of an NRML file, with tags without namespaces."""
     model = xml_root(path).find("exposureModel")
     if model is None:
-        raise ValueError(f"{path} has no <exposureModel>: it is not an exposure model of OpenQuake")
+        raise ValueError(
+            f"{path} has no <exposureModel>: it is not an exposure model of OpenQuake: give "
+            "the XML file of an exposure model, or read a CSV file with wd.inventories.from_table"
+        )
     return model
 
 

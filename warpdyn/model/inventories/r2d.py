@@ -199,5 +199,5 @@ def _place(path: object, number: int, geometry: Any) -> tuple[float, float]:
         kind = f"an invalid {kind}"
     raise ValueError(
         f"{path}: feature {number} needs the properties Latitude and Longitude, or a Point or Polygon as geometry; it "
-        f"has {kind or 'no geometry'}"
+        f"has {kind or 'no geometry'}: add coordinates to the feature"
     )

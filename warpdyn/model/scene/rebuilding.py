@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from warpdyn.engine.laws.lookup import check_written
+from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise
@@ -71,10 +72,16 @@ def _check_keys(told: object, where: str, allowed: Collection[str], needed: Coll
     """Raise a ValueError that names a missing or unknown key of the JSON."""
     if not isinstance(told, Mapping):
         keys = f" with {', '.join(needed)}" if needed else ""
-        raise ValueError(f"from_json(): {where} must be a JSON object{keys}, got {told!r}")
+        raise ValueError(
+            f"from_json(): {where} must be a JSON object{keys}, got {shortened(told)}: give "
+            "the attribute 'scene' of a run without changes"
+        )
     for key in needed:
         if key not in told:
-            raise ValueError(f"from_json(): {where} has no {key!r}; it has {', '.join(map(repr, told))}")
+            raise ValueError(
+                f"from_json(): {where} has no {key!r}; it has {', '.join(map(repr, told))}: "
+                "give the attribute 'scene' of a run without changes"
+            )
     for key in told if allowed else ():
         if key not in allowed:
             hint = did_you_mean(key, list(allowed))

@@ -58,12 +58,16 @@ def read_stations(
     missing = [name for name in names if not files[name].is_file()]
     if missing:
         raise ValueError(
-            f"{file}: for {counted(missing)} of {len(names):,} grid points the file that GP_file names does not exist"
+            f"{file}: for {counted(missing)} of {len(names):,} grid points the file that GP_file names does "
+            "not exist: add the files, or remove these rows"
         )
     read = {name: _rows_of_station(source) for name, source in files.items()}
     empty = [name for name, rows in read.items() if not rows]
     if empty:
-        raise ValueError(f"{file}: {counted(empty)} of {len(names):,} grid points have no motions in their file")
+        raise ValueError(
+            f"{file}: {counted(empty)} of {len(names):,} grid points have no motions in their "
+            "file: add motions, or remove these rows"
+        )
     counts = {name: len(rows) for name, rows in read.items()}
     others = [name for name, count in counts.items() if count != counts[names[0]]]
     if others:
@@ -99,7 +103,7 @@ def _rows_of_station(path: Path) -> list[dict[str, str]]:
         except (UnicodeDecodeError, ValueError, csv.Error) as error:
             raise ValueError(f"{path}: {error}") from None
     if any(None in row for row in rows):
-        raise ValueError(f"{path}: a row has more values than there are columns")
+        raise ValueError(f"{path}: a row has more values than there are columns: correct this row")
     return rows
 
 
@@ -112,7 +116,7 @@ def number_of_station(what: str, word: object, *, above: float | None = None, le
         value = np.inf
     if np.isinf(value) or (above is not None and value <= above) or (least is not None and value < least):
         bound = f" above {above:g}" if above is not None else "" if least is None else f" of at least {least:g}"
-        raise ValueError(f"{what} must be a finite number{bound}, got {word!r}")
+        raise ValueError(f"{what} must be a finite number{bound}, got {word!r}: correct the file")
     return value
 
 

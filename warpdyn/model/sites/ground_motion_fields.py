@@ -75,13 +75,13 @@ def read_ground_motion_field(
         raise ValueError(f"{sites}: site {names[names.duplicated()].iloc[0]!r} has two rows: remove one of them")
     measures = [name for name in values.columns if name.startswith(PREFIX)]
     if not measures or not len(values):
-        raise ValueError(
-            f"{fields}: there are no columns {PREFIX}<measure>, or no rows; the columns are {list(values)}"
-        )
+        what = "rows" if measures else f"columns {PREFIX}<measure>, such as {PREFIX}PGA"
+        raise ValueError(f"{fields} has no {what}; its columns are {', '.join(values)}: export the fields again")
     missing = values[[event, site]].isna().any(axis=1).to_numpy()
     if missing.any():
         raise ValueError(
-            f"{fields}: row {int(missing.argmax()) + 1} below the names of the columns has no event or site"
+            f"{fields}: row {int(missing.argmax()) + 1} below the names of the columns has no event or no "
+            "site: complete or remove this row"
         )
     place = pd.Index(names).get_indexer(values[site].astype(str))
     if np.any(place < 0):
@@ -130,7 +130,9 @@ def _events(
     ids = pd.to_numeric(found, errors="coerce").to_numpy(np.float64)
     if not np.all((ids >= 0) & (ids == np.floor(ids)) & (ids < 2**62)):
         row = int(np.argmin((ids >= 0) & (ids == np.floor(ids))))
-        raise ValueError(f"{fields}: the event {found.iloc[row]!r} is not a whole number of at least 0")
+        raise ValueError(
+            f"{fields}: the event {found.iloc[row]!r} is not a whole number of at least 0: correct the file"
+        )
     last = int(ids.max())
     if isinstance(events, str | os.PathLike):
         path = existing_file("read_ground_motion_field", events)

@@ -114,7 +114,10 @@ def scale_records(
     if bad.any():
         at = np.argwhere(bad)
         shown = ", ".join(f"{values[e, p]:g} at point {p} of earthquake {e}" for e, p in at[:MOST_SHOWN])
-        raise ValueError(f"scale_records: {len(at):,} values of {name} are not finite numbers of at least 0: {shown}")
+        raise ValueError(
+            f"scale_records: {len(at):,} values of {name} are not finite numbers of at least "
+            f"0: {shown}. Correct the field"
+        )
     if isinstance(motions, list | tuple):
         pairs = [each if isinstance(each, tuple) else (each,) for each in motions]
     else:

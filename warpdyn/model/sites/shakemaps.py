@@ -103,20 +103,21 @@ def _read_grid(
     if [index for index, _ in columns] != list(range(1, len(names) + 1)):
         raise ValueError(
             f"{path}: the indices of <grid_field> must be 1 to {len(names)}, each once, got "
-            f"{', '.join(str(index) for index, _ in columns)}"
+            f"{', '.join(str(index) for index, _ in columns)}: download the map again"
         )
     check_names(names, f"{path}: of <grid_field>, ")
     try:
         values = np.array((parts["grid_data"][0].text or "").split(), dtype=np.float64)
     except ValueError as error:
-        raise ValueError(f"{path}: <grid_data> must contain only numbers: {error}") from None
+        raise ValueError(f"{path}: <grid_data> must contain only numbers: {error}. Download the map again") from None
     grid = parts["grid_specification"][0] if "grid_specification" in parts else None
     points = values.size // len(names)
     if grid is not None:
         points = _whole(path, grid, "nlon") * _whole(path, grid, "nlat")
     if values.size != points * len(names) or not points:
         raise ValueError(
-            f"{path}: <grid_data> has {values.size:,} values, but its grid has {points:,} points of {len(names)} fields"
+            f"{path}: <grid_data> has {values.size:,} values, but its grid has {points:,} points of "
+            f"{len(names)} fields: download the map again"
         )
     for name in ("LON", "LAT"):
         if name not in names:
@@ -180,7 +181,9 @@ def _whole(path: Path, element: ElementTree.Element, name: str) -> int:
     """Return the attribute `name` of an element as a whole number; raise a ValueError if it is not one above 0."""
     word = element.get(name, "")
     if not word.strip().isdecimal() or int(word) == 0:
-        raise ValueError(f"{path}: {name} of <{element.tag}> must be a whole number above 0, got {word!r}")
+        raise ValueError(
+            f"{path}: {name} of <{element.tag}> must be a whole number above 0, got {word!r}: download the map again"
+        )
     return int(word)
 
 
@@ -190,7 +193,9 @@ def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndar
         try:
             low, high = (float(grid.get(f"{axis}_{end}", "nan")) for end in ("min", "max"))
         except ValueError:
-            raise ValueError(f"{path}: {axis}_min and {axis}_max of <grid_specification> must be numbers") from None
+            raise ValueError(
+                f"{path}: {axis}_min and {axis}_max of <grid_specification> must be numbers: download the map again"
+            ) from None
         # A tenth of the map is more than the rounding of printed coordinates and spacings.
         tolerance = 0.1 * abs(high - low) + 1e-3
         if rows[name].min() < low - tolerance or rows[name].max() > high + tolerance:

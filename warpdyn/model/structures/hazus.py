@@ -89,7 +89,8 @@ def hazus_chain(
     least, most = int(row["min_storeys"]), int(row["max_storeys"])
     if not least <= n <= most:
         raise ValueError(
-            f"Hazus type {building_type} has {least} to {most} storeys, got {n}: choose the type for this height"
+            f"Hazus type {building_type} has {least} to {most} storeys, got {n}: choose the type for {n} "
+            "storeys, such as C1L, C1M or C1H for low, medium and high concrete frames"
         )
     mass = real_number("floor_area", floor_area, above=0) * MASS_PER_AREA
     real_number("floor_area times the mass of a floor [kg]", mass)

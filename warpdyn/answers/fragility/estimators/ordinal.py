@@ -43,7 +43,7 @@ def fit_ordinal(
     if exceeding.ndim < 2 or np.any(np.diff(exceeding, axis=-2) > 0):
         raise ValueError(
             "exceeding must have shape [..., damage_state, im_level], and a heavier damage state must not have more "
-            "exceedances than a lighter one"
+            "exceedances than a lighter one: sort the states with the lightest first"
         )
     states, stripes = exceeding.shape[-2:]
     counts = exceeding.reshape(-1, states, stripes)

@@ -32,7 +32,7 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     if not years or not named:
         raise ValueError(
             f"{path}: the first line must be a comment with investigation_time=... and imt='...', as in files of the "
-            "OpenQuake engine"
+            "OpenQuake engine: export the hazard curve again, or give its points to HazardCurve(intensity, annual_rate)"
         )
     _check_kind(path, header)
     measure = named[1] or named[2]
@@ -40,21 +40,31 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     if known is None or not known.kind:
         raise ValueError(
             f"{path}: warpdyn does not know the intensity measure {measure!r}; it reads "
-            f"{', '.join(OPENQUAKE_UNITS)}, with the period of SA as in SA(0.3)"
+            f"{', '.join(OPENQUAKE_UNITS)}, with the period of SA as in SA(0.3). For another measure, give "
+            "the points to HazardCurve(intensity, annual_rate, units=..., measure=...)"
         )
     units, factor = known.from_openquake()
     rows = _csv_lines(path, lines[1:])
     if not rows:
-        raise ValueError(f"{path}: the file ends after its first line; columns and a site must follow")
+        raise ValueError(
+            f"{path}: the file ends after its first line; the names of the columns and one "
+            "line per site must follow: export the curve again"
+        )
     columns = [(i, name[4:]) for i, name in enumerate(rows[0]) if name.startswith("poe-")]
     if not columns or not {"lon", "lat"} <= set(rows[0]):
-        raise ValueError(f"{path}, line 2: the columns must be lon, lat, ... and poe-<intensity>, got {rows[0][:5]}")
+        raise ValueError(
+            f"{path}, line 2: the columns must be lon, lat, ... and poe-<intensity>, got "
+            f"{rows[0][:5]}: export the curve again"
+        )
     place = _row_of_site(path, rows[0], rows[1:], site, first_line=3)
     row, where = rows[1 + place], f"{path}, line {3 + place}"
     intensity = np.array([_number(name, f"{path}, line 2") for _, name in columns])
     probability = np.array([_number(row[i], where) if i < len(row) else np.nan for i, _ in columns])
     if not np.all((probability >= 0) & (probability <= 1)):
-        raise ValueError(f"{where}: probabilities must be from 0 to 1")
+        bad = probability[~((probability >= 0) & (probability <= 1))][0]
+        raise ValueError(
+            f"{where}: a probability is {bad:g}, but it must be from 0 to 1: correct this line of the file"
+        )
     # A probability that the file rounds to 1 has no annual rate.
     kept = (probability > 0) & (probability < 1)
     time = real_number(f"{path}: investigation_time", _number(years[1], f"{path}, line 1"), above=0)
@@ -86,7 +96,10 @@ def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) ->
     rows = _csv_lines(path, text.splitlines())
     header = [name.strip() for name in rows[0]]
     if not {"lon", "lat"} <= set(header):
-        raise ValueError(f"{path}: neither JSON of a USGS service nor CSV with the columns name, lon, lat, <intensity>")
+        raise ValueError(
+            f"{path}: neither JSON of a USGS service nor CSV with the columns name, lon, lat, "
+            "<intensity>: give a file of one of these kinds, or HazardCurve(intensity, annual_rate)"
+        )
     columns = [i for i, name in enumerate(header) if re.fullmatch(r"[\d.]+(?:[eE][+-]?\d+)?", name)]
     folder = spectral_name(Path(path).resolve().parent.name)
     of_folder = measure_named(folder)
@@ -119,7 +132,7 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
     except (KeyError, TypeError, ValueError, StopIteration) as error:
         raise ValueError(
             f"{path}: not the JSON of a USGS hazard service: it needs response.hazardCurves with imt.value, and xs "
-            "and ys of the component 'Total'"
+            "and ys of the component 'Total'. Request the file again, or give HazardCurve(intensity, annual_rate)"
         ) from error
     if twice:
         raise ValueError(
@@ -158,14 +171,17 @@ def _row_of_site(
     if isinstance(site, str):
         names = [row[header.index("name")] for row in rows] if "name" in header else []
         if site not in names:
-            raise ValueError(f"{path} has no site {site!r}; it has {', '.join(names[:8]) or 'no names'}")
+            raise ValueError(
+                f"{path} has no site {site!r}; it has {', '.join(names[:8]) or 'no names'}: "
+                "give one of these, or site=(longitude, latitude)"
+            )
         if names.count(site) > 1:
             raise ValueError(
                 f"{path} has the site {site!r} in {names.count(site)} lines: keep one of these lines in the file"
             )
         return names.index(site)
     if not isinstance(site, Sequence) or len(site) != 2:
-        raise ValueError(f"site must be longitude and latitude [degree], got {site!r}")
+        raise ValueError(f"site must be longitude and latitude [degree], such as site=(-122.4, 37.8), got {site!r}")
     places = np.array(
         [
             [_number(row[header.index(axis)], f"{path}, line {first_line + i}") for axis in ("lon", "lat")]
@@ -183,7 +199,7 @@ def _row_of_site(
     if apart[nearest] > SAME_PLACE:
         raise ValueError(
             f"{path} has no site at longitude {site[0]:g}, latitude {site[1]:g}; the nearest is "
-            f"{places[nearest][0]:g}, {places[nearest][1]:g}"
+            f"{places[nearest][0]:g}, {places[nearest][1]:g}: give the coordinates of a site in the file"
         )
     return nearest
 
@@ -191,14 +207,19 @@ def _row_of_site(
 def _positive(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
     """Remove the points with rate 0, above the largest possible motion."""
     if not np.all(rate >= 0):
-        raise ValueError(f"{path}: annual rates must be numbers of at least 0")
+        raise ValueError(
+            f"{path}: an annual rate is {rate[~(rate >= 0)][0]:g}, but it must be at least 0: correct the file"
+        )
     kept = rate > 0
     return _checked(path, intensity[kept], rate[kept])
 
 
 def _checked(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
     if rate.size < 2:
-        raise ValueError(f"{path}: fewer than 2 points of the curve have a rate above 0")
+        raise ValueError(
+            f"{path}: fewer than 2 points of the curve have a rate above 0, but a curve needs "
+            "2: give another site, or a file with lower intensities"
+        )
     return intensity, rate
 
 
@@ -208,5 +229,5 @@ def _number(token: str, where: str) -> float:
     except ValueError:
         value = np.nan
     if not np.isfinite(value):
-        raise ValueError(f"{where}: {token!r} is not a finite number")
+        raise ValueError(f"{where}: {token!r} is not a finite number: correct the file")
     return value

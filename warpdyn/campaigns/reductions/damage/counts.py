@@ -191,7 +191,10 @@ class DamageReducer(Mergeable):
         dims = demands[0].dims
         self.dim = dims[0] if statistic.each_place and len(demands) == 1 and dims else ""
         if statistic.each_place and not self.dim:
-            raise ValueError("each_place=True needs limits of one demand with a value for each storey or floor")
+            raise ValueError(
+                "each_place=True needs limits of one demand with a value for each storey or "
+                "floor: give such limits, or remove each_place="
+            )
         self.needs, self._threads = cells.needs(self.bounds.demands), threads
         self.begin(cells)
 

@@ -58,7 +58,10 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
         what = f"{function}: loss ratio of {state!r}{where}"
         if isinstance(given, Sequence) and not isinstance(given, str):
             if len(given) != 2:
-                raise ValueError(f"{what} must be a mean, or mean and coefficient of variation, got {given!r}")
+                raise ValueError(
+                    f"{what} must be a mean, such as 0.1, or a mean and a coefficient of "
+                    f"variation, such as (0.1, 0.5), got {given!r}"
+                )
             mean, variation = (real_number(what, value, least=0) for value in given)
         else:
             mean, variation = real_number(what, given, least=0), 0.0
@@ -71,7 +74,10 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
                 f"{mean:g}; it must be below {largest:.3g}"
             )
         if means and mean < means[-1]:
-            raise ValueError(f"{what} is {mean:g}, below that of the lighter state before it ({means[-1]:g})")
+            raise ValueError(
+                f"{what} is {mean:g}, below that of the lighter state before it "
+                f"({means[-1]:g}): correct the ratios, or sort the damage states with the lightest first"
+            )
         means.append(mean)
         deviations.append(variation * mean)
     return LossRatios(np.array(means), np.array(deviations))
@@ -82,7 +88,10 @@ def ratios_of_archetypes(
 ) -> list[LossRatios]:
     """Return the loss ratios of each archetype, given for each archetype or once for all."""
     if not isinstance(given, Mapping):
-        raise TypeError(f"{function}: loss_ratios must map damage states, or archetypes, got {given!r}")
+        raise TypeError(
+            f"{function}: loss_ratios must map damage states to loss ratios, such as "
+            f"{{'slight': 0.02}}, or archetypes to such mappings, got {given!r}"
+        )
     if not any(isinstance(each, Mapping) for each in given.values()):
         return [checked_ratios(function, cast("Ratios", given), states)] * len(names)
     check_archetypes(function, names, given, "loss_ratios")

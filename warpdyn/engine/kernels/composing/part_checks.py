@@ -75,7 +75,10 @@ def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -
             line = names_in_function(function, flags).reads.get(name)
             if line is not None:
                 _refuse(part, slot, line, f"reads {name!r}, which this kernel does not have")
-    raise ValueError(f"the skeleton reads {name!r}, which nothing defines")
+    raise ValueError(
+        f"the skeleton reads {name!r}, which nothing defines: define it in the skeleton, or in "
+        "a part that every kernel has"
+    )
 
 
 @functools.cache
@@ -191,7 +194,7 @@ def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
     for part, bodies in facts.items():
         present = [body for slot, body in bodies.items() if slot in reached]
         written = {field for body in present for argument, field in body.fields if argument == "output"}
-        if not any("output" in body.reads for body in present):  # not written in a function that takes all outputs
+        if not any("output" in body.reads for body in present):  # a function that gets all outputs may write them
             for variable in getattr(part, "VARIABLES", {}).get(family, {}).keys() - written:
                 slot = next(iter(bodies), "")
                 _refuse(
@@ -235,11 +238,15 @@ def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
     by_name = {name_of(each): each for each in parts}
     for other, names in borrows.items():
         if other not in by_name:
-            raise ValueError(f"{place_of(part, 'BORROWS')}: BORROWS names part {other!r}, which does not exist")
+            raise ValueError(
+                f"{place_of(part, 'BORROWS')}: BORROWS names part {other!r}, which does not "
+                f"exist in this kernel; it has {', '.join(sorted(by_name))}"
+            )
         for name in names:
             if not any(name in body.assigned for body in facts_of(by_name[other], "").values()):
                 raise ValueError(
-                    f"{place_of(part, 'BORROWS')}: BORROWS names {name!r}, which part {other!r} does not declare"
+                    f"{place_of(part, 'BORROWS')}: BORROWS names {name!r}, which part {other!r} does not "
+                    "declare: declare it there, or remove it"
                 )
     return {name for names in borrows.values() for name in names}
 

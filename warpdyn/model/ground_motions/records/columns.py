@@ -356,7 +356,7 @@ def _check_damage(table: _Table, columns: list[int]) -> None:
             place, token, example = other
             warn_caller(
                 f"{place}: {token!r} is written in another form than the column's other numbers, such as {example!r}: "
-                "it may have lost a digit or its point"
+                "it may have lost a digit or its point. Compare the line with its source"
             )
     moved, end = numbers.other_layouts, len(numbers)
     while moved and moved[-1] == end - 1 and len(numbers.lines[end - 1]) > len(numbers.lines[0]):

@@ -57,7 +57,9 @@ def read_directory(
     checked_text("pattern", pattern)
     directory = Path(path)
     if not directory.is_dir():
-        raise FileNotFoundError(f"{path}: no such directory (to read records {pattern!r} from)")
+        raise FileNotFoundError(
+            f"{path}: there is no such directory, so no records {pattern!r} can be read: correct the path"
+        )
     present = sorted(
         (file for file in directory.iterdir() if not is_litter(file.name) and file.is_file()),
         key=lambda file: (file.name.lower(), file.name),

@@ -65,7 +65,8 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
         warn_caller(
             f"no bilinear curve has the area of the capacity curve up to its peak, point {given_peak}: an "
             "elastic-perfectly-plastic curve with the strength of the peak is used, whose area is "
-            f"{1 + excess(top) * 0.5 * top * end / area:.3g} times that of the capacity curve"
+            f"{1 + excess(top) * 0.5 * top * end / area:.3g} times that of the capacity curve. Compare both "
+            "by wd.plots.pushover_curve, or choose a law with more points"
         )
         return yield_displacement(top), float(top), 0.0
     return float(at), float(strength), float((top - strength) / (end - at) * at / strength)

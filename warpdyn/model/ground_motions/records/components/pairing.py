@@ -86,7 +86,7 @@ def _pair_of(
             "; if several instruments recorded them, give each instrument its own `record`, such as "
             "dataclasses.replace(motion, record='station, 2nd instrument')"
             if len(members) > 2
-            else ""
+            else "; add its other component, or remove the motion"
         )
         raise ValueError(f"record {record!r} must have 2 horizontal components, has {len(members)}: {names}{hint}")
     first, second = labels
@@ -94,7 +94,8 @@ def _pair_of(
         skew = 90.0 - angle_between(first.azimuth, second.azimuth)
         if skew > LARGEST_SKEW:
             raise ValueError(
-                f"record {record!r}: the components {names} are not 90 degrees apart: {first.label} and {second.label}"
+                f"record {record!r}: the components {names} are not 90 degrees apart: {first.label} and "
+                f"{second.label}. Compare the labels with the source of the record"
             )
         if skew > SKEW_WITHOUT_WARNING:
             warn_caller(
@@ -102,5 +103,8 @@ def _pair_of(
                 f"({first.label} and {second.label}): compare the azimuths with the source of the record"
             )
     elif first.kind == "horizontal" and first.label == second.label:
-        raise ValueError(f"record {record!r}: both components {names} have the direction {first.label!r}")
+        raise ValueError(
+            f"record {record!r}: both components {names} have the direction {first.label!r}: "
+            "correct the component of one, such as dataclasses.replace(motion, component='N')"
+        )
     return members[0], members[1]

@@ -85,7 +85,7 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
     if stated and 1 < len(motions) < int(stated["count"]):  # CESMD also writes one file per channel
         warn_caller(
             f"{path}: the header states {stated['count']} channels, the file contains {len(motions)}: it may be "
-            "truncated"
+            "truncated. Compare it with a complete copy"
         )
     return motions
 

@@ -56,7 +56,10 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
         motion, at = _component(record, at)
         motions.append(motion)
     if len(motions) != 3:
-        warn_caller(f"{path}: this GeoNet file has {len(motions)} components instead of 3: it may be truncated")
+        warn_caller(
+            f"{path}: this GeoNet file has {len(motions)} components instead of 3: it may be "
+            "truncated. Compare it with a complete copy"
+        )
     return motions
 
 

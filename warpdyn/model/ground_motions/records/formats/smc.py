@@ -63,7 +63,8 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
     values, end = block(record, after, count, _VALUES)
     if is_uneven and len(record.lines) == end + 1:
         warn_caller(
-            f"{record.place(end)}: this line follows the {count} numbers that the header states, and is left out"
+            f"{record.place(end)}: this line follows the {count} numbers that the header states, and is "
+            "left out. Delete the line, or correct the number in the header"
         )
     else:
         check_end(record, end)
