@@ -32,7 +32,7 @@ COMPILED = {"cpu": (".o",), "cuda": (".ptx", ".cubin")}  # file name extensions 
 SEALED = (*COMPILED["cpu"], *COMPILED["cuda"], ".meta", ".pch")
 
 CUDA_DRIVER = "nvcuda.dll" if os.name == "nt" else "libcuda.so.1"
-NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"  # in a line that Warp writes
+NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"  # part of the line that Warp prints if there is no driver
 
 _initialising = threading.Lock()
 _headers_checked: set[Path] = set()  # folders of headers that this process has verified

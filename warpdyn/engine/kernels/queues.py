@@ -197,7 +197,7 @@ class CudaQueue:
     def __init__(self, device: str, origin: wp.Event) -> None:
         self.device, self.origin = device, origin
         self.streams = [wp.Stream(device) for _ in range(STREAMS_OF_A_BLOCK)]
-        self.stream = self.streams[0]  # for copies and the first launch
+        self.stream = self.streams[0]  # this stream makes the copies and the first launch
         # Its kernels run before those of other streams, so that the preparation of a block does not wait for the
         # histories of earlier blocks.
         self.urgent = wp.Stream(device, priority=-1)

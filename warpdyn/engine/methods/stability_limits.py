@@ -195,7 +195,8 @@ def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
     ratio = np.maximum(_ratio(place), LEAST_DAMPING_RATIO)
     scale = limit_scale(method, ratio)
     limit = limit / scale
-    # Of this frequency and less damping; of this damping rate, that is 2 zeta w, and a lower frequency.
+    # First the limit for this frequency and less damping; then the limit for this damping rate 2 zeta w and a lower
+    # frequency.
     slower = np.minimum.accumulate((ratio * limit)[::-1])[::-1]
     limit = scale * np.minimum(np.minimum.accumulate(limit), slower / ratio)
     return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])

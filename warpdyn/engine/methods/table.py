@@ -57,7 +57,7 @@ class StoreyForces:
         return ", ".join(self.names)
 
 
-LINEAR = StoreyForces(is_linear=True, is_chain=False)  # of full matrices
+LINEAR = StoreyForces(is_linear=True, is_chain=False)  # linear system with full matrices
 
 
 def _hht_alpha(name: str, alpha: float) -> ImplicitMethod:

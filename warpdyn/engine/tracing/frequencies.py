@@ -11,7 +11,7 @@ import numpy as np
 
 from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, nodes_of
 
-PREFIX = "frequency_"  # of the arrays that contain frequencies
+PREFIX = "frequency_"  # prefix of the names of arrays that contain frequencies
 
 
 class Chains(NamedTuple):

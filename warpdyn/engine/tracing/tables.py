@@ -9,7 +9,7 @@ import numpy as np
 from warpdyn.engine.tracing.arrays import Traced, nodes_of
 from warpdyn.engine.tracing.nodes import called
 
-PREFIX = "table_"  # of calls; the number of the table follows
+PREFIX = "table_"  # names of tables are table_0, table_1, ...
 
 _tables: list[tuple[np.ndarray, ...]] = []
 

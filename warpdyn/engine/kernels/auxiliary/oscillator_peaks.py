@@ -189,7 +189,7 @@ def oscillator_kernel(lanes: int, unroll: int) -> wp.Kernel:
             a = a_end
 
         for j in range(LANES):
-            # After the record the first instant of rest has the largest displacement there is.
+            # After the record, the displacement is largest at the first instant of rest.
             omega = frequency[j]
             zeta = damping_ratio[j]
             root = wp.sqrt((double(1.0) - zeta) * (double(1.0) + zeta))

@@ -56,7 +56,7 @@ def normals_kernel(lanes: int) -> wp.Kernel:
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def make_normals(
-        factor: wp.array2d(dtype=wp.float64),  # of the correlation matrix, lower triangle
+        factor: wp.array2d(dtype=wp.float64),  # lower triangular factor of the correlation matrix
         values: wp.array2d(dtype=wp.float64),  # [variable, structure]
     ):
         align_rows()

@@ -68,7 +68,8 @@ def storey_answers_kernel(rules: StoreyRules, dtype: str) -> wp.Kernel:
                     after = advance(at, at - last, memory, c)
                 result[k, step, storey] = force_of(at, after, c)
             result[2, step, storey] = held_of(now, after, c)
-            result[3, step, storey] = force_of(now, memory, c)  # as a trial stage asks for it
+            # Force of a trial stage: with the memory at the start of the step.
+            result[3, step, storey] = force_of(now, memory, c)
             result[4, step, storey] = tangent_of(now, now - last, memory, after, c)
             result[5, step, storey] = recoverable_of(now, after, c)
             result[6, step, storey] = number(0.0)
@@ -79,7 +80,7 @@ def storey_answers_kernel(rules: StoreyRules, dtype: str) -> wp.Kernel:
             result[7, step, storey] = number(0.0)
             result[8, step, storey] = number(1.0)
             result[9, step, storey] = result[4, step, storey]
-            if HAS_LINES:  # a branch that is decided when the kernel is built must be alone
+            if HAS_LINES:  # Warp needs a constant condition in a separate `if`
                 if not leaves_line(now, memory, c):
                     on_line = memory_on_line(now, memory, c)
                     result[8, step, storey] = number(0.0)

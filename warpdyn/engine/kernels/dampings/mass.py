@@ -32,12 +32,12 @@ def add_to_net():
 
 
 def add_to_acceleration():
-    if not KEEPS_DRIFTS or HAS_SEE_FORCES:  # otherwise only recorders need it
+    if not KEEPS_DRIFTS or HAS_SEE_FORCES:  # in other cases only recorders need the mass term
         ai -= mass_damping[j] * vi
 
 
 def add_loss():
-    if LAGS:  # the force is that of the velocity half a step before
+    if LAGS:  # the velocity, and so the damping force, is that of half a step earlier
         power_viscous[j] += momentum_of_floor * (mass_damping[j] * vs[i, j])
     else:
         power_viscous[j] += momentum_of_floor * (mass_damping[j] * vi)

@@ -1,6 +1,6 @@
 """Dashpots in the storeys: stiffness-proportional damping, storey dashpots, linear viscous dampers."""
 
-order = -10  # the first of what is viscous in a storey
+order = -10  # before the other viscous parts of a storey
 
 FIELDS = {"Structure": {"storey_damping": "float[,]"}}
 

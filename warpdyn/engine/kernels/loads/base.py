@@ -17,9 +17,9 @@ def declare():
     a0 = row()  # base acceleration: at the interval's start, at this stage, and its change over a step
     base = row()
     da = row()
-    base_last = row()  # at the end of the step before
-    base_end = row()  # at the end of this step (implicit methods)
-    influence = matrix()  # of full matrices: factor of each degree of freedom
+    base_last = row()  # base acceleration at the end of the previous step
+    base_end = row()  # base acceleration at the end of this step (implicit methods)
+    influence = matrix()  # factor of the base acceleration for each degree of freedom (full matrices)
 
 
 def start_row():
@@ -81,7 +81,7 @@ def add_supply_of_entry():
 
 def add_supply_of_walk():
     if TRAPEZOIDAL:
-        # A motion may end one step with one value and start the next with another.
+        # If the motion jumps, the value at the end of a step differs from the value at the start of the next step.
         if stage == 0:
             impulse = dtype(0.5) * (h_last[j] * base_last[j] + h[j] * base[j])
             energy_in[j] -= impulse * momentum[j]
@@ -94,6 +94,6 @@ def keep_end_of_step():
 
 
 def add_supply_at_state():
-    # A motion may end one step with one value and start the next with another.
+    # If the motion jumps, the value at the end of a step differs from the value at the start of the next step.
     impulse = dtype(0.5) * (h_last[j] * base_end[j] + h[j] * base[j])
     energy_in[j] -= impulse * mass[i, j] * vi

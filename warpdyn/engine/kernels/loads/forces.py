@@ -18,9 +18,9 @@ def wanted(plan):
 def declare():
     f0 = matrix()  # the force at the interval's start, and its change over it
     df = matrix()
-    one_force = row()  # on one degree of freedom
+    one_force = row()  # force on one degree of freedom, and its change
     one_change = row()
-    force_end = matrix()  # at the end of this step (implicit methods)
+    force_end = matrix()  # force at the end of this step (implicit methods)
     # A history that does not end with zero drops to zero at its last sample. Recorders see both values at that
     # instant: with the last force (of full matrices and modes: the acceleration by it), and without force.
     final_force = matrix()
@@ -146,8 +146,8 @@ def add_load():
 def add_supply():
     power_in[j] += force * vi
     if TRAPEZOIDAL and not LAGS:
-        # A history that ends with a force other than zero had it until the end of the last step. (Velocities that are
-        # half a step behind have not felt it there.)
+        # If the history does not end with zero, its last force acts until the end of the last step; here its energy is
+        # added. (Methods whose velocities are half a step behind do not apply this force to the velocity.)
         if stage == 0 and index == final_index[j]:
             energy_in[j] += dtype(0.5) * h_last[j] * final_force[i, j] * vi
 
@@ -158,5 +158,5 @@ def add_supply_of_entry():
 
 
 def add_supply_at_state():
-    # A history may end one step with one value and start the next with another.
+    # If the force jumps, the value at the end of a step differs from the value at the start of the next step.
     energy_in[j] += dtype(0.5) * (h_last[j] * force_end[i, j] + h[j] * force) * vi

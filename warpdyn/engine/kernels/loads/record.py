@@ -23,7 +23,7 @@ def declare():
     next_value = indices()  # position of the value at the end of the first interval
     last_value = indices()
     silent_from = indices()  # interval from which the motion is zero; a run that ends with it sees its last sample
-    value = row()  # at the end of the interval
+    value = row()  # acceleration at the end of the interval
     base_at_end = row()
     gain = row()  # the scale, or 0 after the last sample
     stride = indices()  # 1, or 0 after the last sample

@@ -56,7 +56,7 @@ def values_held(plan):
 
 def declare():
     inverse_capacity = matrix()  # 0: no capacity
-    earlier_drift = matrix()  # at the start of the step
+    earlier_drift = matrix()  # drift at the start of the step
     if PROPAGATED:
         present_drift = matrix()
     over = row()  # the largest ratio of drift to capacity
@@ -64,10 +64,11 @@ def declare():
     collapse_time = row()  # negative before the collapse
     collapse_storey = row()
     past_share = row()  # share of the last step that follows the collapse
-    move = row()  # largest change of a drift over its capacity, of storeys that passed it, in that step
+    # Largest (change of drift in that step) / (drift capacity), among the storeys that passed their capacity.
+    move = row()
     farthest_ratio = row()  # largest drift ratio of these storeys
-    stands = row()  # 1, or 0 for a lane that has collapsed and whose last state before that was seen
-    last_interval = indices()  # the last interval with a state that is seen
+    stands = row()  # 1; 0 if the lane has collapsed and its last state before the collapse was recorded
+    last_interval = indices()  # the last interval whose states are recorded
 
 
 def start():
@@ -92,7 +93,7 @@ def start():
                 last_interval[j] = int(0)
                 if EXPLICIT_CHAIN and HOLDS_STEP:
                     intervals = int(0)
-            move[j] = dtype(0.0)  # it started there
+            move[j] = dtype(0.0)  # the storey was beyond its capacity at the start
             farthest_ratio[j] = dtype(0.0)
 
 
@@ -105,7 +106,7 @@ def begin_interval():
 
 
 def stop_lane():
-    if not (EXPLICIT_CHAIN and HOLDS_STEP):  # there the only sample of the thread leaves the loop
+    if not (EXPLICIT_CHAIN and HOLDS_STEP):  # in that kernel the only sample of the thread leaves the loop
         if collapse_time[j] >= dtype(0.0):
             h[j] = dtype(0.0)
 
@@ -232,7 +233,7 @@ def collapse_here():
         whole_step[j] = dtype(0.0)
         part[j] = dtype(0.0)
     stands[j] = dtype(0.0)
-    last_interval[j] = interval + 1  # its first step sees this state
+    last_interval[j] = interval + 1  # the first step of the next interval records this state
     h[j] = dtype(0.0)
 
 

@@ -8,7 +8,7 @@ FIELDS = {
         "mass": "float[,]",  # [storey, structure], as those below
         "inverse_mass": "float[,]",
         "inverse_height": "float[,]",
-        "coefficients": "float[,]",  # of the storey law, [storey x coefficient, structure]
+        "coefficients": "float[,]",  # coefficients of the storey law, [storey x coefficient, structure]
     },
     "Load": {"initial_displacement": "float[]", "initial_velocity": "float[]"},
 }

@@ -62,7 +62,7 @@ def declare():
     substeps = int(1) if UNDIVIDED else control.substeps
     sample = indices()
     motion = indices()
-    live_intervals = indices()  # of the motion and of what follows it
+    live_intervals = indices()  # number of intervals of the motion and of the free vibration after it
     scale = row()
     step = row()
     intervals = int(0)

@@ -206,7 +206,8 @@ class StructurePreparation:
             text = program.name_of(refused)
             program.add(f"if {text}:")
             program.add("    wp.atomic_add(counts, 0, 1)")
-        # Read first: most structures change no extreme, and atomic operations on one address wait for each other.
+        # Compare before the atomic operation: most structures change neither the maximum nor the minimum, and atomic
+        # operations on one address wait for each other.
         program.add(f"if {period} > extremes[{LONGEST_PERIOD}]:")
         program.add(f"    wp.atomic_max(extremes, {LONGEST_PERIOD}, {period})")
         program.add(f"if {stable} < extremes[{LEAST_STABLE_STEP}]:")

@@ -22,7 +22,8 @@ def declare():
     lives = row()  # 1, or 0 for a lane that has finished
     seen = row()  # 1, or 0 for a lane whose last state has been seen
     if PROPAGATED and COLLAPSE:
-        earlier_size = matrix()  # of the state before: it is not yet known whether the building collapses in this one
+        # Value of the previous state; whether the building collapses in this state is not known yet.
+        earlier_size = matrix()
 
 
 def settle_lane():

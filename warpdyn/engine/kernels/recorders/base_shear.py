@@ -17,7 +17,8 @@ def values_held(plan):
 def declare():
     peak_shear = row()
     if PROPAGATED and COLLAPSE:
-        earlier_shear = row()  # of the state before: it is not yet known whether the building collapses in this one
+        # Value of the previous state; whether the building collapses in this state is not known yet.
+        earlier_shear = row()
 
 
 def see_forces():

@@ -51,7 +51,7 @@ def end_attempt():
 def restart_recorders():
     for i in range(N):
         peak_displacement[i, j] = dtype(0.0)
-        if DENSE:  # where the state at a step's end is seen
+        if DENSE:  # dense kernels record the state at the end of a step
             peak_displacement[i, j] = wp.abs(u[i, j])
         time_of_peak[i, j] = dtype(index) * step[j]
 

@@ -36,7 +36,7 @@ def start_drift():
 
 
 def see_drift():
-    if not COLLAPSE:  # that part sees the drifts up to the collapse
+    if not COLLAPSE:  # with COLLAPSE, the part `collapse` records the drifts up to the collapse
         peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift))
 
 

@@ -39,12 +39,12 @@ def declare():
     power_in = row()
     momentum = row()
     power_viscous = row()
-    work_in = row()  # in a step, over its length
+    work_in = row()  # work in a step, divided by the length of the step
     work_viscous = row()
     safe_in = row()  # values that a rejected part of a step must not change
     safe_viscous = row()
     safe_absorbed = matrix()
-    last_drift = matrix()  # at the start of an implicit step
+    last_drift = matrix()  # drift at the start of an implicit step
     last_force = matrix()
     last_dashpot = matrix()
     # For velocities half a step behind, which use the three above, too: the velocity at the displacement's instant.

@@ -27,21 +27,21 @@ def states_kernel(dtype: str) -> wp.Kernel:
         first: int,
         last: int,
         step: int,
-        samples: int,  # in a row
-        rows: int,  # of a structure
+        samples: int,  # number of samples in a row
+        rows: int,  # number of rows of a structure
         places: int,
-        first_counted: int,  # place that counts for the worst
-        last_counted: int,  # that after the last such place
+        first_counted: int,  # first storey or floor that counts for the worst state
+        last_counted: int,  # the place after the last one that counts
         is_absolute: int,  # 1 to take absolute values, 0 for demands that are not negative
-        each_place: int,  # 1 to keep the states of every place besides the worst
-        structure: wp.array(dtype=int),  # number of each
+        each_place: int,  # 1: keep the states of every place, too; 0: only the worst
+        structure: wp.array(dtype=int),  # number of the structure
         status: wp.array(dtype=wp.int8),
         demand: wp.array(dtype=real),  # [sample, place]
-        half: int,  # of the bounds of a kind and one more, a power of 2
+        half: int,  # (number of bounds of a kind + 1) / 2, a power of 2
         bounds: wp.array(dtype=wp.float64),  # [kind, bound], increasing
-        kind: wp.array(dtype=int),  # of each structure
-        states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last; raised where they are lower
-        bad: wp.array(dtype=int),  # by thread, a structure with a sample that is ok without a demand
+        kind: wp.array(dtype=int),  # kind of each structure
+        states: wp.array2d(dtype=wp.uint16),  # [place, sample], the worst last; only increased
+        bad: wp.array(dtype=int),  # [thread]: number of a structure with a sample that is ok but has no demand, or -1
         thread: int,
     ):
         column = states.shape[0] - 1
@@ -115,7 +115,7 @@ def counts_kernel() -> wp.Kernel:
 
     @kernel_named("count_states")
     def count_states(
-        first: int,  # of the parts: some units of a row
+        first: int,  # first part; a part is a range of units of one row
         last: int,
         step: int,
         units_of_part: int,
@@ -125,7 +125,8 @@ def counts_kernel() -> wp.Kernel:
         cell_of_row: wp.array(dtype=int),
         cell_of_unit: wp.array(dtype=int),
         order: wp.array(dtype=int),  # samples of a row, unit by unit
-        start: wp.array(dtype=int),  # of each unit in that order, and the end of the last one
+        # Position of the first sample of each unit in `order`, and the end of the last unit.
+        start: wp.array(dtype=int),
         counts: wp.array3d(dtype=wp.int64),  # [place, cell, outcome]; states, and after them failures by status
     ):
         places = states.shape[0] - 1

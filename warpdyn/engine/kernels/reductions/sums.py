@@ -19,7 +19,7 @@ def ratios_kernel(dtype: str) -> wp.Kernel:
         first: int,
         last: int,
         step: int,
-        samples: int,  # of a structure
+        samples: int,  # number of samples of a structure
         drift: wp.array2d(dtype=real),  # [sample, place]
         height: wp.array2d(dtype=real),  # [structure or 1, place]
         ratio: wp.array2d(dtype=real),  # [sample, place]
@@ -43,7 +43,7 @@ def least_kernel(dtype: str) -> wp.Kernel:
         step: int,
         status: wp.array(dtype=wp.int8),
         demand: wp.array2d(dtype=real),  # [sample, place]
-        least: wp.array(dtype=wp.float64),  # by thread; lowered
+        least: wp.array(dtype=wp.float64),  # smallest peak so far, [thread]
         thread: int,
     ):
         for sample in range(first + wp.tid(), last, step):
@@ -65,7 +65,7 @@ def losses_kernel() -> wp.Kernel:
 
     @kernel_named("find_losses")
     def find_losses(
-        first: int,  # of the parts: some units of a row
+        first: int,  # first part; a part is a range of units of one row
         last: int,
         step: int,
         units_of_part: int,
@@ -75,9 +75,9 @@ def losses_kernel() -> wp.Kernel:
         order: wp.array(dtype=int),
         start: wp.array(dtype=int),
         ratios: wp.array3d(dtype=wp.float64),  # [kind, state, mean and variance]
-        kind: wp.array(dtype=int),  # of each row
-        value: wp.array(dtype=wp.float64),  # of each row
-        status_of_unit: wp.array(dtype=wp.int8),  # [row, unit]; collapsed units have a loss as others
+        kind: wp.array(dtype=int),  # kind of the structure, [row]
+        value: wp.array(dtype=wp.float64),  # replacement value, [row]
+        status_of_unit: wp.array(dtype=wp.int8),  # [row, unit]; collapsed units have a loss, too
         loss: wp.array2d(dtype=wp.float64),  # [row and unit, mean and variance]
     ):
         units = start.shape[0] - 1
@@ -115,21 +115,22 @@ def sums_kernel(dtype: str) -> wp.Kernel:
 
     @kernel_named(f"add_samples_{dtype}")
     def add_samples(
-        first: int,  # of the parts: some units of a row
+        first: int,  # first part; a part is a range of units of one row
         last: int,
         step: int,
         units_of_part: int,
-        origin: int,  # row that is the first of the sums
+        origin: int,  # number of the row whose sums are the first in `sums`
         samples: int,
         is_signed: int,  # 1: signed values; 0: the largest absolute value of all places
-        place: int,  # -1 for the worst of those that count
+        place: int,  # -1: the largest value of the places that count
         first_counted: int,
-        last_counted: int,  # that after the last place that counts
-        structure: wp.array(dtype=int),  # number of each row's
+        last_counted: int,  # the place after the last one that counts
+        structure: wp.array(dtype=int),  # number of the structure, [row]
         status: wp.array(dtype=wp.int8),
         demand: wp.array2d(dtype=real),  # [sample, place]
         order: wp.array(dtype=int),  # samples of a row, unit by unit
-        start: wp.array(dtype=int),  # of each unit in that order, and the end of the last one
+        # Position of the first sample of each unit in `order`, and the end of the last unit.
+        start: wp.array(dtype=int),
         sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
         bad: wp.array(dtype=int),
         thread: int,
@@ -181,13 +182,13 @@ def totals_kernel() -> wp.Kernel:
 
     @kernel_named("add_rows")
     def add_rows(
-        first: int,  # of the parts: some units of some rows of a group; all rows of a cell are in one group
+        first: int,  # first part; a part is some units of some rows of a group. All rows of a cell are in one group
         last: int,
         step: int,
         units_of_part: int,
-        copies: int,  # of the cells; each copy adds a share of a group's rows
-        order: wp.array(dtype=int),  # of rows, group by group
-        start: wp.array(dtype=int),  # of each group in that order, and the end of the last one
+        copies: int,  # number of copies of the cells; each copy adds some rows of a group
+        order: wp.array(dtype=int),  # rows, group by group
+        start: wp.array(dtype=int),  # position of the first row of each group in `order`, and the end of the last group
         sums: wp.array3d(dtype=wp.float64),  # [row, unit, sum]
         cell_of_row: wp.array(dtype=int),
         cell_of_unit: wp.array(dtype=int),
@@ -195,7 +196,7 @@ def totals_kernel() -> wp.Kernel:
         largest: wp.array(dtype=wp.float64),  # [copy and cell]
     ):
         units = cell_of_unit.shape[0]
-        parts = parts_of(units, units_of_part)  # of a group
+        parts = parts_of(units, units_of_part)  # number of parts of a group
         of_copy = bins.shape[0] // copies
         for part in range(first + wp.tid(), last, step):
             group_and_copy = part // parts

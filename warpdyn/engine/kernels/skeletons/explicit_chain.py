@@ -142,7 +142,7 @@ def integrate_chain(
     if HOLDS_STEP:
         interval_from = int(0)
     if HOLDS_STEP and COLLAPSE:
-        index = int(0)  # of the step in which it collapses
+        index = int(0)  # index of the step in which the building collapses
     while interval_from < intervals if HOLDS_STEP else ONCE:
         if HOLDS_STEP:
             interval_until = intervals

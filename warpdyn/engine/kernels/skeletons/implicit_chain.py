@@ -63,8 +63,8 @@ def integrate_implicit_chain(
     z = memories()
     us = matrix()  # the state that satisfies the equation of motion
     vs = matrix()
-    rise = matrix()  # of the acceleration to it
-    start_acceleration = matrix()  # by the equation of motion
+    rise = matrix()  # change of the acceleration to this state
+    start_acceleration = matrix()  # acceleration of the first state, from the equation of motion
     above = row()  # the force from above
     below_now = row()
     below_before = row()

@@ -21,7 +21,7 @@ FIELDS = {
         "load_response": "float[,]",  # matrix from the loads to the increments, [row x load x 2, pair]
         # Storey drift of a chain, [dof x mode, pair]; displacement of a linear system, [dof x mode, 1].
         "mode_shape": "float[,]",
-        "modal_stiffness": "float[,]",  # divided by the modal mass, as damping and load, [mode, pair]
+        "modal_stiffness": "float[,]",  # divided by the modal mass, as are damping and load, [mode, pair]
         "modal_damping": "float[,]",  # [mode, pair], or [mode x mode, pair] if damping couples the modes
         "modal_load": "float[,]",  # [mode, pair]
         "modal_mass": "float[]",  # [pair]
@@ -88,7 +88,7 @@ def advance_linear(
     modal_load = matrix()
     x = states()
     live = row()  # 1, or 0 for a lane that has finished
-    load_start = inputs()  # of the step: the load at its ends, or sine and cosine at its start
+    load_start = inputs()  # the load at both ends of the step, or its sine and cosine at the start
     load_end = inputs()
     total = row()
     dx = states()
@@ -98,7 +98,7 @@ def advance_linear(
     velocity = row()
     felt = row()
     storey_stiffness = matrix()
-    ratio_of_storey = matrix()  # at the state that is seen
+    ratio_of_storey = matrix()  # drift ratio at the state that is recorded
     slot("declare")
     inverse_substeps = dtype(1.0) / dtype(substeps)
     for j in range(LANES):

@@ -26,16 +26,16 @@ NO_END = wp.constant(wp.float64(1e30))
 class M(Layout):
     """The memory, in yield drifts and yield forces of the positive side."""
 
-    DRIFT = enum.auto()  # of the last step
+    DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
     FARTHEST_AHEAD = enum.auto()  # drift aimed at on the positive side; damage moves it out
     FARTHEST_BEHIND = enum.auto()
     WORK = enum.auto()
     LOWER_END = enum.auto()  # drifts between which the storey stays on its line
     UPPER_END = enum.auto()
-    DIRECTION = enum.auto()  # of the last step
+    DIRECTION = enum.auto()  # direction of the last step
     RELEASED_BEHIND = enum.auto()  # drift at which the last unloading from the negative side reached zero force
-    RELEASED_AHEAD = enum.auto()  # the same from the positive side
+    RELEASED_AHEAD = enum.auto()  # drift at which the last unloading from the positive side reached zero force
     LINE_SLOPE = enum.auto()
 
 
@@ -121,7 +121,8 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
             second_length = wp.where(is_up, second_length, c[C.SECOND_LENGTH_NEGATIVE])
             third_slope = wp.where(is_up, third_slope, c[C.THIRD_SLOPE_NEGATIVE])
             third_length = wp.where(is_up, third_length, c[C.THIRD_LENGTH_NEGATIVE])
-            second_is_gone = wp.where(is_up, c[C.SECOND_IS_GONE_NEGATIVE], second_is_gone)  # of the side behind
+            # Value of the side that the storey leaves.
+            second_is_gone = wp.where(is_up, c[C.SECOND_IS_GONE_NEGATIVE], second_is_gone)
             third_is_gone = wp.where(is_up, c[C.THIRD_IS_GONE_NEGATIVE], third_is_gone)
         yields_behind, third_behind = behind_yield(is_up, c)
         releases = (way * memory[M.DIRECTION] < zero) and (before <= zero)

@@ -42,7 +42,7 @@ class Coefficient(Layout):
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
-    SECOND_LENGTH = enum.auto()  # of the backbone's second part
+    SECOND_LENGTH = enum.auto()  # length of the second part of the backbone
     SECOND_SLOPE = enum.auto()
     THIRD_SLOPE = enum.auto()
     THIRD_LENGTH = enum.auto()

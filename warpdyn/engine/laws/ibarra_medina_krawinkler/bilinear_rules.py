@@ -35,7 +35,7 @@ class M(Layout):
     ENERGY = enum.auto()
     ENERGY_BEFORE = enum.auto()
     STATE = enum.auto()  # 0 elastic, 1 yielded, 2 at the residual force; plus 4 on a backbone
-    STRENGTH_LOSS_ABOVE = enum.auto()  # of the positive side: losses of yield force, hardening slope, capping line
+    STRENGTH_LOSS_ABOVE = enum.auto()  # positive side: losses of yield force, hardening slope and capping line
     SLOPE_LOSS_ABOVE = enum.auto()
     CAPPING_LOSS_ABOVE = enum.auto()
     STRENGTH_LOSS_BELOW = enum.auto()

@@ -56,7 +56,7 @@ class Coefficient(Layout):
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
     HARDENING_SLOPE = enum.auto()
-    FALLING_SLOPE = enum.auto()  # of the capping line
+    FALLING_SLOPE = enum.auto()  # slope of the capping line
     CAPPING_HEIGHT = enum.auto()  # force of the capping line at zero drift
     RESIDUAL_FORCE = enum.auto()
     ULTIMATE_DRIFT = enum.auto()

@@ -43,17 +43,17 @@ class M(Layout):
     ENERGY = enum.auto()
     ENERGY_BEFORE = enum.auto()
     BRANCH = enum.auto()  # negative on the negative side
-    STRENGTH_LOSS_ABOVE = enum.auto()  # of the positive side's yield force
+    STRENGTH_LOSS_ABOVE = enum.auto()  # loss of the yield force of the positive side
     CAPPING_LOSS_ABOVE = enum.auto()
     FARTHEST_ABOVE = enum.auto()  # drift of the farthest peak
-    LAST_DRIFT_ABOVE = enum.auto()  # of the last peak
+    LAST_DRIFT_ABOVE = enum.auto()  # drift of the last peak on the positive side
     LAST_FORCE_ABOVE = enum.auto()
     STRENGTH_LOSS_BELOW = enum.auto()
     CAPPING_LOSS_BELOW = enum.auto()
     FARTHEST_BELOW = enum.auto()
     LAST_DRIFT_BELOW = enum.auto()
     LAST_FORCE_BELOW = enum.auto()
-    PINCHING_DRIFT = enum.auto()  # of the pinching point of the present side
+    PINCHING_DRIFT = enum.auto()  # drift of the pinching point of the present side
     PINCHING_FORCE = enum.auto()
 
 
@@ -166,7 +166,8 @@ def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Sp
             if not BY_RULES:
                 # A force that passes zero by rounding alone crosses zero in the next step.
                 unloaded = wp.where(f_before <= zero, minimum(unloaded, zero), unloaded)
-            # Start of the line of the branch; further below, the point from which the storey loads along this line.
+            # (x_from, f_from): first point of the line of this step. If reloading starts in this step, it is the point
+            # at which the unloading line reaches zero force.
             x_from = x_before
             f_from = f_before
             if BY_RULES:

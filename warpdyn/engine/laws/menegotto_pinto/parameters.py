@@ -15,7 +15,7 @@ class Coefficient(Layout):
     """Coefficients of the device functions; the last two exist only with isotropic hardening."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
-    TRANSITION_FORCE = enum.auto()  # at h = 1
+    TRANSITION_FORCE = enum.auto()  # transition force at h = 1
     HARDENING_STIFFNESS = enum.auto()
     TRANSITION_CURVATURE = enum.auto()  # R0
     CURVATURE_REDUCTION = enum.auto()  # cR1

@@ -32,7 +32,7 @@ FARTHEST = wp.constant(wp.float64(1e30))
 class M(Layout):
     """The memory, in yield drifts and yield forces."""
 
-    DRIFT = enum.auto()  # of the last step
+    DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
     PEAK_ABOVE = enum.auto()  # drift of the positive peak minus the cracking drift
     PEAK_BELOW = enum.auto()
@@ -161,7 +161,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         near = wp.where(is_unloading and returns, maximum(last, -reach), at)
         crossing_ahead = minimum(crossing - type(drift)(LEAST_FORCE) / slope, c[C.CRACKING_DRIFT] + ahead)
         far = wp.where(is_unloading, crossing_ahead, far)
-        far = wp.where(at >= -reach, far, at)  # without a peak, the line would create one
+        far = wp.where(at >= -reach, far, at)  # if there is no peak yet, this line would create one
         slope_from_here = wp.where(is_unloading, slope, slope_from_here)
         is_hard = at >= one
         far = wp.where(is_beyond, wp.where(is_hard, type(drift)(FARTHEST), one), far)

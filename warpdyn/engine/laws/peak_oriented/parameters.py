@@ -34,7 +34,7 @@ class Coefficient(Layout):
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
     INITIAL_SLOPE = enum.auto()
-    SECOND_HEIGHT = enum.auto()  # of the backbone's second line at zero drift
+    SECOND_HEIGHT = enum.auto()  # force of the second line of the backbone, extended to zero drift
     SECOND_SLOPE = enum.auto()
     THIRD_HEIGHT = enum.auto()
     THIRD_SLOPE = enum.auto()

@@ -44,10 +44,10 @@ class M(Layout):
     DEMAND_BELOW = enum.auto()
     LINE_SLOPE = enum.auto()  # slope of the present straight part
     LINE_END = enum.auto()
-    STIFFNESS_LOSS = enum.auto()  # at the last turn
+    STIFFNESS_LOSS = enum.auto()  # loss of the unloading stiffness at the last turn
     STRENGTH_LOSS = enum.auto()
     WAITING_STIFFNESS_LOSS = enum.auto()  # loss when the drift last passed the last corner
-    WAITING_GROWTH = enum.auto()  # growth of the target drift at that time
+    WAITING_GROWTH = enum.auto()  # growth of the target drift when the drift last passed the last corner
     WAITING_STRENGTH_LOSS = enum.auto()
     ENERGY = enum.auto()
     CYCLES = enum.auto()  # number of cycles times 4 times the farthest drift

@@ -104,7 +104,7 @@ class Coefficient(Layout):
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
-    SECOND_LENGTH = enum.auto()  # of the backbone's second part
+    SECOND_LENGTH = enum.auto()  # length of the second part of the backbone
     THIRD_LENGTH = enum.auto()
     FOURTH_LENGTH = enum.auto()
     SECOND_SLOPE = enum.auto()
@@ -112,8 +112,8 @@ class Coefficient(Layout):
     FOURTH_SLOPE = enum.auto()
     RELOADING_DRIFT = enum.auto()
     RELOADING_FORCE = enum.auto()
-    UNLOADED_FORCE = enum.auto()  # for peaks up to the third corner
-    UNLOADED_FORCE_BEYOND = enum.auto()  # for peaks beyond the third corner
+    UNLOADED_FORCE = enum.auto()  # force at the end of unloading, for peaks up to the third corner
+    UNLOADED_FORCE_BEYOND = enum.auto()  # force at the end of unloading, for peaks beyond the third corner
     STIFFNESS_DAMAGE_LIMIT = enum.auto()
     STIFFNESS_DAMAGE_BY_DRIFT = enum.auto()
     STIFFNESS_DAMAGE_BY_USE = enum.auto()

@@ -50,7 +50,7 @@ class Coefficient(Layout):
     PINCHED_FORCE = enum.auto()  # FI
     PEAK_DRIFT = enum.auto()  # DU
     PEAK_FORCE = enum.auto()  # FU
-    CROSSING_DRIFT = enum.auto()  # at which the envelope crosses the upper pinched line
+    CROSSING_DRIFT = enum.auto()  # drift at which the envelope crosses the upper pinched line
     FAILURE_DRIFT = enum.auto()
     RELOADING_EXPONENT = enum.auto()  # alpha
     RELOADING_DRIFT_RATIO = enum.auto()  # beta

@@ -22,7 +22,7 @@ from warpdyn.engine.laws.spring import Spring
 class M(Layout):
     """The memory; the slip exists only in storeys with limits."""
 
-    OPENING = enum.auto()  # of the gap [m], with the sign of the drift
+    OPENING = enum.auto()  # opening of the gap [m], with the sign of the drift
     SLIP = enum.auto()  # [m]
 
 
