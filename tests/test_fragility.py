@@ -327,7 +327,9 @@ def test_no_interval_where_one_record_alone_makes_the_fit():
     drift = np.full((2, 3), 0.01)
     drift[0] = [0.01, 0.03, 0.03]
     run = make_run(drift.ravel(), np.repeat(range(2), 3), np.tile(levels, 2))
-    with pytest.warns(UserWarning, match=r"no interval.*'light' \(worst place\), 'light' \(storey 1\): without one"):
+    with pytest.warns(
+        UserWarning, match=r"no interval.*'light' \(worst place\), 'light' \(storey 1\): if one of the records"
+    ):
         result = wd.fragility(run, {"light": 0.02})
     assert np.isfinite(result["fragility_median"]).all()
     for name in ("fragility_median_upper", "fragility_curve_lower", "replicate_median"):

@@ -100,7 +100,7 @@ def fragility(
         and dispersion are NaN if the stripes have no fit (`fit_status` contains the reason), or if the median is
         outside the levels and the data do not determine it. `median_status` marks other medians outside the levels as
         extrapolated, and a warning gives their values. The bounds are also NaN if there is only one record, or if the
-        stripes have no fit without one of the records.
+        fit fails when one of the records is left out.
 
     Raises:
         ValueError: If the dataset lacks a variable, coordinate or status flag; if there are fewer than two stripes; if
@@ -229,7 +229,7 @@ def _warn(
         ]
         some = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
         found.append(
-            f"there is no interval of {some}: without one of the records (or structures) the curve has no lognormal "
-            "fit. Add records, or levels at which some samples exceed the state and some do not"
+            f"there is no interval of {some}: if one of the records (or structures) is left out, the curve has no "
+            "lognormal fit. Add records, or levels at which some samples exceed the state and some do not"
         )
     warn_of_all("fragility", found)

@@ -40,10 +40,9 @@ def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -
 
 
 def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] | None:
-    """Return a part ("structure" or "excitation") of a run's scene; None unless it begins with `holds`.
+    """Return a part ("structure" or "excitation") of a run's scene; None unless `holds` is in its first 200 characters.
 
-    Begins means within the first 200 characters. Only this part of the JSON text is parsed, because another part may
-    list a million buildings.
+    Only this part of the JSON text is parsed, because another part may list a million buildings.
     """
     text, key = str(dataset.attrs.get("scene", "")), f'"{name}":'
     begin = text.find(key) + len(key)
@@ -89,7 +88,7 @@ def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: s
 
 
 def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
-    """Return variables that have no values but the attributes of the run's demands, levels and places."""
+    """Return variables without values, with the attributes of the run's demands, levels and places."""
     counts = dataset[counts_over("fragility", dataset, OF_STRIPES)]
     demands, units = (str(counts.attrs[name]).split(", ") for name in ("demand", "demand_units"))
     empty: dict[str, Any] = {name: ((), np.nan, {"units": each}) for name, each in zip(demands, units, strict=True)}

@@ -111,7 +111,7 @@ class ErrorEstimate:
         self._errors: list[dict[str, np.ndarray]] = []
 
     def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
-        """Add the outputs (sample last) of those samples of a block that are checked and did not fail."""
+        """Add outputs (last dimension: sample) of the samples of a block that are checked and did not fail."""
         first, last = np.searchsorted(self.chosen, [run.sample[0], run.sample[-1] + 1])
         own = self.chosen[first:last] - run.sample[0]
         own = own[outputs["status"][own] < DIVERGED]

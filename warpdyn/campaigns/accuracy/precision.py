@@ -22,7 +22,7 @@ def may_need_float64(model: Model) -> bool:
 
 
 def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
-    """Return for which samples float32 is too inaccurate, shape [sample]; outputs have the sample last.
+    """Return for which samples float32 is too inaccurate, shape [sample]; the last dimension of outputs is the sample.
 
     If peaks are recorded only from a later time, or a user's law has no yield force, all completed samples count as too
     inaccurate, because the largest movement in yield drifts is unknown.

@@ -82,7 +82,7 @@ def reliability(
     Args:
         run: The run.
         samples: The samples.
-        outputs: Their outputs, sample last.
+        outputs: Their outputs; the last dimension is the sample.
         share: Share of the sensitive samples that are checked.
         sensitive: Result of `sensitive_samples` for these samples; None to compute it.
     """
@@ -118,7 +118,7 @@ def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def _run_again(run: Ensemble, samples: np.ndarray, finer: int, factor: float) -> Arrays:
-    """Return the outputs (sample last) of some samples with a shorter step and a scaled motion."""
+    """Return outputs (last dimension: sample) of some samples with a shorter step and a scaled motion."""
     part, everything = run.select(samples), np.arange(samples.size)
     part.assignment = replace(part.assignment, scale=part.assignment.scale * factor)
     part.schedule = part.restepped(everything, finer * part.schedule.substeps)

@@ -122,7 +122,7 @@ class ChainDynamics(Dynamics):
         return Modes(drift, squared, damping, np.ones(len(mass)), load, excitation.modal_start(momentum))
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
-        """Return the arrays of the chain's kernels, structures last."""
+        """Return the arrays of the chain's kernels; the last dimension is the structure."""
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)
         # Values of successive structures are contiguous in memory, as drawn and as kernels read them.

@@ -43,7 +43,7 @@ class Ensemble:
     Args:
         model: How they are integrated.
         structures: Indices of the structures in the run, increasing, shape [structure].
-        drawn: Their scattered parameters, structure first.
+        drawn: Their scattered parameters; the first dimension is the structure.
         rayleigh: Their factors of Rayleigh damping.
         assignment: Which structure and motion each sample has.
         row: Place of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn.
@@ -67,7 +67,7 @@ class Ensemble:
         before: Ensemble | None = None,
     ) -> None:
         self.before = before
-        self.state: Arrays = {}  # final state of `before`, structure first
+        self.state: Arrays = {}  # final state of `before`; the first dimension is the structure
         self.model, self.queue = model, queue
         self.scene, self.timeline, self.plan, self.tolerance = model.scene, model.timeline, model.plan, model.tolerance
         self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
@@ -77,7 +77,7 @@ class Ensemble:
 
     @property
     def example(self) -> Ensemble:
-        """Some of the samples whose schedule is typical: all of them, if it is known."""
+        """Samples whose schedule is typical of this ensemble; all samples if every schedule is known."""
         return self
 
     @property
@@ -127,7 +127,7 @@ class Ensemble:
         return part
 
     def resume(self, outputs: Arrays) -> None:
-        """Set the initial states of the structures, from the outputs of the samples of `before`, sample last."""
+        """Set the initial states of the structures from the outputs of `before`; their last dimension is the sample."""
         left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
         self.state = {name.replace("final", "initial"): values for name, values in left.items()}
 
@@ -168,7 +168,7 @@ class Ensemble:
         """Start to integrate all samples; `finish` waits for them.
 
         Args:
-            rows: Memory for each recorded variable, sample first.
+            rows: Memory for each recorded variable; the first dimension is the sample.
             advance: Called with the number of samples done since its last call, if the launch waits for the device.
             arriving: Variables that are copied back from a GPU; the GPU keeps all variables. None: all.
         """
@@ -185,7 +185,7 @@ class Ensemble:
         self.queue.read_into(rows, map_function)
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
-        """Return every recorded variable of some samples, sample last."""
+        """Return every recorded variable of some samples; the last dimension is the sample."""
         part = self.select(chosen)
         rows = self.model.blank_outputs(chosen.size)
         part.start(rows)

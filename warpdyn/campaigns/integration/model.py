@@ -199,7 +199,7 @@ class Model:
         return self._loads[place]
 
     def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:
-        """Return memory for the outputs of some samples, sample first; `names` selects outputs (None: all)."""
+        """Return memory for outputs; the first dimension is the sample. `names` selects outputs (None: all)."""
         names = self.shapes if names is None else names
         return {name: np.empty((samples, *self.shapes[name]), self.output_dtype(name)) for name in names}
 

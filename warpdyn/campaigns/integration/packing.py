@@ -27,7 +27,7 @@ def pack_structures(
 
     Args:
         model: The model.
-        parameters: Every parameter of some structures, `structure` first.
+        parameters: Every parameter of some structures; the first dimension is the structure.
         step: Integration step of each of them [s], if the model needs it.
         rayleigh: Factors of Rayleigh damping of each of them.
         threads: CPU threads.

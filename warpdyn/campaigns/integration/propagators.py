@@ -21,13 +21,13 @@ DOUBLES_AT_A_TIME = 2**20  # in one of the matrices of coupled modes
 def pack_linear(
     dynamics: Dynamics, excitation: Excitation, method: Method, parameters: Arrays, step: np.ndarray
 ) -> Arrays:
-    """Return the arrays that the kernel of linear structures reads, pairs of a structure and a step last.
+    """Return the arrays that the kernel of linear structures reads; the last dimension is a structure with a step.
 
     Args:
         dynamics: The equation of motion.
         excitation: The excitation.
         method: Integration method.
-        parameters: Every parameter of the structures, pair first.
+        parameters: Every parameter of the structures; the first dimension is the pair.
         step: Integration step [s], shape [pair].
     """
     # An implicit method solves for all modes together, whether damping couples them or not.

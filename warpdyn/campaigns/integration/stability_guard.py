@@ -296,7 +296,7 @@ class Reruns:
         Args:
             run: The ensemble of the samples.
             samples: The samples, after all earlier samples of their ranges.
-            outputs: Their outputs, sample last, which are overwritten.
+            outputs: Their outputs, which are overwritten; the last dimension is the sample.
         """
         failed = np.flatnonzero(outputs["status"] >= DIVERGED)
         if not failed.size and run.is_of_whole_ranges:

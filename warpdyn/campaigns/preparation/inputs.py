@@ -46,5 +46,5 @@ class Inputs:
 
     @cached_property
     def drawn(self) -> Arrays:
-        """The scattered parameters of the structures, structure first."""
+        """The scattered parameters of the structures; the first dimension is the structure."""
         return self._sampler.draw(self.structures, self._threads)

@@ -139,7 +139,7 @@ class PreparedEnsemble(Ensemble):
 
     @property
     def drawn(self) -> Arrays:  # type: ignore[override]
-        """The scattered parameters of the structures, structure first."""
+        """The scattered parameters of the structures; the first dimension is the structure."""
         return self._inputs.drawn
 
     @cached_property

@@ -85,7 +85,7 @@ class HistogramReducer(Mergeable):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Threads that count.
+        threads: Number of CPU threads that count.
     """
 
     def __init__(self, statistic: DemandHistogram, population: Population, threads: int) -> None:

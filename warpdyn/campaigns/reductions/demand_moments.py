@@ -86,7 +86,7 @@ class SumsReducer(Mergeable):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Threads that add.
+        threads: Number of CPU threads that add.
     """
 
     def __init__(self, statistic: DemandMoments | LargestDemand, population: Population, threads: int) -> None:

@@ -48,7 +48,7 @@ class DamageLimits:
     """Limits of damage states, for each demand.
 
     Args:
-        states: Names of the damage states, from the lightest on.
+        states: Names of the damage states, from the lightest to the heaviest.
         demands: Names of the variables.
         values: Limits in the units of the variables, shape [demand, damage_state]; NaN: no limit.
     """
@@ -62,8 +62,8 @@ class DamageLimits:
         """Return checked limits.
 
         Args:
-            limits: Maps each damage state, from the lightest on, to its limit of `demand`, or to a mapping of several
-                demands to limits.
+            limits: Maps each damage state, from the lightest to the heaviest, to its limit of `demand`, or to a mapping
+                of several demands to limits.
             demand: Demand of the limits that are plain numbers.
 
         Raises:

@@ -40,7 +40,7 @@ class Reduction:
     Args:
         statistics: The statistics.
         population: Structures, motions and levels of the samples.
-        threads: Threads that share the samples of a block.
+        threads: Number of CPU threads that share the samples of a block.
 
     Attributes:
         needs: Names of the variables of the samples that are read.
@@ -71,7 +71,7 @@ class Reduction:
 
         Args:
             structures: Their numbers.
-            rows: Variables of their samples, sample first.
+            rows: Variables of their samples; the first dimension is the sample.
         """
         events = self.population.scene.excitation.event_names
         for event in range(len(events)):
@@ -99,7 +99,8 @@ class Reduction:
 
         Args:
             structures: Their numbers.
-            rows: Variables of their samples on the GPU, sample first, and the index of the motion on the host.
+            rows: Variables of their samples on the GPU, and the index of the motion on the host; the first dimension is
+                the sample.
             status: Their status, on the host.
             heights: Their storey heights [m], shape [structure or 1, storey].
             gpu: The GPU.

@@ -33,8 +33,8 @@ class Block:
     Args:
         structures: Numbers of the structures in the run.
         event: The event.
-        values: Variables of the samples by name, sample first and ordered by structure, in the memory of the workers;
-            the index of the motion on the host.
+        values: Variables of the samples by name, ordered by structure, in the memory of the workers; the first
+            dimension is the sample; the index of the motion on the host.
     """
 
     structures: np.ndarray
@@ -91,7 +91,7 @@ class Tally:
         cells: The cells.
         columns: Number of places that are counted separately, plus 1 for the worst of all.
         states: Number of states; samples below every bound are in the first one.
-        threads: Threads that count.
+        threads: Number of CPU threads that count.
 
     Raises:
         MemoryError: If the counts do not fit in memory.

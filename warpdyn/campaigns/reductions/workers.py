@@ -60,13 +60,13 @@ class Workers(Protocol):
         most: int = 0,
         together: int = 1,
     ) -> None:
-        """Launch a kernel of `reductions` over a range.
+        """Launch a kernel of `reductions` for a range of elements, in several parts.
 
         Args:
             kernel: The kernel.
-            first, last: The range.
-            arguments: Its arguments after the range, by the number of the thread.
-            least: Least length of a thread's part.
+            first, last: First element of the range, and the element after its last one.
+            arguments: Function that returns the arguments after the range for the number of a thread.
+            least: Smallest number of elements in a part.
             most: Largest number of parts; 0: the number of threads.
             together: Number of successive elements that one CPU thread must take together.
         """

@@ -25,12 +25,12 @@ _conditions: ContextVar[list[Node] | None] = ContextVar("conditions", default=No
 
 
 class NotTraceableError(TypeError):
-    """A function does with an array what cannot be recorded, such as a branch that depends on its values."""
+    """A function uses an array in a way that cannot be recorded, such as a branch that depends on its values."""
 
 
 @contextmanager
 def conditions() -> Iterator[list[Node]]:
-    """Collect the conditions that a function asks for by `np.any`, as those of checks; each counts as false."""
+    """Collect the conditions that a function tests by `np.any`, such as checks of bounds; each counts as false."""
     found: list[Node] = []
     token = _conditions.set(found)
     try:
@@ -114,7 +114,7 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
         return Traced(self.nodes.transpose(*axes))
 
     def astype(self, dtype: Any, copy: bool = True) -> Traced:
-        """Return the values: they have one real type."""
+        """Return the values unchanged: recorded values have only one real type."""
         if np.issubdtype(dtype, np.integer):
             raise NotTraceableError("integers are not recorded")
         return Traced(self.nodes.copy())

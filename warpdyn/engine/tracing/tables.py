@@ -15,7 +15,7 @@ _tables: list[tuple[np.ndarray, ...]] = []
 
 
 def looked_up(grid: np.ndarray, values: np.ndarray, at: Any, even: np.ndarray | None = None, last: float = 1.0) -> Any:
-    """Return the values of the cells of a table in which places are; beyond its ends those of the last cells.
+    """Return for each place the value of its table cell; beyond the ends of the table, that of the end cell.
 
     Args:
         grid: Increasing left edges of the cells, or all edges.

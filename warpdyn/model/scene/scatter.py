@@ -196,7 +196,7 @@ class GivenValues(FrozenArrays, ParameterScatter):
         return self.placed(self.values[structures], nominal)
 
     def placed(self, values: Any, nominal: np.ndarray) -> Any:
-        """Return given values of some structures, structure first, in the shape of `draw`."""
+        """Return given values, whose first dimension is the structure, in the shape of the results of `draw`."""
         return np.broadcast_to(values.T, (*nominal.shape, len(values)))
 
 

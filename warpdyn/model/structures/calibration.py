@@ -60,8 +60,8 @@ class CalibratedChain:
                 accept up to 50 storeys, but represent buildings with one or two storeys: for more storeys, periods
                 and strengths are unrealistic.
             floor_area: Area of a floor [m2].
-            law: Storey law. Of yield force, hardening ratio, corners and pinching, those that are parameters of the
-                law are set to the type's values.
+            law: Storey law. Its yield force, hardening ratio, corners and pinching, if it has these parameters, are set
+                to the type's values.
             damping: As in ShearBuilding. If the damping has a damping ratio, the type's ratio is the default.
             **parameters: As in ShearBuilding: other parameters of the law, and values that replace those of the type.
 

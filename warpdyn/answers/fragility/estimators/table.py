@@ -60,9 +60,9 @@ class Estimator:
             and start (median and dispersion, or None). It returns medians, dispersions and outcomes (indices into
             FIT_MEANINGS), each of shape [..., damage_state].
         influences: Function of levels, exceeding [record, group, im_level, ..., damage_state], trials
-            [record, group, im_level], medians and dispersions. It returns the first-order contributions of cells to
-            ln(median) and ln(dispersion), shape [record, group, 2, ..., damage_state], and the variances of both if all
-            samples were independent.
+            [record, group, im_level], medians and dispersions. It returns the first-order contribution of each cell
+            (one record, one group of structures) to ln(median) and ln(dispersion), shape [record, group, 2, ...,
+            damage_state], and the variances of both if all samples were independent.
     """
 
     method: str

@@ -2,8 +2,8 @@
 
 If all levels are on one side of the median, the curve is extrapolated, and its slope is determined poorly by few
 exceedances. The data do not determine the median if 1.96 standard errors of ln(median) are more than ln(4), so that the
-true median may be 4 times larger or smaller, or if there is no fit without one of the records. The quantile 1.96 is
-that of a normal distribution, so that the result does not depend on the number of structures.
+true median may be 4 times larger or smaller, or if the fit fails when one of the records is left out. The quantile 1.96
+is that of a normal distribution, so that the result does not depend on the number of structures.
 """
 
 from __future__ import annotations

@@ -181,7 +181,7 @@ class DamageReducer(Mergeable):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Threads that count.
+        threads: Number of CPU threads that count.
     """
 
     def __init__(self, statistic: DamageCounts, population: Population, threads: int) -> None:

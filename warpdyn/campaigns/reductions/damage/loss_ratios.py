@@ -40,7 +40,7 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
     Args:
         function: The public function.
         ratios: Mean loss ratio of each state, or its mean and coefficient of variation.
-        states: The damage states, from the lightest on.
+        states: The damage states, from the lightest to the heaviest.
         where: Text that names the archetype in messages.
 
     Raises:

@@ -82,7 +82,7 @@ class LossReducer(Mergeable):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Threads that add.
+        threads: Number of CPU threads that add.
     """
 
     def __init__(self, statistic: DamageLoss, population: Population, threads: int) -> None:

@@ -81,7 +81,7 @@ def accepted_memory():
 
 
 def reached_drift():
-    """The same, kept for every lane; with `u=us` that of a stage's state."""
+    """As `accepted_drift`, stored for every lane; with `u=us`, the drift of a stage's state."""
     if KEEPS_DRIFTS:
         reached_drift[j] = drifts[i, j]
     else:

@@ -14,9 +14,9 @@ grows gradually.
 
 Differences from OpenSees:
 
-- A level part of the backbone is level. OpenSees continues the line of the next part that is not level.
-- Beyond its last corner a backbone that does not rise is level. In OpenSees it rises by 1e-7 of its force per last
-  drift.
+- A horizontal part of the backbone stays horizontal. OpenSees continues the line of the next part that is not.
+- Beyond its last corner a backbone that does not rise is horizontal. In OpenSees its slope there is 1e-7 times the
+  force over the drift of the last corner.
 - The unloading ratio must be below the reloading ratio. Otherwise OpenSees reloads to the force of the last corner.
 - No part of a path is stiffer than the first part of the backbone. In OpenSees paths from small turns can be.
 - The unloading ratio has a lower bound. Without it, cycles to a peak with a force below that of the corner would

@@ -1,4 +1,4 @@
-"""Comparison of values with number, peak and duration in the header, and search for markers of missing values."""
+"""Checks of a record against the number of values, the peak and the duration in its header, and for missing values."""
 
 from __future__ import annotations
 
