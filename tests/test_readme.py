@@ -115,7 +115,14 @@ def test_every_warning_of_a_run_is_told() -> None:
     # A word of each warning of an integration, from the code that gives it.
     page = (ROOT / "docs/how_to/trust.md").read_text()
     source = inspect.getsource(stability_guard.StabilityFindings.warn)
-    words = ("stability limit", "diverged", "unstable_step", "not_converged", "more than half of it", "first period")
+    words = (
+        "stability limit",
+        "diverged",
+        "unstable_step",
+        "not_converged",
+        "than half of the capacity",
+        "first period",
+    )
     words += (
         "estimated error",
         "sensitive",

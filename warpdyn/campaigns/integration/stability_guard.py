@@ -150,8 +150,8 @@ class StabilityFindings:
             UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
         }
         leaping = (
-            "are flagged unstable_step: a storey passed its drift capacity by a move of more than half of it in one "
-            "step, which may be a numerical blow-up and not a collapse"
+            "are flagged unstable_step: in the step in which a storey passed its drift capacity, its drift "
+            "changed by more than half of the capacity, which may be a numerical blow-up and not a collapse"
         )
         counts = [(self.failed[code], reason) for code, reason in reasons.items()] + [(self.leaping, leaping)]
         messages += [
