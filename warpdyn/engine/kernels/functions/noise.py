@@ -107,7 +107,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
             seen = acceleration(loads, interval, here)
             for j in range(LANES):
                 begin[j] = dtype(seen[j]) * scale[j]
-                # A run that ends with its motion sees the last value; in a longer run the motion is zero from here on.
+                # A run that ends with its motion uses the last value; in a longer run the motion is zero from here on.
                 if interval == last and run[j] != last:
                     begin[j] = dtype(0.0)
         after = here

@@ -21,7 +21,7 @@ def declare():
     one_force = row()  # force on one degree of freedom, and its change
     one_change = row()
     force_end = matrix()  # force at the end of this step (implicit methods)
-    # A history that does not end with zero drops to zero at its last sample. Recorders see both values at that
+    # A history that does not end with zero drops to zero at its last sample. Recorders use both values at that
     # instant: with the last force (of full matrices and modes: the acceleration by it), and without force.
     final_force = matrix()
     final_index = indices()  # -1 if the run ends with the history

@@ -22,7 +22,7 @@ def names(plan):
 def declare():
     next_value = indices()  # position of the value at the end of the first interval
     last_value = indices()
-    silent_from = indices()  # interval from which the motion is zero; a run that ends with it sees its last sample
+    silent_from = indices()  # interval from which the motion is zero; a run that ends with it uses its last sample
     value = row()  # acceleration at the end of the interval
     base_at_end = row()
     gain = row()  # the scale, or 0 after the last sample

@@ -128,7 +128,7 @@ def see_drift():
         earlier_drift[i, j] = drift_seen
         if DRIFT:
             if EXPLICIT_CHAIN and HOLDS_STEP:
-                # In the loop the building has not collapsed; its last drift is seen after the loop.
+                # In the loop the building has not collapsed; its last drift is recorded after the loop.
                 peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen))
             else:
                 peak_drift[i, j] = larger(peak_drift[i, j], wp.abs(drift_seen) * stands[j])
@@ -196,7 +196,7 @@ def end_steps():
 
 
 def see_last():
-    # Other parts see the end of the step in which the building collapses; peaks end at the collapse.
+    # Other parts record the end of the step in which the building collapses, but peaks end at the collapse.
     if DRIFT:
         for j in range(LANES):
             if stands[j] == dtype(0.0):

@@ -20,14 +20,14 @@ def values_held(plan):
 def declare():
     peak_acceleration = matrix()
     lives = row()  # 1, or 0 for a lane that has finished
-    seen = row()  # 1, or 0 for a lane whose last state has been seen
+    seen = row()  # 1, or 0 for a lane whose last state was recorded
     if PROPAGATED and COLLAPSE:
         # Value of the previous state; whether the building collapses in this state is not known yet.
         earlier_size = matrix()
 
 
 def settle_lane():
-    # A lane that has finished has the same acceleration again, unless a load acts on it.
+    # The acceleration of a lane that has finished stays constant and changes no peak, unless a load acts on the lane.
     if HAS_ADD_LOAD and not IMPLICIT_CHAIN:
         lives[j] = dtype(0.0)
         seen[j] = dtype(0.0)

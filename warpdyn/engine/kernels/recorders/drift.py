@@ -43,7 +43,7 @@ def see_drift():
 def restart_recorders():
     for i in range(N):
         peak_drift[i, j] = dtype(0.0)
-        if IMPLICIT_CHAIN:  # these methods see the state at the end of a step
+        if IMPLICIT_CHAIN:  # these methods record the state at the end of a step
             slot("accepted_drift")
             peak_drift[i, j] = wp.abs(drift)
 

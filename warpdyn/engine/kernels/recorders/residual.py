@@ -42,7 +42,7 @@ def read_sample():
     steps_of_mean[j] = samples.residual_steps[samples.order[sample[j]]]
     start = live_intervals[j] * substeps - steps_of_mean[j]
     if PROPAGATED:
-        start += 1  # a state is seen at the start of the next step
+        start += 1  # a state is recorded at the start of the next step
     residual_start = wp.min(residual_start, start)
 
 

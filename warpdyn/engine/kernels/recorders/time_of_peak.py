@@ -49,7 +49,7 @@ def see_state():
 def restart_recorders():
     worst_ratio[j] = dtype(0.0)
     worst_time[j] = dtype(index) * step[j]
-    if IMPLICIT_CHAIN:  # these methods see the state at the end of a step
+    if IMPLICIT_CHAIN:  # these methods record the state at the end of a step
         for i in range(N):
             slot("accepted_drift")
             worst_ratio[j] = larger(worst_ratio[j], wp.abs(drift) * inverse_height[i, j])

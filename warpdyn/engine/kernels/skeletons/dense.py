@@ -88,7 +88,7 @@ def integrate_dense(
                 slot("read_entry")
     inverse_substeps = dtype(1.0) / dtype(substeps)
     slot("start")
-    # One interval more than the longest run: its first stage sees the accelerations of the last state.
+    # One interval more than the longest run: its first stage computes the accelerations of the last state.
     for interval in range(intervals + 1):
         slot("begin_interval")
         for j in range(LANES):
@@ -119,7 +119,8 @@ def integrate_dense(
                         # A branch outside of the loop over lanes, so that a processor vectorises the lanes.
                         if HAS_SEE_FORCES:
                             if stage == 0:
-                                # The state at the step's start; a lane that has finished is seen again, without effect.
+                                # Record the state at the start of the step; for a lane that has finished, this changes
+                                # nothing.
                                 for j in range(LANES):
                                     vi = vs[i, j]
                                     net = -elastic[i, j] - viscous[i, j]

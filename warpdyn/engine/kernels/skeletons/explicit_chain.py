@@ -138,7 +138,7 @@ def integrate_chain(
     if HOLDS_STEP:
         for j in range(LANES):
             h[j] = step[j]
-    # One interval more than the longest run, except if the step is held: its first stage sees the last state.
+    # One interval more than the longest run, except if the step is held: its first stage records the last state.
     if HOLDS_STEP:
         interval_from = int(0)
     if HOLDS_STEP and COLLAPSE:
@@ -195,7 +195,7 @@ def integrate_chain(
     if HOLDS_STEP:
         slot("end_steps")
         if HAS_SEE_DRIFT:
-            # The loop has not seen the last state.
+            # The loop has not recorded the last state.
             index = index + 1 if COLLAPSE and stands[0] == dtype(0.0) else intervals * substeps
             for i in range(N):
                 for j in range(LANES):

@@ -97,7 +97,7 @@ def integrate_implicit_chain(
             slot("start_storey")
     inverse_substeps = dtype(1.0) / dtype(substeps)
     slot("start")
-    # One interval more than the longest run, of a single step: it sees the forces of the last state.
+    # One interval of one step after the longest run: it computes the forces of the last state.
     for interval in range(intervals + 1):
         slot("begin_interval")
         if COLLAPSE:

@@ -131,7 +131,7 @@ def advance_linear(
             for j in range(LANES):
                 modal_damping[k, j] = structures.modal_damping[k, pair[j]]
     slot("start")
-    # One interval more than the longest run: its first step sees the last state.
+    # One interval more than the longest run: its first step records the last state.
     for interval in range(intervals + 1):
         slot("begin_interval")
         if COLLAPSE:

@@ -1,7 +1,8 @@
 """Bouc-Wen law with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
 
-A hardening spring is parallel to a hysteretic force that is proportional to z, as in `bouc_wen`. With A = 1 - deltaA e,
-at least 0, nu = 1 + deltaNu e, eta = 1 + deltaEta e and s the sign of the velocity,
+A hardening spring is parallel to a hysteretic force that is proportional to z, as in `bouc_wen`. Let e be the energy
+dissipated by z, divided by yield force times yield drift, and s the sign of the velocity. With A = 1 - deltaA e (at
+least 0), nu = 1 + deltaNu e and eta = 1 + deltaEta e,
 
     uy dz/dt = h v (A - nu |z|^n (gamma + beta s sign z)) / eta,    uy de/dt = (1 - alpha) z v,
 

@@ -81,7 +81,7 @@ def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
             exponent = one
             if POWERS:
                 exponent = c[EXPONENT]
-            # The whole step is seen from the side that the storey moves to.
+            # Drifts and forces of this step are positive on the side towards which the storey moves.
             u = drift * c[C.INVERSE_YIELD_DRIFT]
             moving = u != memory[M.DRIFT]
             up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.FORCE] >= zero)

@@ -122,7 +122,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Sp
             to_pinch = type(drift)(TO_PINCH)
             to_last = type(drift)(TO_LAST)
             to_farthest = type(drift)(TO_FARTHEST)
-            # The whole step is seen from the side that the storey moves to.
+            # Drifts and forces of this step are positive on the side towards which the storey moves.
             u = drift * c[C.INVERSE_YIELD_DRIFT]
             moving = u != memory[M.DRIFT]
             up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.BRANCH] >= zero)

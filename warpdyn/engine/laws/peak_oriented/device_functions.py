@@ -161,7 +161,8 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         near = wp.where(is_unloading and returns, maximum(last, -reach), at)
         crossing_ahead = minimum(crossing - type(drift)(LEAST_FORCE) / slope, c[C.CRACKING_DRIFT] + ahead)
         far = wp.where(is_unloading, crossing_ahead, far)
-        far = wp.where(at >= -reach, far, at)  # if there is no peak yet, this line would create one
+        # Beyond the stored peak of the other side the line has no length: a move along it would create a peak.
+        far = wp.where(at >= -reach, far, at)
         slope_from_here = wp.where(is_unloading, slope, slope_from_here)
         is_hard = at >= one
         far = wp.where(is_beyond, wp.where(is_hard, type(drift)(FARTHEST), one), far)
