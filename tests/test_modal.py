@@ -133,7 +133,7 @@ def test_bad_input_is_named():
         (SEED_MASS, skew, None, r"stiffness must be symmetric; stiffness\[0, 1\] differs from its mirror by 1000"),
         (SEED_MASS, -SEED_STIFFNESS, None, "stiffness must be positive definite"),
         (SEED_MASS, free, None, "stiffness must be positive definite"),
-        (SEED_MASS, SEED_STIFFNESS * np.nan, None, "stiffness must be finite"),
+        (SEED_MASS, SEED_STIFFNESS * np.nan, None, r"stiffness\[0, 0\] is nan; every value must be finite"),
         (SEED_MASS, SEED_STIFFNESS, [1, 1], "influence must be finite"),
         (SEED_MASS, SEED_STIFFNESS, [0, 0, 0], "influence must be finite, not all 0"),
     ):

@@ -111,7 +111,10 @@ def bilinear_chain_response(
                         flow[switching] = state[2 * storeys + switching] = np.sign(state[2 * storeys + switching])
                     switches += 1
                     if switches > 50 * storeys:
-                        raise RuntimeError(f"yielding and unloading alternate without end after force[{i}]")
+                        raise RuntimeError(
+                            f"yielding and unloading alternate without end after force[{i}]: "
+                            "change the force slightly, because this case has no exact solution here"
+                        )
                 left -= left * part
         history.append(np.concatenate([state, dissipated]))
     return chain.response(np.array(history), peak)

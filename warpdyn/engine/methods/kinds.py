@@ -32,7 +32,10 @@ def _check_order(method: ExplicitMethod | MultistepMethod | ImplicitMethod) -> N
             growth = np.linalg.eigvals(method.amplification(np.array(x), np.array(ratio)))
             errors.append(np.abs(growth - np.exp(x * complex(-ratio, np.sqrt(1 - ratio**2)))).min())
         if np.log2(errors[0] / errors[1]) < method.order + 1 - ORDER_HIDDEN:
-            raise ValueError(f"method {method.name!r}: it is not of order {method.order}")
+            raise ValueError(
+                f"method {method.name!r}: it is not of order {method.order}: correct its "
+                "coefficients, or give another order="
+            )
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,10 @@ class ExplicitMethod:
             conditions += [(4, b @ a @ a @ c, 1 / 24)]
         for order, value, due in conditions:
             if order <= self.order and abs(value - due) > 1e-13:
-                raise ValueError(f"method {self.name!r}: the tableau is not of order {self.order}")
+                raise ValueError(
+                    f"method {self.name!r}: the tableau is not of order {self.order}: correct "
+                    "it, or give another order="
+                )
 
     @property
     def stages(self) -> int:

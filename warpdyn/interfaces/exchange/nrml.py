@@ -109,7 +109,8 @@ def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.
     found = root.find(tag)
     if found is None:
         raise ValueError(
-            f"{function}: {path} contains no {tag}; it contains {', '.join(child.tag for child in root) or 'nothing'}"
+            f"{function}: {path} contains no {tag}; it contains "
+            f"{', '.join(child.tag for child in root) or 'nothing'}. Give a file with this model"
         )
     return found
 

@@ -241,7 +241,10 @@ def read_consequences(
             raise ValueError(f"{path}: {risk_id!r} has {consequence} for {loss_type} twice: remove one of these rows")
         states = [name for name in row if name not in named]
         if not states:
-            raise ValueError(f"{path} has no column for a damage state; it has {', '.join(row)}")
+            raise ValueError(
+                f"{path} has no column for a damage state; it has {', '.join(row)}. Add a "
+                "column per damage state, such as slight"
+            )
         found[risk_id] = {state: _csv_number(path, f"{state} of {risk_id!r}", row[state], most=1) for state in states}
         _check_order(f"{path}: {risk_id!r}", found[risk_id])
     if not found:
@@ -268,7 +271,8 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
         for name in needed:
             if name not in (reader.fieldnames or ()):
                 raise ValueError(
-                    f"{path} has no column {name!r}; it has {', '.join(reader.fieldnames or ()) or 'no columns'}"
+                    f"{path} has no column {name!r}; it has "
+                    f"{', '.join(reader.fieldnames or ()) or 'no columns'}. Rename or add the column"
                 )
         rows = list(reader)
     except csv.Error as error:

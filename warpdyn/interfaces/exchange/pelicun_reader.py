@@ -90,7 +90,10 @@ def read_pelicun_demands(
         kind, place, along = parts[-3:] if len(parts) in (3, 4) else ("", "", "")
         kind = kind.upper()
         if not (place.isdigit() and along.isdigit()):
-            raise ValueError(f"{FUNCTION}: {path} has a column {name!r}; names must be [event-]TYPE-location-direction")
+            raise ValueError(
+                f"{FUNCTION}: {path} has a column {name!r}; names must be "
+                "[event-]TYPE-location-direction, such as 1-PID-1-1: rename the column"
+            )
         family = kind.partition("_")[0]
         if int(along) != direction or family not in FACTORS:
             continue

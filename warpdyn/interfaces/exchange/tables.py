@@ -94,7 +94,10 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
     """Return the dimensions of the rows, in the order of `rows`."""
     dimensions = [str(dimension) for dimension in dataset.sizes]
     if not dimensions:
-        raise ValueError(f"{FUNCTION}: the dataset has no dimension for the rows: its values are single numbers")
+        raise ValueError(
+            f"{FUNCTION}: the dataset has no dimension for the rows, because its values are "
+            "single numbers: write it by wd.write(dataset, 'result.nc')"
+        )
     if rows is None:
         if len(dimensions) > 1 and DEFAULT_ROWS not in dimensions:
             raise ValueError(_which_rows(dimensions))

@@ -106,5 +106,6 @@ def _place_column(source: str, names: dict[str, object], known: tuple[str, ...])
         if name in names:
             return names[name]
     raise ValueError(
-        f"{source}: there is no column {known[0]!r}; the columns are {', '.join(map(str, names.values()))}"
+        f"{source}: there is no column {known[0]!r}; the columns are {', '.join(map(str, names.values()))}. "
+        "Rename or add the column"
     )

@@ -97,7 +97,7 @@ def read_geojson(
         try:
             told = json.load(file)
         except (json.JSONDecodeError, UnicodeDecodeError) as error:
-            raise ValueError(f"{path} is not JSON: {error}") from None
+            raise ValueError(f"{path} is not JSON: {error}. Export the file again, or correct it") from None
     features = told.get("features") if isinstance(told, dict) else None
     if not isinstance(features, list) or not all(isinstance(each, dict) for each in features):
         raise ValueError(f"{path}: there is no list of features: the file must contain a FeatureCollection")

@@ -128,7 +128,8 @@ def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
     """Return an error about a missing column of a table."""
     names = [str(each) for each in table.columns]
     return ValueError(
-        f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}"
+        f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are "
+        f"{', '.join(names)}. Rename or add the column"
     )
 
 

@@ -56,7 +56,7 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         if len(table.columns) and table.iloc[:, -1].isna().any():
             _check_lengths(path, len(names), skipped)
     except UnicodeDecodeError as error:
-        raise ValueError(f"{path} is not text in UTF-8: {error}") from None
+        raise ValueError(f"{path} is not text in UTF-8: {error}. Save the table as CSV UTF-8") from None
     except (ValueError, pd.errors.ParserWarning, csv.Error) as error:
         raise ValueError(f"{path}: {error}") from None
     return table.rename(columns=lambda name: str(name).strip())

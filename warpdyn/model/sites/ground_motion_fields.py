@@ -111,7 +111,7 @@ def read_ground_motion_field(
             raise ValueError(
                 f"{fields}: {np.count_nonzero(bad):,} values of {column} are not finite numbers of at least 0, the "
                 f"first is {values[column].iloc[int(np.argmax(bad))]} at site "
-                f"{values[site].iloc[int(np.argmax(bad))]}"
+                f"{values[site].iloc[int(np.argmax(bad))]}: correct the file"
             )
         name = _measure_name(column.removeprefix(PREFIX))
         measure = measure_named(name)
@@ -190,4 +190,7 @@ def _column(path: object, table: pd.DataFrame, names: tuple[str, ...] | list[str
     for name in names:
         if name in table:
             return name
-    raise ValueError(f"{path}: there is no column {' or '.join(names)}; the columns are {', '.join(table.columns)}")
+    raise ValueError(
+        f"{path}: there is no column {' or '.join(names)}; the columns are "
+        f"{', '.join(table.columns)}. Rename or add the column"
+    )

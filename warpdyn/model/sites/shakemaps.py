@@ -97,7 +97,10 @@ def _read_grid(
     for element in root.iter():
         parts.setdefault(str(element.tag), []).append(element)
     if "shakemap_grid" not in parts or "grid_data" not in parts or "grid_field" not in parts:
-        raise ValueError(f"{path} is not a ShakeMap: it has no <shakemap_grid> with <grid_field> and <grid_data>")
+        raise ValueError(
+            f"{path} is not a ShakeMap: it has no <shakemap_grid> with <grid_field> and "
+            "<grid_data>. Give the file grid.xml of a ShakeMap"
+        )
     columns = sorted(((_whole(path, each, "index"), each) for each in parts["grid_field"]), key=lambda pair: pair[0])
     names = [each.get("name", "").strip().upper() for _, each in columns]
     if [index for index, _ in columns] != list(range(1, len(names) + 1)):

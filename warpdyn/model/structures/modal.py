@@ -7,7 +7,7 @@ import xarray as xr
 from scipy.linalg import eigh
 
 from warpdyn.engine.tracing.arrays import is_traced
-from warpdyn.foundations.core.checks import check_dataset, unmasked
+from warpdyn.foundations.core.checks import check_dataset, shortened, unmasked
 from warpdyn.foundations.core.description import Text
 
 ROUNDINGS = 16  # times the number of modes and the machine epsilon: rounding of a squared frequency over the highest
@@ -148,7 +148,10 @@ def chain_stiffness_matrix(storey_stiffness: np.ndarray) -> np.ndarray:
     """
     storey_stiffness = np.asarray(storey_stiffness, dtype=np.float64)
     if storey_stiffness.ndim == 0 or storey_stiffness.shape[-1] == 0 or not np.isfinite(storey_stiffness).all():
-        raise ValueError(f"storey_stiffness must be finite and of shape [..., storey], got {storey_stiffness.shape}")
+        raise ValueError(
+            "storey_stiffness must be finite numbers of shape [..., storey], such as [2e8, 1e8], got "
+            f"{shortened(storey_stiffness)}"
+        )
     storeys = np.arange(storey_stiffness.shape[-1])
     matrix = np.zeros((*storey_stiffness.shape, storeys.size))
     matrix[..., storeys, storeys] = storey_stiffness
@@ -230,7 +233,8 @@ def _positive(name: str, value: np.ndarray | float) -> np.ndarray:
 
 def _check_symmetric(name: str, matrix: np.ndarray) -> None:
     if not np.isfinite(matrix).all():
-        raise ValueError(f"{name} must be finite")
+        place = [int(i) for i in np.argwhere(~np.isfinite(matrix))[0]]
+        raise ValueError(f"{name}{place} is {matrix[tuple(place)]}; every value must be finite")
     gap = np.abs(matrix - np.swapaxes(matrix, -1, -2))
     if (gap > 1e-9 * np.abs(matrix).max(axis=(-2, -1), keepdims=True)).any():
         where = [int(i) for i in np.unravel_index(gap.argmax(), gap.shape)]
