@@ -75,7 +75,7 @@ class HazardCurve(FrozenArrays):
                 "rates: give one rate per intensity"
             )
         if intensity.size < 2:
-            raise ValueError("a hazard curve needs at least 2 points, got 1")
+            raise ValueError("a hazard curve needs at least 2 points, got 1: add the rate at another intensity")
         for i in np.flatnonzero(np.diff(intensity) <= 0):
             raise ValueError(
                 f"intensity must increase, but {intensity[i]:g} is followed by "

@@ -266,8 +266,8 @@ class Preparation:
 def preparation_of(run: Run) -> Preparation | None:
     """Return the preparation of a run on its devices, or None if the host prepares it.
 
-    The host prepares small runs, runs on a CPU, sequences of events, and structures whose samples it chooses for
-    further runs.
+    The host prepares small runs, runs on a CPU, sequences of events, and sensitive structures, because it selects the
+    samples of these that are run again.
     """
     dynamics, events = run.model.dynamics, run.model.scene.excitation.event_names
     is_chosen = dynamics.is_sensitive or dynamics.counts_reversals

@@ -73,7 +73,7 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
         processes.shutdown()
     except (BrokenExecutor, OSError) as error:
         # The other kernels are compiled when they are first launched.
-        warn_caller(f"{ONE_BY_ONE} ({error})")
+        warn_caller(f"{ONE_BY_ONE} ({error}). The results are the same; this run only starts later")
 
 
 @contextmanager
@@ -114,7 +114,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
                         result_of(task)
             except (BrokenExecutor, OSError) as error:
                 tasks.clear()
-                warn_caller(f"{ONE_BY_ONE} ({error})")
+                warn_caller(f"{ONE_BY_ONE} ({error}). The results are the same; this run only starts later")
 
         try:
             yield wait_for

@@ -1,4 +1,4 @@
-"""Sets of device functions of storey laws, which a kernel's plan names, and combinations of them.
+"""Sets of device functions of storey laws, and combinations of these sets; the plan of a kernel contains their names.
 
 The arguments of a device function are the storey drift [m], the memory and the coefficients of the law, both as short
 vectors; it returns, for example, a force [N]. The coefficients are computed once per structure, so that the time loop

@@ -63,7 +63,10 @@ def damage_map(
                 "plots.damage_map: no building has a replacement_cost above 0, by which loss ratios are weighted: add "
                 "the column to the inventory, or draw a damage state: damage_map(results, state)"
             )
-        raise ValueError("plots.damage_map: no building has a value, because all samples failed: select other rows")
+        raise ValueError(
+            "plots.damage_map: no building has a value, because all samples failed: select "
+            "other rows, or simulate with a smaller step="
+        )
     value, weight, longitude, latitude = (each[known] for each in (value, weight, longitude, latitude))
     number = results["number"][known]
     if cell is not None:

@@ -357,8 +357,8 @@ class OneMotionPerStructure(Design):
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(
-                    f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples: the numbers "
-                    "must be equal"
+                    f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples: "
+                    f"give {structures} values, or the same number of structures="
                 )
 
     @property

@@ -67,7 +67,7 @@ class Archetype:
             if length != count:
                 raise ValueError(
                     f"scatter[{key!r}] lists values of {length} buildings, but the archetype has {count}: "
-                    "the numbers must be equal"
+                    f"remove count=, or list {count} values"
                 )
         return count
 

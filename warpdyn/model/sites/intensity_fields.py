@@ -126,7 +126,10 @@ def scale_records(
     if not pairs:
         raise ValueError("scale_records: motions is empty: give at least one GroundMotion")
     if len({len(each) for each in pairs}) != 1:
-        raise ValueError("scale_records: motions must be all single motions, or all pairs of components")
+        raise ValueError(
+            "scale_records: motions must be all single motions, or all pairs of components, "
+            "such as records.pairs(motions)"
+        )
     flat = checked_motions([motion for pair in pairs for motion in pair])
     of_motion = measure.values(flat).reshape(len(pairs), -1)
     if not np.all(of_motion > 0):

@@ -77,8 +77,11 @@ def correlated_fields(
         )
     values = median.values.astype(np.float64)
     if not np.all(np.isfinite(values) & (values > 0)):
+        earthquake, point = np.argwhere(~(np.isfinite(values) & (values > 0)))[0].tolist()
         raise ValueError(
-            "correlated_fields: the median must be finite and above 0 at all points, because its logarithm is used"
+            f"correlated_fields: the median is {values[earthquake, point]:g} at point {point} of earthquake "
+            f"{earthquake}; "
+            "it must be finite and above 0, because its logarithm is used"
         )
     longitude, latitude = median["longitude"].values, median["latitude"].values
     count = earthquakes * draws

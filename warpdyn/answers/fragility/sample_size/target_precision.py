@@ -97,7 +97,10 @@ def fragility_to(
     seed = whole_number("seed", seed, 0)
     design = scene.excitation
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
-        raise TypeError("fragility_to() takes a scene of one structure under a Cloud or Stripes of motions")
+        raise TypeError(
+            "fragility_to() takes a scene of one structure under a Cloud or Stripes of motions, got a "
+            f"{type(scene.structure).__name__} under {type(design).__name__}"
+        )
     if isinstance(design, Stripes):
         design.check_scaled_to_all("fragility_to")
     given = [name for name, spread in scene.scatter.items() if isinstance(spread, GivenValues)]
