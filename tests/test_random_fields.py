@@ -131,7 +131,10 @@ WRONG = {
     "between": ({"between": -0.1}, "between must be one standard deviation"),
     "within": ({"within": [0.1, 0.2, 0.3]}, r"got shapes \(\) and \(3,\)"),
     "draws": ({"draws": 0}, "draws must be a whole number of at least 1"),
-    "median": ({"median": field(np.array([[0.0, 1.0]]))}, "the median is 0 at point 0 of earthquake 0; it must be finite and above 0"),
+    "median": (
+        {"median": field(np.array([[0.0, 1.0]]))},
+        "the median is 0 at point 0 of earthquake 0; it must be finite and above 0",
+    ),
     "dimensions": ({"median": field(np.array([[1.0, 1.0]]))[0]}, "must have the dimensions earthquake and point"),
 }
 

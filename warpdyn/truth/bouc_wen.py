@@ -144,7 +144,10 @@ def _advance(solver: DOP853, sample: int) -> None:
     with np.errstate(over="ignore", invalid="ignore"):  # a trial step may be far too long; it is rejected
         message = solver.step()
     if solver.status == "failed":
-        raise RuntimeError(f"after force[{sample}], {solver.t:g} s: {message}")
+        raise RuntimeError(
+            f"the tolerance cannot be met after force[{sample}], at {solver.t:g} s "
+            f"({message}): change the force slightly"
+        )
 
 
 def _first_corner(

@@ -154,8 +154,8 @@ class Ensemble:
         if (steps > MOST_STEPS).any():
             first = int(steps.argmax())
             raise ValueError(
-                f"sample {self.sample[samples][first]} would take {steps[first]:.3g} steps, and "
-                f"{MOST_STEPS} can be counted: choose another method or a shorter run"
+                f"sample {self.sample[samples][first]} would take {steps[first]:.3g} steps, but "
+                f"at most {MOST_STEPS} can be counted: choose another method or a shorter run"
             )
         return self.schedule.with_substeps(samples, substeps)
 

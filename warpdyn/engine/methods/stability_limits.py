@@ -141,12 +141,12 @@ def stable_step_of_yielding(
 ) -> np.ndarray:
     """Return the longest stable step of a structure whose stiffness decreases by yielding while its damping does not.
 
-    While storeys yield, their damping ratio rises without bound: the larger root changes from that of the elastic
-    motion to the damping rate. Projected on a shape x, the structure is an oscillator with mass x* M x, damper x* C x
-    and stiffness x* K x. The limit is the smallest limit of all oscillators with at most this frequency and damping
-    rate. Methods that amplify every undamped motion (heun, midpoint) would have no stable step. They get the limit of
-    the elastic structure or that of the damping rate alone, whichever is smaller; this is not proved between the two
-    cases.
+    While storeys yield, their stiffness decreases and their damping ratio rises without bound. The larger root of the
+    characteristic equation then changes from that of the elastic motion to the damping rate. Projected on a shape x,
+    the structure is an oscillator with mass x* M x, damper x* C x and stiffness x* K x. The limit is the smallest limit
+    of all oscillators with at most this frequency and damping rate. Methods that amplify every undamped motion (heun,
+    midpoint) would have no stable step. They get the limit of the elastic structure or that of the damping rate alone,
+    whichever is smaller; this is not proved between the two cases.
 
     Args:
         method: Row of METHODS.

@@ -100,7 +100,9 @@ def read_geojson(
             raise ValueError(f"{path} is not JSON: {error}. Export the file again, or correct it") from None
     features = told.get("features") if isinstance(told, dict) else None
     if not isinstance(features, list) or not all(isinstance(each, dict) for each in features):
-        raise ValueError(f"{path}: there is no list of features: the file must contain a FeatureCollection")
+        raise ValueError(
+            f"{path}: there is no list of features: the file must contain a FeatureCollection: export it again"
+        )
     _check_degrees(path, told)
     table = pd.DataFrame.from_records([each.get("properties") or {} for each in features])
     check_names(table.columns, f"{path}: of the properties, ")

@@ -84,7 +84,7 @@ def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why:
         return
     left = [name for name, is_kept in zip(names, kept, strict=True) if not is_kept]
     if not kept.any():
-        raise ValueError(f"{file}: all of {len(names):,} grid points ({names[0]}, ...) have {why}")
+        raise ValueError(f"{file}: all of {len(names):,} grid points ({names[0]}, ...) have {why}: complete the file")
     warn_caller(
         f"{file}: {counted(left)} of {len(names):,} grid points have {why} and are left out: buildings near them get "
         "motions of other points"
