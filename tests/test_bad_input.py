@@ -165,7 +165,7 @@ SCENES = {
     "all-zero record, Sa": (lambda: wd.Stripes([SILENCE], [0.1], wd.SpectralAcceleration(1.0)), "motion 0 ('silence')"),
     "index of no motion": (
         lambda: wd.OneMotionPerStructure([WAVE], motion=[1]),
-        "motion must be from 0 to 0, got 1 to 1",
+        "motion must be from 0 to 0, the indices of the motions, got 1 to 1",
     ),
     "motions and scales": (
         lambda: wd.OneMotionPerStructure([WAVE], motion=[0, 0], scale=[1.0, 2.0, 3.0]),

@@ -213,8 +213,8 @@ def test_estimator_recovers_bias_and_standard_error():
         ([0.5, 1.0], [1, 3], 2, r"counts at \(1,\): 3.0 exceeding of 2.0"),
         ([0.5, 1.0], [-1, 1], 2, "0 <= exceeding <= total"),
         ([0.5, 1.0], [np.nan, 1], 2, "finite"),
-        ([0.5, 1.0], [0, 1, 1], 2, "must end in the 2 levels"),
-        ([0.5, 1.0], [0, 1], [2, 2, 2], "must have shapes that broadcast"),
+        ([0.5, 1.0], [0, 1, 1], 2, "must be that of the levels, of length 2"),
+        ([0.5, 1.0], [0, 1], [2, 2, 2], "give one total for all levels, or one per level"),
     ],
 )
 def test_fit_refuses(levels, exceeding, total, message):

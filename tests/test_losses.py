@@ -262,7 +262,7 @@ REFUSED = {
     "falling": (RATIOS | {"moderate": 0.01}, r"'moderate' is 0.01, below that of the lighter state before it \(0.02\)"),
     "too wide": (RATIOS | {"slight": (0.02, 8.0)}, "8 is too large for a beta distribution of mean 0.02.*below 7"),
     "certain but wide": (RATIOS | {"complete": (1.0, 0.1)}, "too large for a beta"),
-    "three numbers": (RATIOS | {"slight": (0.02, 0.1, 0.1)}, "mean and coefficient of variation"),
+    "three numbers": (RATIOS | {"slight": (0.02, 0.1, 0.1)}, "mean and a coefficient of variation"),
 }
 
 
