@@ -30,11 +30,12 @@ DEVICES: dict[str, type[Device]] = {}
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
 OF_STOREY = ("stiffness", "mass", "height")
 # Names that a building or a dataset already has; a parameter with such a name would act as both.
-OF_BUILDINGS = ("gravity_load", "drift_capacity", "collapse_drift_ratio", "damped_storeys")
+OF_CHOICES = ("law", "devices", "damping", "damped_storeys")
+OF_BUILDINGS = ("gravity_load", "drift_capacity", "drift_ratio_capacity", "collapse_drift_ratio")
 OF_DAMPING = ("damping_ratio", "damping_coefficient", "damping_modes")
 OF_SAMPLES = ("sample", "structure", "storey", "floor", "motion", "motion_index", "im_level", "scale_factor", "event")
 OF_RESULTS = ("building", "archetype", "archetype_index", "status", "unreliable", "time", "demand")
-OF_OTHERS = frozenset(OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS)
+OF_OTHERS = frozenset(OF_CHOICES + OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS)
 OF_DEMANDS = re.compile(
     r"peak_|residual_drift|base_shear|time_of_|(input|hysteretic|viscous|kinetic|dissipated)_energy$"
 )

@@ -1,0 +1,79 @@
+"""Mistakes in users' classes of laws and devices that have no effect, or a wrong one, without a check."""
+
+import pytest
+from written_laws import Kinematic, Slider
+
+import warpdyn as wd
+from warpdyn.engine.laws import DEVICES, LAWS
+
+pytestmark = pytest.mark.fast
+
+HEAD = "from typing import Any\nimport numpy as np\nimport warp as wp\nimport warpdyn as wd\n\n"
+
+
+@pytest.fixture(autouse=True)
+def registered(monkeypatch):
+    """Forget the classes that a test defines."""
+    before = {**LAWS}, {**DEVICES}
+    yield
+    for table, kept in zip((LAWS, DEVICES), before, strict=True):
+        table.clear()
+        table.update(kept)
+
+
+def defined(tmp_path, text, name="Mine", file="mine.py"):
+    """Return the class that a text defines, from a file."""
+    path = tmp_path / file
+    path.write_text(HEAD + text)
+    namespace = {"__name__": "mine"}
+    exec(compile(path.read_text(), str(path), "exec"), namespace)
+    return namespace[name]
+
+
+SHARING = """
+class Mine(wd.laws.Device):
+    yield_force: float = wd.laws.parameter("N", "force at which the damper yields", low=0.0)
+    damper_stiffness: float = wd.laws.parameter("N m-1", "stiffness of the damper", low=0.0, low_open=True)
+    memory = ("slip",)
+
+    @staticmethod
+    def stiffest(p):
+        return p["damper_stiffness"]
+
+    @staticmethod
+    def derived(p):
+        return {"yield_drift": p["yield_force"] / p["damper_stiffness"]}
+
+    @wp.func
+    def follow(drift: Any, memory: Any, c: Any):
+        slip = wp.clamp(memory.slip, drift - c.yield_drift, drift + c.yield_drift)
+        return c.damper_stiffness * (drift - slip), slip
+"""
+
+
+def test_a_law_and_a_device_may_not_share_a_parameter(tmp_path):
+    damper = defined(tmp_path, SHARING)
+    values = {"yield_force": 2e5, "hardening_ratio": 0.05}
+    given = [
+        {"law": "bilinear", "devices": ("mine",), "damper_stiffness": 1e7, **values},
+        {"law": wd.laws.Bilinear(**values), "devices": (damper(yield_force=1e5, damper_stiffness=1e7),)},
+        {"law": ["elastic", wd.laws.Bilinear(**values)], "devices": (damper(yield_force=1e5, damper_stiffness=1e7),)},
+    ]
+    for each in given:
+        with pytest.raises(
+            ValueError, match=r"law 'bilinear' and device 'mine' share the parameter 'yield_force', and"
+        ) as found:
+            wd.ShearBuilding([1e5, 1e5], 4e7, 3.0, **each)
+        assert str(found.value).endswith("rename the parameter in class Mine")
+    # Other names: law and device keep their own values.
+    building = wd.ShearBuilding(
+        1e5, 4e7, 3.0, law=Kinematic(**values), devices=(Slider(slider_force=1e5, slider_stiffness=1e7),)
+    )
+    force = wd.storey_hysteresis(building, [0.0, 0.1])["storey_force"].values[1, 0]
+    assert force == pytest.approx(2e5 + 0.05 * 4e7 * (0.1 - 2e5 / 4e7) + 1e5, rel=1e-12)
+
+
+@pytest.mark.parametrize("name", ["drift_ratio_capacity", "law", "damping"])
+def test_a_parameter_may_not_have_the_name_of_an_argument_of_buildings(tmp_path, name):
+    with pytest.raises(TypeError, match=f"parameter '{name}' has the name of a property of buildings"):
+        defined(tmp_path, SHARING.replace("yield_force", name))
