@@ -77,3 +77,77 @@ def test_a_law_and_a_device_may_not_share_a_parameter(tmp_path):
 def test_a_parameter_may_not_have_the_name_of_an_argument_of_buildings(tmp_path, name):
     with pytest.raises(TypeError, match=f"parameter '{name}' has the name of a property of buildings"):
         defined(tmp_path, SHARING.replace("yield_force", name))
+
+
+OPTIONAL = {
+    "stiffest": "stifest",
+    "derived": "derive",
+    "problem": "problems",
+    "caution": "cautions",
+    "counts_reversals": "count_reversals",
+    "is_sensitive": "is_senstive",
+    "is_linear": "is_liner",
+    "is_linear_until_yield": "is_linear_until_yeild",
+    "memory": "memmory",
+    "relaxes": "relaxs",
+    "exceptions": "exeptions",
+    "elastic_energy": "elastic_energie",
+    "tangent": "tangents",
+    "opensees": "openses",
+}
+PLAIN = """
+class Mine(wd.laws.Law):
+    {}
+
+    @wp.func
+    def follow(drift: Any, memory: Any, c: Any):
+        return c.stiffness * drift
+"""
+
+
+@pytest.mark.parametrize("name", OPTIONAL)
+def test_a_misspelt_optional_name_is_refused(tmp_path, name):
+    misspelt = OPTIONAL[name]
+    for statement in (f"{misspelt} = 1", f"@staticmethod\n    def {misspelt}(p):\n        return None"):
+        message = (
+            f"law Mine: {misspelt} is not a name that warpdyn reads, so that it has no effect: rename it to '{name}'"
+        )
+        with pytest.raises(TypeError, match=message):
+            defined(tmp_path, PLAIN.format(statement))
+    device_function = f"@wp.func\n    def {misspelt}(drift: Any, memory: Any, c: Any):\n        return drift"
+    with pytest.raises(TypeError, match=f"rename it to '{name}'"):
+        defined(tmp_path, PLAIN.format(device_function))
+
+
+@pytest.mark.parametrize("name", ["name", "has_rate", "forces"])
+def test_a_name_that_is_computed_is_refused(tmp_path, name):
+    with pytest.raises(TypeError, match=f"law Mine: {name} is computed by warpdyn, .*remove {name}"):
+        defined(tmp_path, PLAIN.format(f"{name} = 'special'"))
+
+
+def test_other_names_are_allowed(tmp_path):
+    body = """
+    rates: float = wd.laws.parameter("1", "a parameter", default=0.5)
+    _derive = 2.0
+    catalogue = "Smith (2020)"
+
+    @staticmethod
+    def problems(p):
+        return None
+
+    @classmethod
+    def problem(cls, p):
+        return cls.problems(p)
+
+    @wp.func
+    def scaled(drift: Any, c: Any):
+        return c.rates * c.stiffness * drift
+
+    @wp.func
+    def follow(drift: Any, memory: Any, c: Any):
+        return scaled(drift, c)
+"""
+    text = "class Mine(wd.laws.Law):" + body
+    law = defined(tmp_path, text)
+    force = wd.storey_hysteresis(wd.ShearBuilding(1e5, 4e7, 3.0, law=law()), [0.0, 0.01])["storey_force"].values[1, 0]
+    assert force == pytest.approx(0.5 * 4e7 * 0.01, rel=1e-12)

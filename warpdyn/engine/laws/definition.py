@@ -6,7 +6,8 @@ import dataclasses
 import inspect
 import re
 from collections.abc import Mapping
-from types import MappingProxyType
+from difflib import get_close_matches
+from types import CodeType, MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,6 +40,8 @@ OF_OTHERS = frozenset(OF_CHOICES + OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_R
 OF_DEMANDS = re.compile(
     r"peak_|residual_drift|base_shear|time_of_|(input|hysteretic|viscous|kinetic|dissipated)_energy$"
 )
+COMPUTED = ("name", "parameters", "forces", "written", "captured", "has_rate")  # attributes that `define` sets
+CLOSE = 0.8  # least similarity (difflib) of a misspelt name to the name that is meant
 SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
@@ -58,6 +61,8 @@ def define(cls: type[StoreyElement]) -> None:
 
 
 def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
+    if not cls.__module__.startswith("warpdyn."):
+        _check_names(cls, body)
     cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
     functions = _functions(cls, body)
     cls.make_dataclass()
@@ -79,6 +84,36 @@ def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
     cls.written = _text_of(cls)
     if not cls.__name__.startswith("_"):
         cls.table[cls.name] = cls
+
+
+def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
+    """Raise a TypeError if a name in a class of a user has no effect: a misspelt optional name, or a computed one."""
+    for name in COMPUTED:
+        if name in body:
+            raise TypeError(f"{name} is computed by warpdyn, so that this value has no effect: remove {name}")
+    base = cls.__mro__[-2]
+    known = {each for each in {*vars(base), *base.__annotations__, *ARGUMENTS} if not each.startswith("_")}
+    read = set().union(*(_names_read(value) for value in body.values()))
+    for name in body.keys() - known - read - vars(cls).get("__annotations__", {}).keys():
+        close = [] if name.startswith("_") else get_close_matches(name, known - set(COMPUTED), 1, CLOSE)
+        if close:
+            raise TypeError(
+                f"{name} is not a name that warpdyn reads, so that it has no effect: rename it to {close[0]!r}, or to "
+                f"_{name} if it is not meant as {close[0]!r}"
+            )
+
+
+def _names_read(value: object) -> set[str]:
+    """Return the names that a function reads; an empty set for other values."""
+    function = device_function(value) or getattr(value, "__func__", value)
+    waiting: list[object] = [getattr(function, "__code__", None)]
+    found = set[str]()
+    while waiting:
+        code = waiting.pop()
+        if isinstance(code, CodeType):
+            found.update(code.co_names)
+            waiting += code.co_consts
+    return found
 
 
 def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
