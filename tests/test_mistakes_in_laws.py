@@ -151,3 +151,19 @@ def test_other_names_are_allowed(tmp_path):
     law = defined(tmp_path, text)
     force = wd.storey_hysteresis(wd.ShearBuilding(1e5, 4e7, 3.0, law=law()), [0.0, 0.01])["storey_force"].values[1, 0]
     assert force == pytest.approx(0.5 * 4e7 * 0.01, rel=1e-12)
+
+
+def test_functions_on_one_line(tmp_path):
+    text = """
+class Mine(wd.laws.Law):
+    memory = ("plastic",)
+    @staticmethod
+    def derived(p): half = p["stiffness"] / 2; return {"half": half}
+    @wp.func
+    def force(drift: Any, memory: Any, c: Any): return c.half * drift  # half of the stiffness
+    @wp.func
+    def return_mapping(drift: Any, memory: Any, c: Any): twice = 2.0 * drift; return twice
+"""
+    building = wd.ShearBuilding(1e5, 4e7, 3.0, law=defined(tmp_path, text)())
+    force = wd.storey_hysteresis(building, [0.0, 0.01])["storey_force"].values[1, 0]
+    assert force == pytest.approx(2e7 * 0.01, rel=1e-12)

@@ -38,10 +38,10 @@ def added(first, second):
     return f"{first}\n        {second}"
 
 
-def recorder(tmp_path, in_storey=STOREYS, in_sample=SAMPLE):
-    """Return a recorder that is defined in a file, with these statements."""
+def recorder(tmp_path, in_storey=STOREYS, in_sample=SAMPLE, text=""):
+    """Return a recorder that is defined in a file, with these statements or this text."""
     file = tmp_path / "force.py"
-    file.write_text(BODY.format(in_storey=in_storey, in_sample=in_sample))
+    file.write_text(text or BODY.format(in_storey=in_storey, in_sample=in_sample))
     names = {"wd": wd, "OF_STOREYS": OF_STOREYS, "OF_SAMPLE": OF_SAMPLE, "__name__": "force"}
     exec(compile(file.read_text(), str(file), "exec"), names)
     return names["Force"], file
@@ -129,11 +129,35 @@ def test_constant_indices_within_the_shape_are_right(tmp_path):
 
 
 def test_a_variable_that_another_recorder_sets_is_refused_in_the_users_file(tmp_path):
-    file = tmp_path / "force.py"
-    file.write_text(BODY.format(in_storey=STOREYS, in_sample=SAMPLE).replace("biggest", "largest"))
-    names = {"wd": wd, "OF_STOREYS": OF_STOREYS, "OF_SAMPLE": OF_SAMPLE, "__name__": "force"}
-    exec(compile(file.read_text(), str(file), "exec"), names)
-    line = 1 + file.read_text().splitlines().index("        largest = row()")
+    text = BODY.format(in_storey=STOREYS, in_sample=SAMPLE).replace("biggest", "largest")
+    recorder_class, file = recorder(tmp_path, text=text)
+    line = 1 + text.splitlines().index("        largest = row()")
     fault = rf"part 'force' \({file}, line {line}\): declare\(\) declares 'largest', which part 'drift' sets"
     with pytest.raises(ValueError, match=fault):
-        wd.kernels.source(scene_of(names["Force"]), device="cpu")
+        wd.kernels.source(scene_of(recorder_class), device="cpu")
+
+
+ONE_LINE = """
+class Force(wd.kernels.Recorder):
+    VARIABLES = {"chain": {"my_forces": OF_STOREYS, "my_force": OF_SAMPLE}}
+    def declare(): force = matrix(); count = row()
+    def see_forces():
+        if i == 0: count[j] += dtype(1.0); count[j] += dtype(1.0)  # two per step
+        size = wp.abs(restoring); force[i, j] = larger(force[i, j], size)
+    def finish_storey(): output.my_forces[g, o] = force[i, j]
+    def write(): "The number of steps."; output.my_force[o] = count[j]
+"""
+
+
+def test_statements_on_one_line_run_once(tmp_path):
+    recorder_class, file = recorder(tmp_path, text=ONE_LINE)
+    run = wd.simulate(scene_of(recorder_class), device="cpu", dtype="float64", step=0.01, histories=wd.Histories([0]))
+    # One state per step and the first one; the history has the same states.
+    assert run["my_force"].item() == 2 * run.sizes["time"]
+    np.testing.assert_allclose(run["my_forces"][0], abs(run["storey_force"][0]).max("time"), rtol=1e-9)
+    recorder_class, file = recorder(
+        tmp_path, text=ONE_LINE.replace("force[i, j]\n    def write", "forc[i, j]\n    def write")
+    )
+    line = 1 + next(at for at, text in enumerate(file.read_text().splitlines()) if "forc[i" in text)
+    with pytest.raises(ValueError, match=rf"force.py, line {line}\): finish_storey\(\) reads 'forc'.*'force'"):
+        wd.kernels.source(scene_of(recorder_class), device="cpu")
