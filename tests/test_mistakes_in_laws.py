@@ -1,5 +1,6 @@
 """Mistakes in users' classes of laws and devices that have no effect, or a wrong one, without a check."""
 
+import numpy as np
 import pytest
 from written_laws import Kinematic, Slider
 
@@ -167,3 +168,44 @@ class Mine(wd.laws.Law):
     building = wd.ShearBuilding(1e5, 4e7, 3.0, law=defined(tmp_path, text)())
     force = wd.storey_hysteresis(building, [0.0, 0.01])["storey_force"].values[1, 0]
     assert force == pytest.approx(2e7 * 0.01, rel=1e-12)
+
+
+DERIVED = """
+class Mine(wd.laws.Law):
+    @staticmethod
+    def derived(p):
+        return {{"half": {}}}
+
+    @wp.func
+    def follow(drift: Any, memory: Any, c: Any):
+        return c.half * drift
+"""
+WRONG_SHAPES = ("p['stiffness'][:, 0] / 2", "p['stiffness'].sum(axis=-1)", "np.ones((1, 1, 1))", "np.ones((1, 2))")
+
+
+@pytest.mark.parametrize("value", WRONG_SHAPES)
+def test_coefficients_of_a_wrong_shape_are_refused(tmp_path, value):
+    with pytest.raises(TypeError, match=r"law Mine: derived returns 'half' of shape \(.*one per structure and storey"):
+        defined(tmp_path, DERIVED.format(value))
+
+
+def test_a_shape_that_is_wrong_only_for_several_structures_is_refused(tmp_path):
+    # The class is checked with one structure; a run has as many structures as the building has storeys.
+    law = defined(
+        tmp_path, DERIVED.format("p['stiffness'] / 2 if len(p['stiffness']) == 1 else p['stiffness'][:, 0] / 2")
+    )
+    p = {"stiffness": np.array([[1e7, 2e7], [3e7, 4e7]])}
+    with pytest.raises(TypeError, match=r"derived returns 'half' of shape \(2,\).*here shape \(2, 2\)"):
+        law.coefficients(p, law.spring(p))
+    building = wd.ShearBuilding([1e5, 1e5], [1e7, 2e7], 3.0, law=law(), damping="rayleigh", damping_ratio=0.05)
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2))}
+    motion = wd.GroundMotion(np.sin(np.arange(100.0) * 0.1), 0.02)
+    with pytest.raises(TypeError, match=r"derived returns 'half' of shape \(2,\)"):
+        wd.simulate(wd.Scene(building, motion, scatter), structures=2, device="cpu")
+
+
+def test_numbers_and_columns_are_coefficients(tmp_path):
+    for value in ("2e7", "p['stiffness'] / 2", "p['stiffness'].max(axis=-1, keepdims=True) / 2", "[[2e7]]"):
+        building = wd.ShearBuilding([1e5, 1e5], 4e7, 3.0, law=defined(tmp_path, DERIVED.format(value))())
+        force = wd.storey_hysteresis(building, [0.0, 0.01])["storey_force"].values[1]
+        np.testing.assert_allclose(force, 2e7 * 0.01, rtol=1e-12)

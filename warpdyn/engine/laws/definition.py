@@ -180,6 +180,7 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
     derived = _asked(cls, "derived", p)
     if not isinstance(derived, dict):
         raise TypeError(f"derived must return a dictionary of coefficients, got {type(derived).__name__}")
+    check_shapes(derived, p["stiffness"].shape)
     if cls.is_device and "stiffest" not in {name for each in cls.__mro__[:-3] for name in vars(each)}:
         raise TypeError("a device must define stiffest(p), its largest tangent stiffness [N/m]")
     stiffest = np.asarray(_asked(cls, "stiffest", p))
@@ -191,6 +192,20 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
     cls.variants = MappingProxyType({variant.name: variant})
     cls.rows = MappingProxyType({variant.name: variant.coefficients})
     cls.has_rate = "rate" in functions
+
+
+def check_shapes(derived: Mapping[str, Any], shape: tuple[int, ...]) -> None:
+    """Raise a TypeError if a coefficient from `derived` fits neither one number nor this shape, [structure, storey].
+
+    NumPy would take one number per structure for one per storey if there are as many structures as storeys.
+    """
+    for name, values in derived.items():
+        found = np.shape(values)
+        if found and (len(found) != len(shape) or any(n not in (1, m) for n, m in zip(found, shape, strict=True))):
+            raise TypeError(
+                f"derived returns {name!r} of shape {found}; it must be one number, or one per structure and storey, "
+                f"here shape {shape}: compute it from whole arrays such as p['stiffness'], with keepdims=True in sums"
+            )
 
 
 def _sample(cls: type[StoreyElement]) -> dict[str, np.ndarray]:

@@ -19,7 +19,7 @@ from typing import Any, ClassVar, dataclass_transform
 
 import numpy as np
 
-from warpdyn.engine.laws.definition import DEVICES, HALF_FLEXIBILITY, LAWS, define
+from warpdyn.engine.laws.definition import DEVICES, HALF_FLEXIBILITY, LAWS, check_shapes, define
 from warpdyn.engine.laws.parameter import Parameter, names_of
 from warpdyn.engine.laws.springs import Variant
 from warpdyn.engine.laws.written.source import Captured
@@ -269,8 +269,13 @@ class StoreyElement:
         Args:
             p: Parameters and "stiffness", each [structure, storey].
             row: Name of the set, from `spring`.
+
+        Raises:
+            TypeError: If `derived` returns a coefficient of a wrong shape.
         """
-        known, shape = {**p, **cls.derived(p)}, np.shape(p["stiffness"])
+        derived, shape = cls.derived(p), np.shape(p["stiffness"])
+        check_shapes(derived, shape)
+        known = {**p, **derived}
         if HALF_FLEXIBILITY in cls.rows[row]:
             # For a law this is the flexibility of the storey, for a device that of the device.
             stiffness = np.broadcast_to(cls.stiffest(p) if cls.is_device else p["stiffness"], shape)
