@@ -1,5 +1,10 @@
 """Mistakes in users' classes of laws and devices that have no effect, or a wrong one, without a check."""
 
+import pickle
+import subprocess
+import sys
+
+import cloudpickle
 import numpy as np
 import pytest
 from written_laws import Kinematic, Slider
@@ -209,3 +214,72 @@ def test_numbers_and_columns_are_coefficients(tmp_path):
         building = wd.ShearBuilding([1e5, 1e5], 4e7, 3.0, law=defined(tmp_path, DERIVED.format(value))())
         force = wd.storey_hysteresis(building, [0.0, 0.01])["storey_force"].values[1]
         np.testing.assert_allclose(force, 2e7 * 0.01, rtol=1e-12)
+
+
+SENT = """
+FACTOR = 0.5
+
+class Mine(wd.laws.Law):
+    part: float = wd.laws.parameter("1", "a part of the stiffness", default=1.0)
+
+    @staticmethod
+    def derived(p):
+        return {"softened": FACTOR * p["part"] * p["stiffness"]}
+
+    @wp.func
+    def follow(drift: Any, memory: Any, c: Any):
+        return c.softened * drift
+"""
+ELSEWHERE = """
+import pickle, sys
+import cloudpickle, warpdyn as wd
+building, law = pickle.load(open(sys.argv[1], "rb"))
+assert type(law) is building.storey_law.laws[0]
+print(wd.storey_hysteresis(building, [0.0, 0.01])["storey_force"].values[1].tolist())
+cloudpickle.dump((building, law), open(sys.argv[1], "wb"))
+"""
+
+
+def test_a_process_keeps_its_class_when_it_reads_its_own_pickle(tmp_path):
+    law = defined(tmp_path, SENT)  # of a module that cannot be imported, as in a notebook
+    attributes = dict(vars(law))
+    building = wd.ShearBuilding([1e5, 1e5], 4e7, 3.0, law=[law(part=0.2), "elastic"])
+    scene = wd.Scene(building, wd.GroundMotion([0.0, 1.0], 0.02))
+    found = [pickle.loads(cloudpickle.dumps(scene)).structure, pickle.loads(cloudpickle.dumps(building))]
+    assert pickle.loads(cloudpickle.dumps(law(part=0.2))) == law(part=0.2)
+    # Also if the pickle has been in another process.
+    path = tmp_path / "building.pkl"
+    path.write_bytes(pickle.dumps((building, law(part=0.2))))
+    there = subprocess.run([sys.executable, "-c", ELSEWHERE, path], capture_output=True, text=True, check=False)
+    assert there.stdout == "[40000.0, 400000.0]\n", there.stderr
+    returned, of_law = pickle.loads(path.read_bytes())
+    assert of_law == law(part=0.2)
+    for each in (*found, returned):
+        assert each.storey_law.laws == building.storey_law.laws
+        assert each.storey_laws == ("mine", "elastic")
+    assert dict(vars(law)) == attributes
+    assert all(vars(law)[name] is value for name, value in attributes.items())
+    softer = type("Softer", (law,), {"__module__": "mine", "problem": staticmethod(lambda p: None)})
+    assert softer.rows[next(iter(softer.rows))] == law.rows[next(iter(law.rows))]
+
+
+def test_a_class_of_another_process_follows_its_constants(tmp_path):
+    """A notebook that changes a constant and sends the class again has new results in the other process, too."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        HEAD
+        + "import cloudpickle, sys\n"
+        + SENT
+        + """
+building = wd.ShearBuilding(1e5, 4e7, 3.0, law=Mine())
+for name, FACTOR in zip(sys.argv[1:], (0.5, 0.25)):
+    cloudpickle.dump(building, open(name, "wb"))
+"""
+    )
+    names = [tmp_path / "first.pkl", tmp_path / "second.pkl"]
+    ran = subprocess.run([sys.executable, script, *names], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+    for name, factor in zip(names, (0.5, 0.25), strict=True):
+        found = pickle.loads(name.read_bytes())
+        force = wd.storey_hysteresis(found, [0.0, 0.01])["storey_force"].values[1, 0]
+        assert force == pytest.approx(factor * 4e7 * 0.01, rel=1e-12)

@@ -103,10 +103,10 @@ def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
             )
 
 
-def _names_read(value: object) -> set[str]:
+def _names_read(value: Any) -> set[str]:
     """Return the names that a function reads; an empty set for other values."""
     function = device_function(value) or getattr(value, "__func__", value)
-    waiting: list[object] = [getattr(function, "__code__", None)]
+    waiting = [getattr(function, "__code__", None)]
     found = set[str]()
     while waiting:
         code = waiting.pop()

@@ -22,6 +22,7 @@ import numpy as np
 from warpdyn.engine.laws.definition import DEVICES, HALF_FLEXIBILITY, LAWS, check_shapes, define
 from warpdyn.engine.laws.parameter import Parameter, names_of
 from warpdyn.engine.laws.springs import Variant
+from warpdyn.engine.laws.written.pickling import received_element, sent
 from warpdyn.engine.laws.written.source import Captured
 from warpdyn.engine.methods.table import StoreyForces
 from warpdyn.foundations.core.checks import real_numbers
@@ -230,6 +231,9 @@ class StoreyElement:
     def __repr__(self) -> str:
         given = {name: value for name, value in self.values().items() if value != self.parameters[name].default}
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return received_element, (sent(type(self)), self.values())
 
     def _repr_html_(self) -> str:
         held = self.values()
