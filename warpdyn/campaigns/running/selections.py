@@ -189,7 +189,7 @@ def archetypes_of(function: str, run: xr.Dataset, of_one: str) -> np.ndarray:
     Args:
         function: Name of the user's function, for messages.
         run: The run of a portfolio.
-        of_one: What to do with the run of one structure, for the message.
+        of_one: Advice for the run of one structure, for the message.
 
     Raises:
         ValueError: If the run is not the run of a portfolio.

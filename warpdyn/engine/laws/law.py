@@ -164,6 +164,7 @@ class StoreyElement:
             `yield_force_negative`) divided by the stiffness; without a `yield_force`: whether it is always linear.
         has_rate: Whether the memory follows a differential equation, which is integrated with the motion.
         relaxes: Whether the force changes with time at a constant drift; implicit methods do not support this.
+        corners: Number of corners of the backbone that `ShearBuilding.from_capacity` fits; 0: a bilinear curve.
         exceptions: Checks of `wd.laws.certify` with a wider bound: {check: (bound, reason)}.
         kind: "law" or "device".
         is_device: Whether it is a device.
@@ -191,6 +192,7 @@ class StoreyElement:
     is_linear_until_yield: ClassVar[bool] = False
     has_rate: ClassVar[bool] = False
     relaxes: ClassVar[bool] = False
+    corners: ClassVar[int] = 0
     exceptions: ClassVar[Mapping[str, tuple[float, str]]] = MappingProxyType({})
     kind: ClassVar[str] = "law"
     is_device: ClassVar[bool] = False

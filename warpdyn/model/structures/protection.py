@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from warpdyn.engine.laws import LAWS, Law, Parameter
+from warpdyn.engine.laws import LAWS, Elastic, Law, Parameter, ViscousDamper
 from warpdyn.engine.laws.building_law import BuildingLaw, missing_at
 from warpdyn.engine.laws.lookup import laws_and_values
 from warpdyn.foundations.core.checks import one_of, real_number
@@ -86,7 +86,7 @@ class ProtectedChain:
         one_of("law of isolators", law, ISOLATORS)
         mass = real_number("base_mass [kg]", base_mass, above=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
-        if law == "friction_pendulum":
+        if "weight" in LAWS[law].parameters:
             weight = STANDARD_GRAVITY * (mass + self.parameters["mass"].sum())
             values = {"weight": weight} | values
         if "gravity_load" in self.parameters:
@@ -151,7 +151,7 @@ class ProtectedChain:
         mass = ratio * float(self.parameters["mass"] @ shape**2)
         omega = frequency_ratio * float(first["circular_frequency"])
         own = {"mass": mass, "stiffness": mass * omega**2, "height": capacity / CAPACITY_RATIO}
-        return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
+        return self._with_storey(self.storeys, Elastic.name, own, 2 * damping_ratio * omega * mass)
 
     def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
         """Return the building with a storey inserted at index `place`; `own` are the storey's parameters."""
@@ -177,8 +177,8 @@ class ProtectedChain:
         devices: tuple[Any, ...] = self.storey_law.devices
         values = dict(self.parameters)
         ratio = values.pop("damping_ratio", None)
-        if dashpot > 0 and "viscous_damper" not in self.devices:
-            devices = (*devices, "viscous_damper")
+        if dashpot > 0 and ViscousDamper not in devices:
+            devices = (*devices, ViscousDamper)
             values["damper_coefficient"] = np.zeros(self.storeys)
         for name in {*values, *own}:
             before = values.get(name, np.full(self.storeys, np.nan))
