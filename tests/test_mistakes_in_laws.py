@@ -283,3 +283,13 @@ for name, FACTOR in zip(sys.argv[1:], (0.5, 0.25)):
         found = pickle.loads(name.read_bytes())
         force = wd.storey_hysteresis(found, [0.0, 0.01])["storey_force"].values[1, 0]
         assert force == pytest.approx(factor * 4e7 * 0.01, rel=1e-12)
+
+
+def test_a_users_device_is_not_put_into_an_added_storey():
+    slider = Slider(slider_force=1e5, slider_stiffness=3e7)
+    building = wd.ShearBuilding([1e5, 1e5], 4e7, 3.0, devices=(slider,), damping="rayleigh", damping_ratio=0.05)
+    message = r"device 'slider' would also act in the added storey, .*write the added storey into ShearBuilding itself"
+    with pytest.raises(ValueError, match=message):
+        building.on_isolators("elastic", 1e5, 0.4, stiffness=1e6)
+    with pytest.raises(ValueError, match=message):
+        building.with_tuned_mass_damper(0.02)

@@ -20,6 +20,7 @@ CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass
 MASS_RATIO = Parameter(
     "1", "mass of the damper over that of the first mode", low=0.0, low_open=True, high=1.0, often_in_percent=True
 )
+STRENGTHS = ("slip_force", "contact_stiffness", "damper_coefficient")  # 0 in a storey without the device
 DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 
 
@@ -169,11 +170,18 @@ class ProtectedChain:
                 )
         for name, value in own.items():
             real_number(f"{name} of the storey", value)
+        for device in self.storey_law.devices:
+            if not device.parameters.keys() & set(STRENGTHS):
+                raise ValueError(
+                    f"device {device.name!r} would also act in the added storey, because only devices of warpdyn have a "
+                    "known parameter that is 0 without the device: write the added storey into ShearBuilding itself, with "
+                    "law=[...] and the parameters of the device for each storey"
+                )
         laws = self.storey_law.of_storeys * (1 if len(self.storey_laws) > 1 else self.storeys)
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
         # Devices of the building's storeys have zero strength here.
-        added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
+        added |= {name: 0.0 for name in STRENGTHS if name not in added}
         devices: tuple[Any, ...] = self.storey_law.devices
         values = dict(self.parameters)
         ratio = values.pop("damping_ratio", None)
