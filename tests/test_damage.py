@@ -226,3 +226,24 @@ def test_one_archetype_reads_as_an_ordinary_run(run):
     np.testing.assert_allclose(in_or_beyond.values[:, 1::-1], exceeding, atol=1e-12)
     merged = run.merge(shares, combine_attrs="no_conflicts", compat="override")
     assert "damage_share" in merged
+
+
+def test_a_run_that_is_not_of_a_portfolio_is_refused_with_what_to_type():
+    building = chain(2)
+    scene = wd.Scene(building, wd.Cloud(MOTIONS))
+    run, limits = wd.simulate(scene, device="cpu"), {"slight": 0.002, "complete": 0.01}
+    counts = wd.simulate(scene, device="cpu", statistics=wd.DamageCounts(limits, over=("motion",)))
+    words = r"damage_shares: run is of one structure, not of a wd.Portfolio.*wd.Archetype\(building, count\)"
+    for dataset, given in ((run, {"houses": limits}), (run, limits), (run, None), (counts, None)):
+        with pytest.raises(ValueError, match=rf"{words}.*limits={{'houses': limits}}; .*wd.fragility\(run, limits\)$"):
+            wd.damage_shares(dataset, given)
+    with pytest.raises(ValueError, match=r"select_archetype: run is of one structure.*use the run itself"):
+        wd.select_archetype(run, "houses")
+    with pytest.raises(ValueError, match="damage_shares: run has no 'archetype': give the run of a portfolio"):
+        wd.damage_shares(xr.Dataset({"drift": ("sample", [0.1])}), {"houses": limits})
+    # What the message proposes.
+    portfolio = wd.Portfolio({"houses": wd.Archetype(building, 2)})
+    whole = wd.simulate(wd.Scene(portfolio, wd.Cloud(MOTIONS)), device="cpu")
+    assert wd.damage_shares(whole, {"houses": limits})["counted_buildings"].sum() == 2 * len(MOTIONS)
+    with pytest.raises(ValueError, match=r"run has no 'archetype': .*not the result of select_archetype\(\)"):
+        wd.damage_shares(wd.select_archetype(whole, "houses"), {"houses": limits})

@@ -101,7 +101,6 @@ class Counting(Bilinear):
 class Fading(Bilinear):
     device_functions = __name__
     rows = {"fading": ("hardening_stiffness", "hysteretic_force", "rate")}  # noqa: RUF012
-    has_rate = True
 
     @staticmethod
     def named_coefficients(p, row):

@@ -277,7 +277,17 @@ REFUSED = {
     "no damage within": (make_stripes(RISING), {"format": "discrete", "no_damage_limit": 0.3}, "below the first"),
     "an unknown measure": (make_curves(), {"measure": "SA0.3"}, r"no intensity measure 'SA0\.3'.*'SA\(0\.3\)'"),
     "the largest of all directions": (make_curves(measure="RotD100 Sa(1 s, 5 %)"), {}, "no intensity measure"),
-    "another damping": (make_curves(measure="Sa(1 s, 2 %)"), {}, r"damping ratio of 2 %.*measure='SA"),
+    "another damping": (make_curves(measure="Sa(1 s, 2 %)"), {}, r"damping ratio of 2 %.*measure='SA\(1.0\)'$"),
+    "an average with another damping": (
+        make_curves(measure=wd.AverageSpectralAcceleration([0.2, 2.0], damping_ratio=0.1).name),
+        {},
+        "damping ratio of 10 %.*if the intensities are for 5 %, give measure='AvgSA'$",
+    ),
+    "an average with another damping and without periods": (
+        make_curves(measure="AvgSA(10 periods, 10 %)"),
+        {},
+        "damping ratio of 10 %.*give measure='AvgSA'$",
+    ),
     "no measure": (make_curves().drop_attrs(deep=False), {}, "give measure="),
     "a unit of something else": (make_curves(units="m s-1"), {}, r"PGA must be in 'g' or 'm s-2', got 'm s-1'"),
     "no description": (make_curves(), {"description": " "}, "OpenQuake requires it"),

@@ -60,10 +60,10 @@ def test_spectral_accelerations_are_named_by_their_period(tmp_path):
         ("geometric mean of Sa(1 s, 5 %)", "1-SA_1-0-1"),
     ):
         run["im_level"].attrs["intensity_measure"] = name
-        table, _ = pandas_table(wd.write_pelicun_demands(run, tmp_path / "demands.csv", level=0.2))
+        table, _ = pandas_table(wd.write_pelicun_demands(run, tmp_path / "demands.csv", level=0.2, overwrite=True))
         assert table.columns[-1] == column
     run["im_level"].attrs["intensity_measure"] = "Sa_avg(0.1 to 2 s, 20 periods, 5 %)"
-    table, _ = pandas_table(wd.write_pelicun_demands(run, tmp_path / "demands.csv", level=0.2))
+    table, _ = pandas_table(wd.write_pelicun_demands(run, tmp_path / "demands.csv", level=0.2, overwrite=True))
     assert table.columns[-1] == "1-RID-3-1"  # pelicun has no such demand
 
 

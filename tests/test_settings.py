@@ -36,6 +36,9 @@ SINGLE = [
     *(("integration", each) for each in ({"step": 0.01}, {"method": "rk4"}, {"resample": True})),
     *(("execution", each) for each in ({"device": "cpu"}, {"threads": 1}, {"memory": 10**9})),
     *(("outputs", each) for each in ({"path": "run.nc"}, {"keep_inputs": False}, {"checked_share": 0.1})),
+    # Defaults: a caller who writes them expects them to count.
+    *(("integration", each) for each in ({"resample": False}, {"on_unstable": "substep"})),
+    *(("outputs", each) for each in ({"keep_inputs": True}, {"overwrite": False})),
 ]
 
 
@@ -46,6 +49,13 @@ def test_a_setting_in_both_forms_is_refused(name, single):
     expected = rf"^{argument}= cannot be combined with {name}=: write {name}=wd\.\w+\({argument}="
     with pytest.raises(ValueError, match=expected):
         wd.simulate(make_scene(), structures=1, **{name: OBJECTS[name]}, **single)
+
+
+def test_none_beside_an_object_is_not_given():
+    given = {"method": None, "step": None, "threads": None, "path": None}
+    run = wd.simulate(make_scene(), structures=1, integration=wd.Integration(step=0.005, method="heun"), **given)
+    assert (run["integration_step"] == 0.005).all()
+    assert run.attrs["method"] == "heun"
 
 
 @pytest.mark.fast

@@ -158,7 +158,7 @@ def test_missing_corners_are_where_gem_has_them(points: tuple, corners: tuple) -
             "bilinear",
             r"falls after its peak, point 1, from 1.4e\+06 to 500000 at point 2, where law 'bilinear' has 2.15e\+06",
         ),
-        (RESIDUAL, "bouc_wen", "law 'bouc_wen' has .*: use a law that falls .'hysteretic', 'pinching4', 'ibarra"),
+        (RESIDUAL, "bouc_wen", "law 'bouc_wen' has .*: use a law that falls .'hysteretic', 'ibarra"),
         (CAPPED, "quadrilinear", "falls after point 1, but law 'quadrilinear' cannot fall"),
         (RISING, "trilinear", "has 4 points, but law 'trilinear' needs two to 3"),
         (

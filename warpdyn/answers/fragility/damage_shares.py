@@ -16,7 +16,7 @@ from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.reductions.limits import BUILDING_NUMBER, DAMAGE_COUNT, limits_by_archetype
 from warpdyn.campaigns.reductions.population import numbered_events
 from warpdyn.campaigns.running.joining.duplicates import check_samples
-from warpdyn.campaigns.running.selections import archetypes_of, without_added_storeys
+from warpdyn.campaigns.running.selections import archetypes_of, check_portfolio, without_added_storeys
 from warpdyn.foundations.core.checks import check_dataset, finite_numbers, true_or_false
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -35,6 +35,10 @@ from warpdyn.model.inventories.table import is_in_inventory_order, warn_of_inven
 
 SAMPLES_AT_A_TIME = 2**18  # number of samples read from a file at a time
 FAILED = -1
+OF_ONE = (
+    "simulate wd.Scene(wd.Portfolio({'houses': wd.Archetype(building, count)}), ...) and give "
+    "limits={'houses': limits}; for the probabilities of a single building on stripes, use wd.fragility(run, limits)"
+)
 Limits = Mapping[str, Mapping[str, float]]
 Events = Sequence[str] | Sequence[int] | xr.DataArray | None
 
@@ -87,6 +91,7 @@ def damage_shares(
         array([0.25, 0.71])
     """
     check_dataset("damage_shares", run, advice="give the result of simulate() for a portfolio", argument="run")
+    check_portfolio("damage_shares", run, OF_ONE)
     if limits is None and not is_reduced(run):
         raise TypeError(
             "give limits=, a mapping from each archetype to its limits; only runs with DamageCounts need none"
@@ -177,7 +182,7 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
     """Count the samples of a run; arguments as in `damage_shares`."""
     if not run.sizes.get("sample", 0):
         raise ValueError("damage_shares: the run has no samples: give a run with at least one sample")
-    names = archetypes_of(run)
+    names = archetypes_of("damage_shares", run, OF_ONE)
     check_samples("damage_shares", run)
     states, table = limits_by_archetype(names.tolist(), limits)
     warn_of_implausible_limits(

@@ -101,7 +101,7 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
         8
     """
     check_dataset("select_archetype", run, advice="give the result of simulate() for a portfolio", argument="run")
-    names = archetypes_of(run).tolist()
+    names = archetypes_of("select_archetype", run, "use the run itself").tolist()
     one_of("name of an archetype of the run", name, names)
     place = names.index(name)
     part = run.isel(sample=np.flatnonzero(run["archetype_index"].values == place))
@@ -183,10 +183,32 @@ def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
     return values.where(xr.DataArray(kinds[run["archetype_index"].values] == 0, dims=dims))
 
 
-def archetypes_of(run: xr.Dataset) -> np.ndarray:
-    """Return the names of a run's archetypes."""
+def archetypes_of(function: str, run: xr.Dataset, of_one: str) -> np.ndarray:
+    """Return the names of a run's archetypes.
+
+    Args:
+        function: Name of the user's function, for messages.
+        run: The run of a portfolio.
+        of_one: Advice for the run of one structure, for the message.
+
+    Raises:
+        ValueError: If the run is not the run of a portfolio.
+    """
+    check_portfolio(function, run, of_one)
     needed = ("archetype", "archetype_index", "building", "status")
     missing = [name for name in needed if name not in run.variables]
     if missing:
-        raise ValueError(f"the dataset has no {missing[0]!r}: it is not the result of simulate() for a portfolio")
+        raise ValueError(
+            f"{function}: run has no {missing[0]!r}: give the run of a portfolio as simulate() returned it, not the "
+            "result of select_archetype() or another part of it"
+        )
     return run["archetype"].values.astype(str)
+
+
+def check_portfolio(function: str, run: xr.Dataset, of_one: str) -> None:
+    """Raise a ValueError if a run is of one structure; arguments as in `archetypes_of`."""
+    scene = str(run.attrs.get("scene", ""))[:200]  # the rest may list a million buildings
+    if scene and '"archetypes"' not in scene and "archetype" not in run.variables:
+        raise ValueError(
+            f"{function}: run is of one structure, not of a wd.Portfolio, so that it has no archetypes: {of_one}"
+        )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import collections.abc
+import functools
 import inspect
 import os
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ParamSpec, TypeVar
 
 import xarray as xr
 
@@ -26,10 +28,31 @@ from warpdyn.model.scene.scene import Scene
 if TYPE_CHECKING:
     from distributed import Client
 
-Settings = TypeVar("Settings", Integration, Execution, Outputs)
+P = ParamSpec("P")
+R = TypeVar("R")
+OBJECTS = {"integration": Integration, "execution": Execution, "outputs": Outputs}
+
+
+def _refuses_both_forms(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate `simulate`: settings are given as an object or by single arguments, also if these are the defaults."""
+
+    @functools.wraps(function)
+    def checked(*given: P.args, **named: P.kwargs) -> R:
+        for name, kind in OBJECTS.items():
+            if named.get(name) is None:
+                continue
+            check_kind("simulate", f"wd.{kind.__name__}", named[name], kind, argument=name)
+            for argument in inspect.signature(kind).parameters:
+                if named.get(argument) is not None:
+                    better = f"{name}=wd.{kind.__name__}({argument}={named[argument]!r}, ...)"
+                    raise ValueError(f"{argument}= cannot be combined with {name}=: write {better}")
+        return function(*given, **named)
+
+    return checked
 
 
 @takes_scene
+@_refuses_both_forms
 def simulate(
     scene: Scene,
     *,
@@ -68,7 +91,8 @@ def simulate(
 
     Settings are given as objects, or by single arguments, which make these objects:
     `simulate(scene, method="rk4", device="cpu")` is the short form of
-    `simulate(scene, integration=wd.Integration(method="rk4"), execution=wd.Execution(device="cpu"))`.
+    `simulate(scene, integration=wd.Integration(method="rk4"), execution=wd.Execution(device="cpu"))`. A single argument
+    cannot be combined with the object that has it, unless its value is None, which means that it is not given.
 
     Args:
         scene: The scene.
@@ -120,10 +144,7 @@ def simulate(
         >>> largest.groupby("im_level").median().astype(float).round(3).values  # at each level
         array([0.001, 0.002, 0.004, 0.007, 0.011, 0.021])
     """
-    how = _of_short_form(
-        "integration",
-        Integration,
-        integration,
+    how = integration or Integration(
         method=method,
         step=step,
         longest_step=longest_step,
@@ -133,13 +154,8 @@ def simulate(
         target_error=target_error,
         on_unstable=on_unstable,
     )
-    where = _of_short_form(
-        "execution", Execution, execution, device=device, threads=threads, memory=memory, cluster=cluster
-    )
-    what = _of_short_form(
-        "outputs",
-        Outputs,
-        outputs,
+    where = execution or Execution(device=device, threads=threads, memory=memory, cluster=cluster)
+    what = outputs or Outputs(
         statistics=statistics,
         histories=histories,
         keep_inputs=keep_inputs,
@@ -154,26 +170,6 @@ def simulate(
     warn_of_implausible(scene, step=how.step, longest_step=how.longest_step)
     with interruptible():
         return Run(scene, structures, how, where, what, seed).result()
-
-
-def _of_short_form(name: str, kind: type[Settings], given: Settings | None, **single: Any) -> Settings:
-    """Return settings that are given as an object, or by single arguments.
-
-    Args:
-        name: Argument of the object.
-        kind: Class of the object.
-        given: The object; None: the single arguments count.
-        single: The single arguments.
-    """
-    if given is None:
-        return kind(**single)
-    check_kind("simulate", f"wd.{kind.__name__}", given, kind, argument=name)
-    defaults = inspect.signature(kind).parameters
-    for argument, value in single.items():
-        if value is not defaults[argument].default:
-            better = f"{name}=wd.{kind.__name__}({argument}={value!r}, ...)"
-            raise ValueError(f"{argument}= cannot be combined with {name}=: write {better}")
-    return given
 
 
 def _check_together(scene: Scene, integration: Integration, execution: Execution, outputs: Outputs) -> None:

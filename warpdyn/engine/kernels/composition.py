@@ -39,6 +39,7 @@ from typing import Any, NamedTuple
 import warp as wp
 
 from warpdyn.engine.kernels.composing.part_checks import BUILTINS, check_parts, refuse_unknown
+from warpdyn.engine.kernels.composing.recorder_checks import check_recorder
 from warpdyn.engine.kernels.composing.source_text import (
     Pairs,
     bodies_of,
@@ -50,7 +51,7 @@ from warpdyn.engine.kernels.composing.source_text import (
     spliced,
     without_unread,
 )
-from warpdyn.engine.kernels.composing.user_recorders import users_of
+from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.registry import all_parts, fields, names_in
 from warpdyn.engine.kernels.slots import SLOTS, Slot
 
@@ -86,6 +87,9 @@ def compose(
             _add(values, each.names(plan))
     known_fields = fields(users_of(getattr(plan, "recorders", ())))
     check_parts(home, wanted, parts, slots, values.keys(), known_fields, getattr(plan, "family", ""))
+    for part in wanted:
+        if isinstance(part, type) and issubclass(part, Recorder):
+            check_recorder(part, home, wanted, values, plan.family)
     filled = {slot for part in wanted for slot in bodies_of(part)}
     values |= {f"HAS_{slot.upper()}": slot in filled for slot in slots}
     known = {name: value for name, value in values.items() if name.isupper() and isinstance(value, bool | int)}

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from warpdyn.engine.laws.law import StoreyElement, Values
 from warpdyn.engine.laws.parameter import Parameter
 from warpdyn.engine.laws.springs import OneOrOther, SideBySide, StoreyRules, Variant
+from warpdyn.engine.laws.written.pickling import received, sent
 from warpdyn.engine.methods.table import StoreyForces
 
 Element = type[StoreyElement]
@@ -37,6 +39,10 @@ class BuildingLaw:
         several = len(self.laws) > 1
         self.storeys = [self.storeys_of(law) if several else np.arange(0) for law in self.laws]
         self.parameters = _widest([*self.laws, *self.devices])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        numbers = [self.laws.index(law) for law in self.of_storeys]
+        return _received, (numbers, [sent(law) for law in self.laws], [sent(device) for device in self.devices])
 
     @property
     def name(self) -> str:
@@ -176,6 +182,12 @@ class BuildingLaw:
     def relaxation_rate(self, p: Values) -> np.ndarray:
         rates = [device.relaxation_rate(p) for device in self.devices]
         return np.max(np.broadcast_arrays(np.zeros(np.shape(p["stiffness"])), *rates), axis=0)
+
+
+def _received(numbers: Sequence[int], laws: Sequence[Any], devices: Sequence[Any]) -> BuildingLaw:
+    """Return the laws of a building; `laws` and `devices` are classes as `sent`, `numbers` the law of each storey."""
+    kinds: list[Element] = [received(each) for each in laws]
+    return BuildingLaw([kinds[number] for number in numbers], [received(each) for each in devices])
 
 
 def _counted_in_building(text: str, storeys: np.ndarray) -> str:

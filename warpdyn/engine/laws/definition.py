@@ -6,7 +6,8 @@ import dataclasses
 import inspect
 import re
 from collections.abc import Mapping
-from types import MappingProxyType
+from difflib import get_close_matches
+from types import CodeType, MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -30,14 +31,17 @@ DEVICES: dict[str, type[Device]] = {}
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
 OF_STOREY = ("stiffness", "mass", "height")
 # Names that a building or a dataset already has; a parameter with such a name would act as both.
-OF_BUILDINGS = ("gravity_load", "drift_capacity", "collapse_drift_ratio", "damped_storeys")
+OF_CHOICES = ("law", "devices", "damping", "damped_storeys")
+OF_BUILDINGS = ("gravity_load", "drift_capacity", "drift_ratio_capacity", "collapse_drift_ratio")
 OF_DAMPING = ("damping_ratio", "damping_coefficient", "damping_modes")
 OF_SAMPLES = ("sample", "structure", "storey", "floor", "motion", "motion_index", "im_level", "scale_factor", "event")
 OF_RESULTS = ("building", "archetype", "archetype_index", "status", "unreliable", "time", "demand")
-OF_OTHERS = frozenset(OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS)
+OF_OTHERS = frozenset(OF_CHOICES + OF_BUILDINGS + OF_DAMPING + OF_SAMPLES + OF_RESULTS)
 OF_DEMANDS = re.compile(
     r"peak_|residual_drift|base_shear|time_of_|(input|hysteretic|viscous|kinetic|dissipated)_energy$"
 )
+COMPUTED = ("name", "parameters", "forces", "written", "captured", "has_rate")  # attributes that `define` sets
+CLOSE = 0.8  # least similarity (difflib) of a misspelt name to the name that is meant
 SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
@@ -57,6 +61,8 @@ def define(cls: type[StoreyElement]) -> None:
 
 
 def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
+    if not cls.__module__.startswith("warpdyn."):
+        _check_names(cls, body)
     cls.name = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", cls.__name__).lower()
     functions = _functions(cls, body)
     cls.make_dataclass()
@@ -78,6 +84,36 @@ def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
     cls.written = _text_of(cls)
     if not cls.__name__.startswith("_"):
         cls.table[cls.name] = cls
+
+
+def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
+    """Raise a TypeError if a name in a class of a user has no effect: a misspelt optional name, or a computed one."""
+    for name in COMPUTED:
+        if name in body:
+            raise TypeError(f"{name} is computed by warpdyn, so that this value has no effect: remove {name}")
+    base = cls.__mro__[-2]
+    known = {each for each in {*vars(base), *base.__annotations__, *ARGUMENTS} if not each.startswith("_")}
+    read = set().union(*(_names_read(value) for value in body.values()))
+    for name in body.keys() - known - read - vars(cls).get("__annotations__", {}).keys():
+        close = [] if name.startswith("_") else get_close_matches(name, known - set(COMPUTED), 1, CLOSE)
+        if close:
+            raise TypeError(
+                f"{name} is not a name that warpdyn reads, so that it has no effect: rename it to {close[0]!r}, or to "
+                f"_{name} if it is not meant as {close[0]!r}"
+            )
+
+
+def _names_read(value: Any) -> set[str]:
+    """Return the names that a function reads; an empty set for other values."""
+    function = device_function(value) or getattr(value, "__func__", value)
+    waiting = [getattr(function, "__code__", None)]
+    found = set[str]()
+    while waiting:
+        code = waiting.pop()
+        if isinstance(code, CodeType):
+            found.update(code.co_names)
+            waiting += code.co_consts
+    return found
 
 
 def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
@@ -144,6 +180,7 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
     derived = _asked(cls, "derived", p)
     if not isinstance(derived, dict):
         raise TypeError(f"derived must return a dictionary of coefficients, got {type(derived).__name__}")
+    check_shapes(derived, p["stiffness"].shape)
     if cls.is_device and "stiffest" not in {name for each in cls.__mro__[:-3] for name in vars(each)}:
         raise TypeError("a device must define stiffest(p), its largest tangent stiffness [N/m]")
     stiffest = np.asarray(_asked(cls, "stiffest", p))
@@ -155,6 +192,20 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
     cls.variants = MappingProxyType({variant.name: variant})
     cls.rows = MappingProxyType({variant.name: variant.coefficients})
     cls.has_rate = "rate" in functions
+
+
+def check_shapes(derived: Mapping[str, Any], shape: tuple[int, ...]) -> None:
+    """Raise a TypeError if a coefficient from `derived` fits neither one number nor this shape, [structure, storey].
+
+    NumPy would take one number per structure for one per storey if there are as many structures as storeys.
+    """
+    for name, values in derived.items():
+        found = np.shape(values)
+        if found and (len(found) != len(shape) or any(n not in (1, m) for n, m in zip(found, shape, strict=True))):
+            raise TypeError(
+                f"derived returns {name!r} of shape {found}; it must be one number, or one per structure and storey, "
+                f"here shape {shape}: compute it from whole arrays such as p['stiffness'], with keepdims=True in sums"
+            )
 
 
 def _sample(cls: type[StoreyElement]) -> dict[str, np.ndarray]:

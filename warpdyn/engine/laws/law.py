@@ -19,9 +19,10 @@ from typing import Any, ClassVar, dataclass_transform
 
 import numpy as np
 
-from warpdyn.engine.laws.definition import DEVICES, HALF_FLEXIBILITY, LAWS, define
+from warpdyn.engine.laws.definition import DEVICES, HALF_FLEXIBILITY, LAWS, check_shapes, define
 from warpdyn.engine.laws.parameter import Parameter, names_of
 from warpdyn.engine.laws.springs import Variant
+from warpdyn.engine.laws.written.pickling import received_element, sent
 from warpdyn.engine.laws.written.source import Captured
 from warpdyn.engine.methods.table import StoreyForces
 from warpdyn.foundations.core.checks import real_numbers
@@ -163,6 +164,7 @@ class StoreyElement:
             `yield_force_negative`) divided by the stiffness; without a `yield_force`: whether it is always linear.
         has_rate: Whether the memory follows a differential equation, which is integrated with the motion.
         relaxes: Whether the force changes with time at a constant drift; implicit methods do not support this.
+        corners: Number of corners of the backbone that `ShearBuilding.from_capacity` fits; 0: a bilinear curve.
         exceptions: Checks of `wd.laws.certify` with a wider bound: {check: (bound, reason)}.
         kind: "law" or "device".
         is_device: Whether it is a device.
@@ -190,6 +192,7 @@ class StoreyElement:
     is_linear_until_yield: ClassVar[bool] = False
     has_rate: ClassVar[bool] = False
     relaxes: ClassVar[bool] = False
+    corners: ClassVar[int] = 0
     exceptions: ClassVar[Mapping[str, tuple[float, str]]] = MappingProxyType({})
     kind: ClassVar[str] = "law"
     is_device: ClassVar[bool] = False
@@ -231,6 +234,9 @@ class StoreyElement:
         given = {name: value for name, value in self.values().items() if value != self.parameters[name].default}
         return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return received_element, (sent(type(self)), self.values())
+
     def _repr_html_(self) -> str:
         held = self.values()
         rows = [(self.parameters[name].long_name, name, held[name], self.parameters[name].units) for name in held]
@@ -269,8 +275,13 @@ class StoreyElement:
         Args:
             p: Parameters and "stiffness", each [structure, storey].
             row: Name of the set, from `spring`.
+
+        Raises:
+            TypeError: If `derived` returns a coefficient of a wrong shape.
         """
-        known, shape = {**p, **cls.derived(p)}, np.shape(p["stiffness"])
+        derived, shape = cls.derived(p), np.shape(p["stiffness"])
+        check_shapes(derived, shape)
+        known = {**p, **derived}
         if HALF_FLEXIBILITY in cls.rows[row]:
             # For a law this is the flexibility of the storey, for a device that of the device.
             stiffness = np.broadcast_to(cls.stiffest(p) if cls.is_device else p["stiffness"], shape)

@@ -29,26 +29,35 @@ def law_name(given: object) -> str:
     return _given_class("storey law", given, LAWS).name
 
 
-def devices_and_values(devices: Sequence[Given], others: Collection[str]) -> tuple[tuple[type[Device], ...], Own]:
+def devices_and_values(
+    devices: Sequence[Given], others: Collection[str], laws: Sequence[type[Law]] = ()
+) -> tuple[tuple[type[Device], ...], Own]:
     """Return the classes of the devices of a building, and the parameters of devices that are given as objects.
 
     Args:
         devices: The devices.
         others: Names of the parameters that are given to the building.
+        laws: The laws of the building.
 
     Raises:
         TypeError: If `devices` is not a list or tuple.
-        ValueError: If a name is unknown, two devices share a parameter, or a parameter is given twice.
+        ValueError: If a name is unknown, a device shares a parameter with another device or with a law, or a parameter
+            is given twice.
     """
     if isinstance(devices, str) or not isinstance(devices, list | tuple):
         raise TypeError(f"devices must be a tuple of names or devices, such as ('friction_damper',), got {devices!r}")
     kinds = tuple(_given_class("device", device, DEVICES) for device in devices)
     for place, kind in enumerate(kinds):
-        for other in kinds[:place]:
+        for other in (*laws, *kinds[:place]):
             if common := set(kind.parameters) & set(other.parameters):
+                what, remedy = "device", "choose one of these devices"
+                if not other.is_device:
+                    users = [each.__name__ for each in (kind, other) if each.written]
+                    what = "law"
+                    remedy = f"rename the parameter in class {users[0]}" if users else "choose another law or device"
                 raise ValueError(
-                    f"devices {other.name!r} and {kind.name!r} share the parameter {min(common)!r}, and a storey can "
-                    "have only one value of it: choose one of these devices"
+                    f"{what} {other.name!r} and device {kind.name!r} share the parameter {min(common)!r}, and a storey "
+                    f"can have only one value of it: {remedy}"
                 )
     own: Own = {name: value for each in devices if isinstance(each, Device) for name, value in each.values().items()}
     _refuse_twice(own, others, "devices")

@@ -37,12 +37,13 @@ def _openquake(text: str) -> tuple[str, IntensityMeasure]:
     found = measure_named(text)
     if found is None or not found.kind or found.components not in COMPONENTS:
         raise ValueError(f"OpenQuake has no intensity measure {text!r}; measure= may be {_ALLOWED}")
+    name = f"SA({found.parameters[1]})" if found.kind == "SA" else found.kind
     if found.parameters and found.parameters[0] != DAMPING:
         raise ValueError(
             f"{text!r} has a damping ratio of {found.parameters[0]:g} %, but OpenQuake's spectral accelerations have "
-            f"{DAMPING:g} %; if the intensities are for {DAMPING:g} %, give measure='SA({found.parameters[1]})'"
+            f"{DAMPING:g} %; if the intensities are for {DAMPING:g} %, give measure={name!r}"
         )
-    return f"SA({found.parameters[1]})" if found.kind == "SA" else found.kind, found
+    return name, found
 
 
 def own_name(measure: str) -> str:

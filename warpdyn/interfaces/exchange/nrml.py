@@ -13,8 +13,9 @@ import xarray as xr
 
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.files.text import existing_file
-from warpdyn.interfaces.exchange.text_files import write_text
+from warpdyn.interfaces.exchange.text_files import check_same_format, write_text
 
+PROGRAM = "warpdyn"  # id of the models that warpdyn writes
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 LOSS_TYPES = (
     *("structural", "nonstructural", "contents", "business_interruption"),
@@ -69,14 +70,21 @@ def checked_description(function: str, description: str | None, default: str) ->
 def model(tag: str, loss_type: str, description: str) -> tuple[ElementTree.Element, ElementTree.Element]:
     """Return the root element of a file, and in it the element of the model with its description."""
     root = ElementTree.Element("nrml", xmlns=NAMESPACE)
-    attributes = {"id": "warpdyn", "assetCategory": "buildings", "lossCategory": loss_type}
+    attributes = {"id": PROGRAM, "assetCategory": "buildings", "lossCategory": loss_type}
     found = ElementTree.SubElement(root, tag, attributes)
     ElementTree.SubElement(found, "description").text = description
     return root, found
 
 
-def write_xml(path: Path, root: ElementTree.Element) -> Path:
-    """Write a root element to a file."""
+def write_xml(function: str, path: Path, root: ElementTree.Element, overwrite: bool) -> Path:
+    """Write the root element of a model to a file, unless this would replace a file of another kind or program.
+
+    Raises:
+        FileExistsError: If the file exists and `overwrite` is not set, unless warpdyn wrote a model of this kind in it.
+    """
+    tag = root[0].tag
+    mark = f'<{tag} id="{PROGRAM}"'
+    check_same_format(function, path, mark, f"a {tag} that warpdyn wrote", overwrite)
     ElementTree.indent(root)
     text = ElementTree.tostring(root, encoding="unicode")
     return write_text(path, f'<?xml version="1.0" encoding="utf-8"?>\n{text}\n')

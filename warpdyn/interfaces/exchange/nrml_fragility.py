@@ -40,6 +40,7 @@ def write_nrml_fragility(
     no_damage_limit: float | None = None,
     loss_type: str = "structural",
     description: str | None = None,
+    overwrite: bool = False,
 ) -> Path:
     """Write fragility curves as a fragility model of OpenQuake (NRML 0.5).
 
@@ -57,7 +58,7 @@ def write_nrml_fragility(
         curves: Result of `fragility` for each taxonomy, all with the same damage states, the lightest first:
             `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], or, to write stripe
             fractions, `exceedance_fraction(damage_state, stripe)`.
-        path: The file; its name ends in ".xml". An existing file is replaced.
+        path: The file; its name ends in ".xml".
         format: "continuous" or "discrete".
         intensities: Increasing intensities of discrete functions [unit of the curves], at which the fitted curves are
             written. None: the stripes, with the fractions of samples that exceeded a state.
@@ -74,6 +75,7 @@ def write_nrml_fragility(
             no limit; other functions have the limit `minimum_intensity`.
         loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
         description: Description of the model; None: the method of the fit, from the attributes of the curves.
+        overwrite: Whether to replace an existing file even if it is not a fragility model of warpdyn.
 
     Returns:
         The path.
@@ -83,7 +85,7 @@ def write_nrml_fragility(
             differ between taxonomies, probabilities decrease or are not from 0 to 1, intensities do not increase, or
             OpenQuake does not accept the measure, its unit or a name. The error names taxonomy, state and intensity.
         TypeError: If `curves` does not map taxonomies to datasets.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
@@ -140,7 +142,7 @@ def write_nrml_fragility(
             _add_continuous(function, what, dataset, sets[taxonomy], imt, factor, bounds)
         else:
             _add_discrete(function, what, sets[taxonomy], imt, factor, intensities, no_damage_limit)
-    return nrml.write_xml(path, root)
+    return nrml.write_xml(FUNCTION, path, root, overwrite)
 
 
 def _add_continuous(

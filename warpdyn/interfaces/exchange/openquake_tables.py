@@ -13,7 +13,7 @@ from pathlib import Path
 from warpdyn.foundations.core.checks import check_kind, checked_text, one_of, real_number, shortened
 from warpdyn.foundations.files.text import check_names, check_separator, read_csv_text
 from warpdyn.interfaces.exchange import nrml
-from warpdyn.interfaces.exchange.text_files import checked_path, write_text
+from warpdyn.interfaces.exchange.text_files import check_same_table, checked_path, write_text
 
 TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
 # Kinds of consequences whose values are fractions: of the replacement value, of buildings or of occupants.
@@ -22,12 +22,15 @@ SHAKING = ("groundshaking", "earthquake")  # perils; the second is the engine's 
 SUM_TOLERANCE = 1e-7  # of weights; the engine's pmf.PRECISION
 
 
-def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], path: str | os.PathLike) -> Path:
+def write_taxonomy_mapping(
+    mapping: Mapping[str, str | Mapping[str, float]], path: str | os.PathLike, *, overwrite: bool = False
+) -> Path:
     """Write OpenQuake's taxonomy mapping: ids of fragility or vulnerability functions for each taxonomy of an exposure.
 
     Args:
         mapping: For each taxonomy the id of its function, or a mapping of ids to weights [1] whose sum is 1.
-        path: The file; its name ends in ".csv". An existing file is replaced.
+        path: The file; its name ends in ".csv".
+        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
 
     Returns:
         The path.
@@ -35,7 +38,7 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
     Raises:
         ValueError: If weights are not above 0 or their sum is not 1, or OpenQuake does not accept a name.
         TypeError: If `mapping` is not a mapping.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
@@ -48,7 +51,8 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
         raise ValueError(
             f"{TAXONOMIES}() needs at least one taxonomy, such as {{'CR/H:5': 'CR_H5'}}, got an empty mapping"
         )
-    rows: list[Sequence[object]] = [("taxonomy", "risk_id", "weight")]
+    heads = ("taxonomy", "risk_id", "weight")
+    rows: list[Sequence[object]] = [heads]
     for taxonomy, given in mapping.items():
         nrml.check_taxonomy(TAXONOMIES, taxonomy)
         if not isinstance(given, str | Mapping):
@@ -66,6 +70,7 @@ def write_taxonomy_mapping(mapping: Mapping[str, str | Mapping[str, float]], pat
             raise ValueError(
                 f"{TAXONOMIES}: the sum of the weights of taxonomy {taxonomy!r} is {total:.9g}; it must be 1"
             )
+    check_same_table(TAXONOMIES, path, heads, overwrite)
     return write_text(path, _csv_text(rows))
 
 
@@ -121,6 +126,7 @@ def write_consequences(
     *,
     consequence: str = "losses",
     loss_type: str = "structural",
+    overwrite: bool = False,
 ) -> Path:
     """Write the consequences (such as loss ratios) of each damage state for OpenQuake's damage calculations.
 
@@ -129,9 +135,10 @@ def write_consequences(
             [1]: of the replacement value ("losses"), of buildings ("collapsed", "non_operational") or of people
             ("injured", "fatalities", "homeless"). If a pair is given, such as mean and coefficient of variation, the
             mean is written.
-        path: The file; its name ends in ".csv". An existing file is replaced.
+        path: The file; its name ends in ".csv".
         consequence: Kind of the consequence: one of the words in quotes above, such as "losses".
         loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
+        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
 
     Returns:
         The path.
@@ -140,7 +147,7 @@ def write_consequences(
         ValueError: If a fraction is not from 0 to 1 or decreases from one state to the next, ids have different states,
             or OpenQuake does not accept a name.
         TypeError: If `consequences` does not map ids to shares.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv").name
@@ -170,7 +177,9 @@ def write_consequences(
         values = [_share(risk_id, state, shares[state]) for state in states]
         _check_order(f"{CONSEQUENCES}: {risk_id!r}", dict(zip(states, values, strict=True)))
         rows.append((risk_id, consequence, loss_type, *(repr(value) for value in values)))
-    return write_text(path, _csv_text([("risk_id", "consequence", "loss_type", *states), *rows]))
+    heads = ("risk_id", "consequence", "loss_type", *states)
+    check_same_table(CONSEQUENCES, path, heads, overwrite)
+    return write_text(path, _csv_text([heads, *rows]))
 
 
 def _check_order(what: str, shares: Mapping[str, float]) -> None:

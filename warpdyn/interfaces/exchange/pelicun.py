@@ -19,7 +19,7 @@ from warpdyn.foundations.core.messages import tell
 from warpdyn.foundations.core.output_variables import COLLAPSED, OK, STOREY_KIND, STRIPED, measure_name
 from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
 from warpdyn.interfaces.exchange.measures import openquake_measure
-from warpdyn.interfaces.exchange.text_files import checked_path, write_text
+from warpdyn.interfaces.exchange.text_files import check_same_table, checked_path, write_text
 
 FUNCTION = "write_pelicun_demands"
 EVENT, DIRECTION = 1, 1
@@ -33,6 +33,7 @@ def write_pelicun_demands(
     *,
     level: float | Sequence[float] | None = None,
     collapse_drift_ratio: float | None = None,
+    overwrite: bool = False,
 ) -> Path:
     """Write the demands of a run as a demand sample of pelicun, one row per sample.
 
@@ -52,12 +53,13 @@ def write_pelicun_demands(
     Args:
         run: Result of `simulate` for a building, with the recorder "drift" and, for their columns, "acceleration" and
             "residual".
-        path: The file; its name ends in ".csv". An existing file is replaced.
+        path: The file; its name ends in ".csv".
         level: The stripe or stripes to write [unit of `im_level`]; required if the run has several.
         collapse_drift_ratio: The limit [1]. If a collapsed sample ended below it (because of rounding, or of a smaller
             drift capacity of a storey), the limit is written. None: the scene's `collapse_drift_ratio`; if the scene
             has none, or a sample without collapse reaches it, drifts are written unchanged, and there is an error
             unless another limit separates collapsed samples from the others.
+        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
 
     Returns:
         The path.
@@ -66,7 +68,7 @@ def write_pelicun_demands(
         ValueError: If the run is that of a portfolio or an event sequence; if it lacks drifts, the peak accelerations
             of its motions or the stripe; if every sample failed; or if a sample without collapse reaches the limit.
         TypeError: If `run` is not a Dataset.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g
@@ -104,6 +106,7 @@ def write_pelicun_demands(
         # pelicun 3.10 ignores a column with the plain name ERROR if the other names have four parts.
         columns[_column("ERROR", 0)] = "", (status > COLLAPSED).astype(np.int8)
     table = pd.DataFrame({name: values for name, (_, values) in columns.items()}, index=run["sample"].values)
+    check_same_table(FUNCTION, path, ["", *table.columns], overwrite)
     header, _, rows = table.to_csv(lineterminator="\n").partition("\n")
     units = ",".join(["Units", *(unit for unit, _ in columns.values())])
     return write_text(path, f"{header}\n{units}\n{rows}")

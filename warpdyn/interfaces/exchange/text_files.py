@@ -12,6 +12,8 @@ from warpdyn.foundations.files.disk_errors import disk_error, named_error
 from warpdyn.foundations.files.part_files import whole_file
 from warpdyn.foundations.files.targets import check_folder, check_replaceable, resolved
 
+HEAD = 10_000  # characters of a file in which the mark of its writer must be
+
 
 def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path:
     """Return a path after checking that it can be written, before anything is computed.
@@ -54,13 +56,39 @@ def check_same_table(function: str, path: Path, columns: Sequence[str], overwrit
         columns: Names of the columns (for GeoJSON, of the properties).
         overwrite: Whether to replace any file.
     """
+    _check_own(function, path, overwrite, "a table with the same columns", lambda: _columns_of(path) == set(columns))
+
+
+def check_same_format(function: str, path: Path, mark: str, what: str, overwrite: bool) -> None:
+    """Raise a FileExistsError if a file would replace a file that this function of warpdyn has not written.
+
+    Args:
+        function: The public function that writes the file.
+        path: The file.
+        mark: Text in the first lines of each file that this function writes, and of no other file.
+        what: Such a file in words.
+        overwrite: Whether to replace any file.
+    """
+    _check_own(function, path, overwrite, what, lambda: mark in _head_of(path))
+
+
+def _check_own(function: str, path: Path, overwrite: bool, what: str, is_own: Callable[[], bool]) -> None:
     if not isinstance(overwrite, bool):
         raise TypeError(f"{function}: overwrite must be True or False, got {overwrite!r}")
-    if not overwrite and path.exists() and _columns_of(path) != set(columns):
+    if not overwrite and path.exists() and not is_own():
         raise FileExistsError(
-            f"{function}: {path} exists and is not a table with the same columns, so it may contain other data: choose "
-            "another name, or replace it by overwrite=True"
+            f"{function}: {path} exists and is not {what}, so it may contain other data: choose another name, or "
+            "replace it by overwrite=True"
         )
+
+
+def _head_of(path: Path) -> str:
+    """Return the first characters of a file; "" if it is not text."""
+    try:
+        with open(path, encoding="utf-8") as file:
+            return file.read(HEAD)
+    except (OSError, UnicodeDecodeError):
+        return ""
 
 
 def _columns_of(path: Path) -> set[str] | None:

@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.campaigns.running.selections import select_event
 from warpdyn.foundations.core.checks import check_dataset
 from warpdyn.foundations.files.netcdf import trace
-from warpdyn.interfaces.exchange.text_files import checked_path, write_text
+from warpdyn.interfaces.exchange.text_files import check_same_format, checked_path, write_text
 from warpdyn.interfaces.reports import markup
 from warpdyn.interfaces.reports.curves import fragility, statistics
 from warpdyn.interfaces.reports.demands import demands
@@ -21,8 +21,10 @@ from warpdyn.interfaces.reports.provenance import accuracy, provenance, scene_pa
 
 ADVICE = "pass the result of simulate(), alone or merged with fragility(), or read from its file"
 
+WRITTEN = '<meta name="generator" content="warpdyn '  # in page.html
 
-def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = None) -> Path:
+
+def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = None, overwrite: bool = False) -> Path:
     """Write a report of a run as one HTML file: scene, outcome, demands, fragility curves, accuracy and provenance.
 
     The file contains its figures, loads nothing else and can be printed on A4. Remarks describe limitations of the
@@ -32,8 +34,9 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
 
     Args:
         dataset: Result of `simulate`, alone or merged with the result of `fragility`, or read from its file.
-        path: The file; its name ends in ".html" or ".htm". An existing file is replaced.
+        path: The file; its name ends in ".html" or ".htm".
         title: Title of the page; None: the dataset's title.
+        overwrite: Whether to replace an existing file even if it is not a report of warpdyn.
 
     Returns:
         The path.
@@ -41,7 +44,7 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
     Raises:
         ValueError: If the dataset is not a run or has no samples, the name has another ending, or the title is empty.
         TypeError: If `dataset` is not a Dataset, or `path` or `title` is of another type.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> both = run.merge(curves, combine_attrs="no_conflicts")
@@ -49,6 +52,7 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
         'building.html'
     """
     path = checked_path("report", path, ".html", ".htm")
+    check_same_format("report", path, WRITTEN, "a report of warpdyn", overwrite)
     check_dataset("report", dataset, "scene", "seed", "method", "source", advice=ADVICE)
     if title is not None and not isinstance(title, str):
         raise TypeError(f"report: title must be text, got {title!r}")

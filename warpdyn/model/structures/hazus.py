@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from warpdyn.engine.laws import Hysteretic
 from warpdyn.foundations.core.checks import one_of, real_number, whole_number
 from warpdyn.foundations.files.packaged import packaged_rows
 from warpdyn.model.structures.capacity.backbones import LEVEL_END, SHAPED, law_parameters
@@ -113,7 +114,7 @@ def hazus_chain(
         at_ultimate = at_yield * (1 + (over - 1) / row["hardening_ratio"])
         end = np.where(at_ultimate < THIRD_CORNER, THIRD_CORNER, LEVEL_END * at_ultimate)
         chain |= law_parameters(law, np.array([at_yield, at_ultimate, end]), np.outer([1, over, over], yield_force))
-    if law == "hysteretic":
+    if law == Hysteretic.name:
         chain |= dict.fromkeys(("pinching_drift", "pinching_force"), row["pinching"])
         chain |= {"unloading_exponent": row["unloading_exponent"]}
     return chain

@@ -8,7 +8,7 @@ from typing import Any, Self
 import numpy as np
 import xarray as xr
 
-from warpdyn.engine.laws import LAWS, Law, Parameter
+from warpdyn.engine.laws import LAWS, Elastic, Law, Parameter, ViscousDamper
 from warpdyn.engine.laws.building_law import BuildingLaw, missing_at
 from warpdyn.engine.laws.lookup import laws_and_values
 from warpdyn.foundations.core.checks import one_of, real_number
@@ -20,6 +20,7 @@ CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass
 MASS_RATIO = Parameter(
     "1", "mass of the damper over that of the first mode", low=0.0, low_open=True, high=1.0, often_in_percent=True
 )
+STRENGTHS = ("slip_force", "contact_stiffness", "damper_coefficient")  # 0 in a storey without the device
 DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
 
 
@@ -86,7 +87,7 @@ class ProtectedChain:
         one_of("law of isolators", law, ISOLATORS)
         mass = real_number("base_mass [kg]", base_mass, above=0)
         capacity = real_number("displacement_capacity [m]", displacement_capacity, above=0)
-        if law == "friction_pendulum":
+        if "weight" in LAWS[law].parameters:
             weight = STANDARD_GRAVITY * (mass + self.parameters["mass"].sum())
             values = {"weight": weight} | values
         if "gravity_load" in self.parameters:
@@ -151,7 +152,7 @@ class ProtectedChain:
         mass = ratio * float(self.parameters["mass"] @ shape**2)
         omega = frequency_ratio * float(first["circular_frequency"])
         own = {"mass": mass, "stiffness": mass * omega**2, "height": capacity / CAPACITY_RATIO}
-        return self._with_storey(self.storeys, "elastic", own, 2 * damping_ratio * omega * mass)
+        return self._with_storey(self.storeys, Elastic.name, own, 2 * damping_ratio * omega * mass)
 
     def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
         """Return the building with a storey inserted at index `place`; `own` are the storey's parameters."""
@@ -169,16 +170,23 @@ class ProtectedChain:
                 )
         for name, value in own.items():
             real_number(f"{name} of the storey", value)
+        for device in self.storey_law.devices:
+            if not device.parameters.keys() & set(STRENGTHS):
+                raise ValueError(
+                    f"device {device.name!r} would also act in the added storey, because only devices of warpdyn have a "
+                    "known parameter that is 0 without the device: write the added storey into ShearBuilding itself, with "
+                    "law=[...] and the parameters of the device for each storey"
+                )
         laws = self.storey_law.of_storeys * (1 if len(self.storey_laws) > 1 else self.storeys)
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
         # Devices of the building's storeys have zero strength here.
-        added |= {"slip_force": 0.0, "contact_stiffness": 0.0}
+        added |= {name: 0.0 for name in STRENGTHS if name not in added}
         devices: tuple[Any, ...] = self.storey_law.devices
         values = dict(self.parameters)
         ratio = values.pop("damping_ratio", None)
-        if dashpot > 0 and "viscous_damper" not in self.devices:
-            devices = (*devices, "viscous_damper")
+        if dashpot > 0 and ViscousDamper not in devices:
+            devices = (*devices, ViscousDamper)
             values["damper_coefficient"] = np.zeros(self.storeys)
         for name in {*values, *own}:
             before = values.get(name, np.full(self.storeys, np.nan))

@@ -120,7 +120,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         one_of("damping", damping, DAMPING)
         kind = DAMPING[damping]
         laws, of_laws = laws_and_values(law, parameters)
-        kinds, of_devices = devices_and_values(devices, parameters)
+        kinds, of_devices = devices_and_values(devices, parameters, laws)
         parameters = {**parameters, **of_laws, **of_devices}
         self.storey_law = BuildingLaw(laws, kinds)
         self.storey_laws, self.devices = tuple(each.name for each in laws), tuple(each.name for each in kinds)

@@ -2,6 +2,35 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
+from warpdyn.engine.laws.law import StoreyElement
+from warpdyn.foundations.core.near_misses import did_you_mean
+
+#: The names of all checks; some laws have only some of them.
+CHECKS = (
+    "values that are not finite",
+    "initial stiffness",
+    "linearity",
+    "continuity of the force",
+    "stiffness bound",
+    "tangent",
+    "kept force",
+    "force of a trial step",
+    "memory of a trial step",
+    "memory on a line",
+    "tangent on a line",
+    "negative elastic energy",
+    "passivity",
+    "dissipation",
+    "step independence",
+    "rate independence",
+    "float32 against float64",
+    "GPU against CPU",
+    "energy balance",
+    "convergence order of rk4",
+)
 DAMAGE = "damage and unloading stiffness change with the path, and so does the energy that unloading would return"
 TURN = "the energy that unloading would return depends on rules that are decided at the next reversal"
 ENERGY = "dissipated energy, by which damage grows, is summed over steps"
@@ -35,3 +64,23 @@ EXCEPTIONS: dict[str, dict[str, tuple[float, str]]] = {
         "passivity": (0.2, STRENGTH),
     },
 }
+
+
+def checked_exceptions(element: type[StoreyElement]) -> Mapping[str, tuple[float, str]]:
+    """Return the exceptions of a law.
+
+    Raises:
+        ValueError: If an exception names no check, or if its bound is not finite or its reason is missing.
+    """
+    of_class = f"exceptions of {element.__name__}"
+    for name, exception in element.exceptions.items():
+        if name not in CHECKS:
+            hint = did_you_mean(name, CHECKS)
+            raise ValueError(f"{of_class}: {name!r} is not a check of certify{hint}; checks: {', '.join(CHECKS)}")
+        bound, reason = exception if isinstance(exception, tuple) and len(exception) == 2 else (math.nan, "")
+        if not (isinstance(bound, int | float) and math.isfinite(bound) and isinstance(reason, str) and reason.strip()):
+            raise ValueError(
+                f"{of_class}: {name!r} is {exception!r}; give a finite bound and a reason, such as "
+                f'exceptions = {{{name!r}: (0.05, "why the bound is wider")}}'
+            )
+    return element.exceptions

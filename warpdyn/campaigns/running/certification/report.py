@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,10 +21,11 @@ class Check:
 
     Args:
         name: Property that is checked.
-        measured: Measured value; NaN if it was not measured.
+        measured: Measured value; NaN if it was not measured, or if a law returns NaN, which fails.
         bound: Largest allowed value, or least one if `is_least`.
         is_least: Whether `bound` is the least allowed value.
         reason: Reason for a wider bound, or for a value that was not measured; "" without one.
+        is_measured: Whether the value was measured.
     """
 
     name: str
@@ -33,6 +33,7 @@ class Check:
     bound: float
     is_least: bool = False
     reason: str = ""
+    is_measured: bool = True
 
     @property
     def holds(self) -> bool:
@@ -42,11 +43,11 @@ class Check:
     @property
     def passed(self) -> bool:
         """Whether the bound holds, or a reason is given for a value that was not measured."""
-        return self.holds or (math.isnan(self.measured) and bool(self.reason))
+        return self.holds if self.is_measured else bool(self.reason)
 
     def cells(self) -> tuple[str, ...]:
         """Return the row of the table."""
-        measured = "not measured" if math.isnan(self.measured) else f"{self.measured:.2g}"
+        measured = f"{self.measured:.2g}" if self.is_measured else "not measured"
         word = "NO" if not self.passed else f"yes ({self.reason})" if self.reason else "yes"
         return self.name, measured, f"{'>=' if self.is_least else '<='} {self.bound:.2g}", word
 

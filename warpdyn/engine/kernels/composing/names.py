@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from warpdyn.engine.kernels.composing.source_text import SLOT, bodies_of, parsed, source_of
@@ -119,6 +119,18 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
     for statement in definition.body:
         see(statement)
     return body
+
+
+def live_nodes(node: ast.AST, flags: Mapping[str, bool]) -> Iterator[ast.AST]:
+    """Yield a node of a syntax tree and the nodes inside it, except in branches that these flags exclude."""
+    yield node
+    is_true = _settled(node.test, flags) if isinstance(node, ast.If | ast.IfExp) else None
+    for field, value in ast.iter_fields(node):
+        if (field == "body" and is_true is False) or (field == "orelse" and is_true is True):
+            continue
+        for each in value if isinstance(value, list) else [value]:
+            if isinstance(each, ast.AST):
+                yield from live_nodes(each, flags)
 
 
 def _settled(test: ast.expr, flags: Mapping[str, bool]) -> bool | None:

@@ -74,7 +74,7 @@ def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -
         for slot, function in bodies_of(part).items():
             line = names_in_function(function, flags).reads.get(name)
             if line is not None:
-                _refuse(part, slot, line, f"reads {name!r}, which this kernel does not have")
+                refuse(part, slot, line, f"reads {name!r}, which this kernel does not have")
     raise ValueError(
         f"the skeleton reads {name!r}, which nothing defines: define it in the skeleton, or in "
         "a part that every kernel has"
@@ -89,12 +89,12 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
     for name, body in facts.items():
         if name not in slots:
             meant = _meant(name, slots)
-            _refuse(part, name, 0, f"is not a slot{meant}; only functions named after a slot may have no arguments")
+            refuse(part, name, 0, f"is not a slot{meant}; only functions named after a slot may have no arguments")
         for inner, line in body.slots.items():
             if inner not in slots:
-                _refuse(part, name, line, f"has the slot {inner!r}, which does not exist{_meant(inner, slots)}")
+                refuse(part, name, line, f"has the slot {inner!r}, which does not exist{_meant(inner, slots)}")
         for fault, line in body.faults.items():
-            _refuse(part, name, line, fault)
+            refuse(part, name, line, fault)
     of_skeleton = _variables(home)
     of_slots = {variable for slot in slots.values() for variable in slot.reads + slot.writes}
     protected = of_skeleton | of_slots | COMMON.keys() | BUILTINS
@@ -104,7 +104,7 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
     for name, body in facts.items():
         if name == "declare":
             for variable in body.assigned.keys() & of_skeleton - set(SCRATCH):
-                _refuse(
+                refuse(
                     part,
                     name,
                     body.assigned[variable],
@@ -122,20 +122,20 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
                 why = f"which has no value in this slot; it has {listed}, and those of COMMON in slots.py"
                 if variable not in protected:
                     why = f"which is not defined{_meant(variable, may_read)}"
-                _refuse(part, name, line, f"reads {variable!r}, {why}")
+                refuse(part, name, line, f"reads {variable!r}, {why}")
         for variable, line in body.changed.items():
             if variable in may_change or variable in set_anywhere - protected:
                 continue
             if variable not in protected:
                 kept = f"which is not declared; write `{variable} = matrix()` (a value per storey and lane) or "
                 kept += f"`{variable} = row()` (a value per lane) in declare()"
-            _refuse(part, name, line, f"changes {variable!r}, {kept}")
+            refuse(part, name, line, f"changes {variable!r}, {kept}")
         for variable, line in (body.assigned | body.loops).items():
             if variable in index - set(slot.writes):
-                _refuse(part, name, line, f"sets {variable!r}, a loop variable of the slot; {OTHER_NAME}")
+                refuse(part, name, line, f"sets {variable!r}, a loop variable of the slot; {OTHER_NAME}")
         for variable, line in body.assigned.items():
             if variable in protected - may_change - set(SCRATCH):
-                _refuse(part, name, line, f"sets {variable!r}, {kept}; {OTHER_NAME}")
+                refuse(part, name, line, f"sets {variable!r}, {kept}; {OTHER_NAME}")
 
 
 def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -> None:
@@ -145,9 +145,7 @@ def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -
             known = fields.get(STRUCTS[argument], ())
             if field not in known:
                 meant = _meant(field, known)
-                _refuse(
-                    part, slot, line, f"names {argument}.{field}, which does not exist{meant}; declare it in FIELDS"
-                )
+                refuse(part, slot, line, f"names {argument}.{field}, which does not exist{meant}; declare it in FIELDS")
 
 
 def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot], constants: Collection[str]) -> None:
@@ -159,7 +157,7 @@ def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot],
         for variable, line in bodies["declare"].assigned.items() if "declare" in bodies else ():
             if variable in owner:
                 other = name_of(owner[variable])
-                _refuse(part, "declare", line, f"declares {variable!r}, as part {other!r} does; {OTHER_NAME}")
+                refuse(part, "declare", line, f"declares {variable!r}, as part {other!r} does; {OTHER_NAME}")
             owner[variable] = part
         for body in bodies.values():
             for inner in body.slots:
@@ -171,22 +169,30 @@ def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot],
                 continue
             given = {variable for inner in body.slots for variable in slots[inner].writes}
             for variable in body.assigned.keys() - borrowed - given - set(slots[name].writes):
-                fault = ""
-                if owner.get(variable, part) is not part:
-                    fault = f"which part {name_of(owner[variable])!r} declares"
+                fault, lender = "", owner.get(variable, part)
+                if isinstance(lender, type) and not isinstance(part, type):  # the mistake is in the user's class
+                    line = facts[lender]["declare"].assigned[variable]
+                    refuse(
+                        lender,
+                        "declare",
+                        line,
+                        f"declares {variable!r}, which part {name_of(part)!r} sets; {OTHER_NAME}",
+                    )
+                if lender is not part:
+                    fault = f"which part {name_of(lender)!r} declares"
                 elif variable in constants:
                     fault = "a constant of the kernel"
                 elif variable not in SCRATCH:
                     others = [each for each, outer in around.get(name, ()) if variable in outer.assigned]
                     fault = f"which part {name_of(others[0])!r} uses around this slot" if others else ""
                 if fault:
-                    _refuse(part, name, body.assigned[variable], f"sets {variable!r}, {fault}; {OTHER_NAME}")
+                    refuse(part, name, body.assigned[variable], f"sets {variable!r}, {fault}; {OTHER_NAME}")
 
 
 def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
     """Check that each recorder writes its variables in a slot that exists in the kernel."""
     facts = {part: facts_of(part, name_of(home)) for part in wanted}
-    reached, waiting = set[str](), set().union(*(slots_of(each) for each in _functions_with_slots(home)))
+    reached, waiting = set[str](), set().union(*(slots_of(each) for each in functions_with_slots(home)))
     while waiting:
         reached |= waiting
         bodies = [bodies[slot] for bodies in facts.values() for slot in waiting if slot in bodies]
@@ -197,7 +203,7 @@ def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
         if not any("output" in body.reads for body in present):  # a function that gets all outputs may write them
             for variable in getattr(part, "VARIABLES", {}).get(family, {}).keys() - written:
                 slot = next(iter(bodies), "")
-                _refuse(
+                refuse(
                     part,
                     slot,
                     0,
@@ -206,7 +212,7 @@ def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
                 )
 
 
-def _refuse(part: Any, slot: str, line: int, fault: str) -> NoReturn:
+def refuse(part: Any, slot: str, line: int, fault: str) -> NoReturn:
     """Raise an error that names the part, the file and the line; `line` is counted from the `def` line of the slot."""
     function = bodies_of(part)[slot]
     at = function.__code__.co_firstlineno + max(0, line - 1)
@@ -251,7 +257,7 @@ def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
     return {name for names in borrows.values() for name in names}
 
 
-def _functions_with_slots(home: Any) -> list[FunctionType]:
+def functions_with_slots(home: Any) -> list[FunctionType]:
     """Return the skeleton and its module's functions for slots."""
     functions = [each for each in namespace_of(home).values() if isinstance(each, FunctionType)]
     return [each for each in functions if each.__module__ == home.__name__ and slots_of(each)]
@@ -260,7 +266,7 @@ def _functions_with_slots(home: Any) -> list[FunctionType]:
 @functools.cache
 def _variables(home: Any) -> frozenset[str]:
     """Return the variables that a skeleton and its module's functions for slots set."""
-    bodies = [names_in_function(function, {}) for function in _functions_with_slots(home)]
+    bodies = [names_in_function(function, {}) for function in functions_with_slots(home)]
     return frozenset(name for body in bodies for name in body.assigned)
 
 

@@ -143,11 +143,21 @@ def with_names(text: str, written: Pairs) -> str:
 @functools.cache
 def _body(function: FunctionType, written: Pairs) -> list[str]:
     """Return the lines of a function's body without its docstring, with names replaced."""
-    text = with_names(source_of(function), written)
+    text = with_names(_one_statement_per_line(source_of(function)), written)
     definition = parsed(text)
     lines = text.splitlines()
     first = definition.body[0].end_lineno if ast.get_docstring(definition) else _header_end(lines, definition.lineno)
     return textwrap.dedent("\n".join(lines[first : definition.end_lineno])).splitlines()
+
+
+def _one_statement_per_line(text: str) -> str:
+    """Return the text of a function; if a line has several statements, such as `if x: y = 1`, written out anew."""
+    definition = parsed(text)
+    lines = text.splitlines()
+    for statement in _statements_in(definition.body):
+        if lines[statement.lineno - 1].encode()[: statement.col_offset].strip():
+            return ast.unparse(definition) + "\n"
+    return text
 
 
 def _header_end(lines: Sequence[str], line: int) -> int:

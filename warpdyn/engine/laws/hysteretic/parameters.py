@@ -107,6 +107,7 @@ class Hysteretic(Law):
     force_ratio_3_negative: ArrayLike = negative(force_ratio(3), "force_ratio_3", opensees="s3n over s1n")
 
     opensees = ("Hysteretic",)
+    corners = 3
     rows = {
         "hysteretic": Coefficient.names(Coefficient.UNLOADING_EXPONENT),
         "hysteretic_softer_unloading": Coefficient.names(Coefficient.STIFFNESS_NEGATIVE),

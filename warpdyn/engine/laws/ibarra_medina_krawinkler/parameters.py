@@ -127,6 +127,7 @@ class _IbarraMedinaKrawinkler(Law):
     """Common part of the three laws."""
 
     is_linear_until_yield = True
+    corners = 3  # yield, capping point and the begin of the residual strength
 
     @classmethod
     def spring(cls, p: Values) -> str:

@@ -14,7 +14,6 @@ strains.
 from __future__ import annotations
 
 import enum
-from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,8 +57,6 @@ def _rows(corners: int) -> dict[str, tuple[str, ...]]:
 
 class _Multilinear(Law):
     """Common part of the laws with several corners."""
-
-    corners: ClassVar[int]  # of each side
 
     opensees = ("MultiLinear",)
     is_linear_until_yield = True

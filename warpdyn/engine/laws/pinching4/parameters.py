@@ -223,6 +223,7 @@ class Pinching4(Law):
     unloading_force_negative: ArrayLike = negative(UNLOADING_FORCE, "unloading_force", opensees="uForceN")
 
     opensees = ("Pinching4",)
+    corners = 4
     rows = {
         "pinching4": Coefficient.names(Coefficient.STIFFNESS_DAMAGE_LIMIT),
         "pinching4_energy_damage": Coefficient.names(),

@@ -15,13 +15,16 @@ from warpdyn.answers.fragility.building_results import PROBABILITY
 from warpdyn.campaigns.reductions.limits import NO_DAMAGE
 from warpdyn.foundations.core.checks import one_of
 from warpdyn.interfaces.exchange.regional.building_table import checked_results
-from warpdyn.interfaces.exchange.text_files import checked_path, write_in_place
+from warpdyn.interfaces.exchange.text_files import check_same_format, checked_path, write_in_place
 
 _FUNCTION = "write_openquake_damages"
+_WRITTEN = "generated_by='warpdyn"  # in the first line; OpenQuake's tables contain its own name
 LOSS_TYPES = ("structural", "nonstructural", "contents", "business_interruption")
 
 
-def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, loss_type: str = "structural") -> Path:
+def write_openquake_damages(
+    results: pd.DataFrame, path: str | os.PathLike, *, loss_type: str = "structural", overwrite: bool = False
+) -> Path:
     """Write the mean damage of each asset in the format of `avg_damages` of OpenQuake's scenario damage calculation.
 
     Columns are `asset_id`, `taxonomy`, `lon`, `lat` and, for each damage state, `structural-no_damage`,
@@ -32,8 +35,9 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
     Args:
         results: Result of `building_results`. The taxonomy is the column `structure_type` (as `read_openquake` reads
             it); if there is no such column, it is the archetype.
-        path: The file; its name ends in ".csv". An existing file is replaced.
+        path: The file; its name ends in ".csv".
         loss_type: Loss type of the damage states in OpenQuake.
+        overwrite: Whether to replace an existing file even if it is not such a table of warpdyn.
 
     Returns:
         The path.
@@ -42,7 +46,7 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
         ValueError: If the name has another ending, the table lacks a column or a location, a value is impossible, the
             loss type is unknown, or a building has no probability because all its samples failed.
         TypeError: If `results` is not a DataFrame.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> path = wd.write_openquake_damages(results, "avg_damages-rlz-000_1.csv")
@@ -68,6 +72,7 @@ def write_openquake_damages(results: pd.DataFrame, path: str | os.PathLike, *, l
     if "expected_loss" in table:
         columns[f"{loss_type}-losses"] = _shown(table["expected_loss"])
     written = pd.DataFrame(columns)
+    check_same_format(_FUNCTION, path, _WRITTEN, f"a table that {_FUNCTION} wrote", overwrite)
 
     def write(name: str) -> None:
         with open(name, "w", encoding="utf-8", newline="") as file:
@@ -86,4 +91,4 @@ def _shown(values: pd.Series, digits: str = "%.6E") -> np.ndarray:
 def _generated_by() -> str:
     """Return the text of the comment in the first line: program and date."""
     now = datetime.datetime.now(datetime.UTC)
-    return f"generated_by='warpdyn {__version__}', start_date='{now:%Y-%m-%dT%H:%M:%S}'"
+    return f"{_WRITTEN} {__version__}', start_date='{now:%Y-%m-%dT%H:%M:%S}'"

@@ -13,7 +13,7 @@ from warpdyn.answers.fragility.building_results import PROBABILITY
 from warpdyn.foundations.core.checks import one_of
 from warpdyn.interfaces.exchange.regional import geojson
 from warpdyn.interfaces.exchange.regional.building_table import checked_results
-from warpdyn.interfaces.exchange.text_files import checked_path, write_in_place
+from warpdyn.interfaces.exchange.text_files import check_same_table, checked_path, write_in_place
 from warpdyn.model.inventories.r2d import ASSET_ID, R2D_NAMES
 from warpdyn.model.inventories.table import FACTORS
 
@@ -29,7 +29,9 @@ LOSSES = {
 NAMES = R2D_NAMES | {"id": ASSET_ID} | LOSSES
 
 
-def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_unit: str = "ft2") -> Path:
+def write_r2d_results(
+    results: pd.DataFrame, path: str | os.PathLike, *, area_unit: str = "ft2", overwrite: bool = False
+) -> Path:
     """Write the results of each building as `R2D_results.geojson`, the file that SimCenter's R2D tool displays.
 
     Each building is a point. If R2D has a name for a column (`NumberOfStories`, `ReplacementCost`), it is used; other
@@ -41,8 +43,9 @@ def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_un
 
     Args:
         results: Result of `building_results`.
-        path: The file; its name ends in ".geojson". An existing file is replaced.
+        path: The file; its name ends in ".geojson".
         area_unit: Unit of `PlanArea` in the file: "ft2", as in SimCenter's examples, or "m2".
+        overwrite: Whether to replace an existing file even if it is not a table of points with the same properties.
 
     Returns:
         The path.
@@ -51,7 +54,7 @@ def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_un
         ValueError: If the name has another ending, the table lacks a column or a location, a value is impossible, a
             column has a name that the file needs, or the unit is unknown.
         TypeError: If `results` is not a DataFrame.
-        OSError: If the file cannot be written.
+        OSError: If the file cannot be written, or exists with other content.
 
     Example:
         >>> wd.write_r2d_results(results, "R2D_results.geojson").name
@@ -81,5 +84,6 @@ def write_r2d_results(results: pd.DataFrame, path: str | os.PathLike, *, area_un
         "WorkflowType": "Regional Simulation",
         "Time": f"{datetime.datetime.now():%m-%d-%Y %H:%M:%S}",
     }
+    check_same_table(_FUNCTION, path, properties.columns, overwrite)
     head = {"crs": CRS, "metadata": metadata}
     return write_in_place(path, lambda name: geojson.write_points(name, properties, table, head))

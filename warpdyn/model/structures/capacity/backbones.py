@@ -8,20 +8,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from warpdyn.engine.laws import LAWS, Hysteretic
 from warpdyn.engine.laws.backbone import LARGEST_LAST_RISE
 
-# Corners of the laws' backbones. Those of the IMK laws are yield, capping point and the begin of the residual strength.
-CORNERS = {
-    "trilinear": 2,
-    "quadrilinear": 3,
-    "hysteretic": 3,
-    "pinching4": 4,
-    "ibarra_medina_krawinkler_bilinear": 3,
-    "ibarra_medina_krawinkler_peak_oriented": 3,
-    "ibarra_medina_krawinkler_pinching": 3,
-}
-KINEMATIC = ("trilinear", "quadrilinear")  # kinematic hardening: these backbones cannot fall
-SHAPED = (*KINEMATIC, "hysteretic", "pinching4")  # these may rise to an ultimate strength and stay level
+CORNERS = {name: law.corners for name, law in LAWS.items() if law.corners}
+# Kinematic hardening: these backbones cannot fall.
+KINEMATIC = tuple(name for name in CORNERS if "hardening_ratio" in LAWS[name].parameters)
+# These may rise to an ultimate strength and stay level.
+SHAPED = tuple(name for name in CORNERS if "ductility_2" in LAWS[name].parameters)
 # Drift at the end of a level branch over that at its beginning, as in SimCenter's MDOF-LU: it only affects the energy
 # by which damage is measured.
 LEVEL_END = 10.0
@@ -47,7 +41,7 @@ def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters
     corners = CORNERS[law]
     if len(drift) == corners + 1:
         drift, force = _without_level_end(law, drift, force)
-    if law == "hysteretic" and len(drift) == 2:
+    if law == Hysteretic.name and len(drift) == 2:
         drift, force = np.vstack([drift, LEVEL_END * drift[-1:]]), np.vstack([force, force[-1:]])
     return _over_yield(*_with_more_corners(drift, force, corners))
 
