@@ -19,7 +19,7 @@ sum = sum * r * r + r + 1.0f;
 """
 
 
-# Cephes' expf (Moshier 1989), within an ulp and a half: e^x = 2^k e^r with |r| <= log(2) / 2.
+# Cephes' expf (Moshier 1989), error within 1.5 units in the last place: e^x = 2^k e^r with |r| <= log(2) / 2.
 @wp.func_native(
     """
 #if defined(__CUDA_ARCH__)
@@ -99,7 +99,8 @@ def natural_logarithm(x: wp.float32) -> wp.float32: ...
 def natural_logarithm(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 
-# log(1 + x) / x by a polynomial through Chebyshev points. Error: 2 ulp; in double precision 1 ulp of 1.
+# log(1 + x) / x by a polynomial through Chebyshev points. Error: 2 units in the last place;
+# in double precision one unit in the last place of the number 1.
 @wp.func_native("""
 #if defined(__CUDA_ARCH__)
 return log1pf(x);

@@ -207,7 +207,10 @@ SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 def check_scatter(structure: Structure, scatter: Scatter) -> None:
     """Raise an error that names the first entry of `scatter` that does not fit the structure."""
     if not isinstance(scatter, Mapping):
-        raise TypeError(f"scatter must map names to values, got {scatter!r}")
+        raise TypeError(
+            "scatter must map names of parameters to random or given values, such as "
+            f"{{'stiffness': wd.RandomFactor(wd.Lognormal(1.0, 0.2))}}, got {scatter!r}"
+        )
     if scatter and structure.is_many:
         raise ValueError(
             f"scatter of {', '.join(scatter)}: a scene with a Portfolio has no scatter; give it to each archetype, "

@@ -134,7 +134,10 @@ def _register(recorder: type[Recorder]) -> None:
     for family, variables in recorder.VARIABLES.items():
         for variable, row in variables.items():
             if not isinstance(row, Variable):
-                raise TypeError(f"recorder {recorder.__name__}: VARIABLES[{family!r}][{variable!r}] is not a Variable")
+                raise TypeError(
+                    f"recorder {recorder.__name__}: VARIABLES[{family!r}][{variable!r}] is not a Variable; give one, "
+                    'such as wd.kernels.Variable(("storey",), "N", "peak storey force")'
+                )
             if taken.get(variable, name) != name:
                 raise ValueError(
                     f"recorder {recorder.__name__}: recorder {taken[variable]!r} writes {variable!r}, too; "
