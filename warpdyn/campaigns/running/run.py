@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,6 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
 from warpdyn.campaigns.integration.run import MOST_SAMPLES, build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
-from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.integration.time_grid import warn_of_short_tail
 from warpdyn.campaigns.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
 from warpdyn.campaigns.reductions.population import Population
@@ -27,7 +27,7 @@ from warpdyn.campaigns.running.regions.checkpoint import FINGERPRINT, Checkpoint
 from warpdyn.campaigns.running.regions.cluster import OnCluster, workers_of
 from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, lay_out_run
 from warpdyn.campaigns.running.regions.region import choose, find_limits, integrate_histories
-from warpdyn.campaigns.running.regions.report import Report, include
+from warpdyn.campaigns.running.regions.report import Report, merged
 from warpdyn.campaigns.running.regions.workers import Here
 from warpdyn.campaigns.running.sinks import Files, Memory, Part, Sink, Statistics, Store, Whole
 from warpdyn.foundations.core.checks import whole_number
@@ -164,7 +164,7 @@ class Run:
             checkpoint.settle({str(job.group): settled | {"structures_per_region": size}})
             store = checkpoint.folder / f"samples{STORE_SUFFIX}" if self._is_store else None
             folder = None if job.is_reduced else checkpoint.folder
-            job = replace(job, folder=folder, store=store, path=checkpoint.path, key=f"{job.key} {checkpoint.path}")
+            job = replace(job, folder=folder, store=store, path=checkpoint.path)
         count = job.structures
         return Part(
             number=job.group,
@@ -204,10 +204,9 @@ class Run:
         for part in parts:
             with part.named():
                 calls = ((place, find_limits, part.job, region) for place, region in enumerate(part.regions))
-                found = dict(self.workers.each(calls))
-                for event, findings in enumerate(_findings(part)):
-                    include(findings, [found[place][event] for place in range(len(part.regions))])
-                    findings.refuse(any_step=True)
+                found = [states for _, states in sorted(self.workers.each(calls), key=itemgetter(0))]
+                for empty, *states in zip(part.layout.findings, *found, strict=True):
+                    merged(empty, states).refuse(any_step=True)
 
     def _run(self, parts: list[Part], sink: Sink) -> None:
         """Run the regions that are not finished."""
@@ -226,9 +225,8 @@ class Run:
         reports = [part.reports[place] for place in range(len(part.regions))]
         for text in dict.fromkeys(text for report in reports for text in report.messages):
             warn_caller(text)
-        for event, findings in enumerate(_findings(part)):
-            include(findings, [report.findings[event] for report in reports])
-            findings.warn(job.integration.on_unstable)
+        for empty, *states in zip(layout.findings, *(report.findings for report in reports), strict=True):
+            merged(empty, states).warn(job.integration.on_unstable)
         warn_of_short_tail(job.scene, max(report.longest_period for report in reports))
         rest = xr.Dataset()
         if outputs.histories is not None:
@@ -284,13 +282,6 @@ def divided(
 def _named(group: Group | None) -> AbstractContextManager[object]:
     """Return a context in which messages name a group of a portfolio."""
     return nullcontext() if group is None else group.named_in_messages()
-
-
-def _findings(part: Part) -> list[StabilityFindings]:
-    """Return empty findings of each event."""
-    method = str(part.layout.attributes["method"])
-    pairs = zip(part.layout.samples_by_event, part.layout.events, strict=True)
-    return [StabilityFindings(count, method, name) for count, name in pairs]
 
 
 def _estimates(part: Part, reports: list[Report], share: float) -> xr.Dataset:

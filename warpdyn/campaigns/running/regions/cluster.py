@@ -59,7 +59,7 @@ class OnCluster:
 
     def __init__(self, client: Client, device: str | None, threads: int | None) -> None:
         self.client, self.is_here = client, False
-        self._held: dict[str, Future] = {}
+        self._held: dict[Job | Asked, Future] = {}
         self._wait_for_one()
         self._check_versions()
         found: dict[str, About] = client.run(_about, device, threads)
@@ -131,11 +131,11 @@ class OnCluster:
         It is the result of a task and not scattered data: workers copy it from each other, and if all workers that had
         it have died, the scheduler runs the task again.
         """
-        if job.key not in self._held:
+        if job not in self._held:
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Sending large graph")  # it is sent once
-                self._held[job.key] = self.client.submit(_same, job, pure=False)
-        return self._held[job.key]
+                self._held[job] = self.client.submit(_same, job, pure=False)
+        return self._held[job]
 
     def _finished(self, futures: list[Future]) -> list[Future]:
         """Wait until at least one of some tasks has finished, and return the finished ones; Ctrl-C stops the wait."""

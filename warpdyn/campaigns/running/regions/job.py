@@ -21,7 +21,7 @@ from warpdyn.campaigns.accuracy.reliability import is_checked
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
-from warpdyn.campaigns.integration.stability_guard import structures_of_a_range
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings, structures_of_a_range
 from warpdyn.campaigns.preparation.preparation import Preparation, preparation_of
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.reduction import Reduction
@@ -74,7 +74,7 @@ class Asked:
     key: str
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Job:
     """Everything that a process needs to run the regions of a group.
 
@@ -86,7 +86,7 @@ class Job:
         execution: Devices, threads and memory of each process.
         outputs: Results of the run, without statistics and path.
         seed: Seed of every random draw.
-        key: Unique name of the job.
+        key: Unique name of what `Prepared` computes from the job: all but the folder, the store and the path.
         group: Number of the group.
         versions: Versions of DECIDING in the process that started the run.
         is_divided: Whether the run is divided into regions; otherwise one region has all structures.
@@ -145,7 +145,7 @@ class Layout:
         template: Template of its dataset.
         attributes: Attributes that describe its integration.
         samples_by_event: Number of histories of each event.
-        events: Names of the events.
+        findings: Empty findings of each event.
         demands: Names of the demands.
         bytes_per_sample: Bytes of a sample in the dataset.
         structures_per_region: Structures of every region but the last.
@@ -156,7 +156,7 @@ class Layout:
     template: Template
     attributes: dict[str, object]
     samples_by_event: tuple[int, ...]
-    events: tuple[str, ...]
+    findings: list[StabilityFindings]
     demands: tuple[str, ...]
     bytes_per_sample: int
     structures_per_region: int
@@ -336,7 +336,7 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
         template=labelled(run.model, columns, blank_rows(run.model, columns, 0)),
         attributes=attributes_of_run(run),
         samples_by_event=run.samples_by_event,
-        events=tuple(run.model.scene.excitation.event_names),
+        findings=run.findings,
         demands=tuple(run.model.demands),
         bytes_per_sample=bytes_per_row(run, columns),
         structures_per_region=size,

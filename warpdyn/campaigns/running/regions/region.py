@@ -11,12 +11,11 @@ import xarray as xr
 
 from warpdyn.campaigns.accuracy.pilot import choose_method
 from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.running.blocks import divide
 from warpdyn.campaigns.running.histories import KeptHistories
 from warpdyn.campaigns.running.pipeline import Pipeline
 from warpdyn.campaigns.running.regions.checkpoint import region_file
-from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Prepared
+from warpdyn.campaigns.running.regions.job import Asked, Host, Job
 from warpdyn.campaigns.running.regions.report import Report, state_of
 from warpdyn.campaigns.running.tables import InMemory, Reduced, Table, blank_rows
 from warpdyn.engine.kernels.queues import seconds_in_kernels
@@ -66,7 +65,7 @@ class Region:
                 rows = blank_rows(run.model, self.prepared.columns, samples)
             self.table = InMemory(self.prepared.columns, rows)
         blocks = divide(run, self.table.columns, memory, structures, is_reduced=self.table.reduces)
-        self.findings = findings_of(self.prepared)
+        self.findings = run.findings
         self.estimates = self.prepared.estimates(len(blocks[0]))
         self.pipeline = Pipeline(
             run,
@@ -138,7 +137,7 @@ def run_region(
 def find_limits(host: Host, job: Job, structures: range) -> list[dict[str, Any]]:
     """Return the stability limits of the structures of a region for each event, as `state_of` returns them."""
     prepared = host.prepared(job)
-    findings, queue = findings_of(prepared), host.queues(prepared)[0]
+    findings, queue = prepared.run.findings, host.queues(prepared)[0]
     for block in divide(prepared.run, prepared.columns, job.execution.memory, structures):
         for found, part in zip(findings, prepared.run.events(np.asarray(block), queue), strict=True):
             found.add_limits(*part)
@@ -170,10 +169,3 @@ def choose(host: Host, job: Job) -> dict[str, Any]:
         threads=host.prepared(job).run.execution.cores,
     )
     return {"method": choice.method, "dtype": choice.dtype, "longest_step": choice.longest_step}
-
-
-def findings_of(prepared: Prepared) -> list[StabilityFindings]:
-    """Return empty findings of each event; messages name the number of samples of the whole run."""
-    run = prepared.run
-    counts = zip(run.samples_by_event, run.model.scene.excitation.event_names, strict=True)
-    return [StabilityFindings(count, run.integration.method, name) for count, name in counts]
