@@ -82,6 +82,7 @@ class Dynamics(ABC):
         needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
+        is_packed_in_parts: Whether structures can be packed separately.
     """
 
     law: StoreyRules
@@ -96,6 +97,7 @@ class Dynamics(ABC):
     needs_eigenvalues: bool
     steps_modes: bool
     histories: tuple[str, ...]
+    is_packed_in_parts: bool = True
 
     @abstractmethod
     def __init__(self, structure: Structure, representative: Mapping[str, np.ndarray]) -> None:
@@ -151,14 +153,9 @@ class Dynamics(ABC):
             rayleigh: Factors of Rayleigh damping, from their vibration.
         """
 
-    @abstractmethod
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
         """Return the arrays that kernels of modes read in addition to the modes, structures last."""
-
-    @property
-    def is_packed_in_parts(self) -> bool:
-        """Whether structures can be packed separately."""
-        return True
+        return {}
 
 
 def slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import threading
 import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Set
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -276,17 +276,12 @@ class Host:
     def collected(self) -> Iterator[list[str]]:
         """Collect the warnings of a block, each once, for the process that started the run."""
         messages: list[str] = []
-        with warnings.catch_warnings(record=True) if self.is_worker else _nothing() as caught:
+        with warnings.catch_warnings(record=True) if self.is_worker else nullcontext() as caught:
             if self.is_worker:
                 warnings.simplefilter("always")
             with collected_warnings() as own:
                 yield messages
         messages += dict.fromkeys([*(text for text, _ in own), *(str(each.message) for each in caught or ())])
-
-
-@contextmanager
-def _nothing() -> Iterator[None]:
-    yield
 
 
 worker_host = Host(is_worker=True)  # of a process that is a worker of a cluster
