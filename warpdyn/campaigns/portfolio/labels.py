@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.files.netcdf import GrowingFile, trace
@@ -15,6 +17,11 @@ from warpdyn.foundations.files.zarr_stores import complete, lay_out, write_regio
 from warpdyn.model.scene.portfolio import Portfolio
 
 SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
+# Attributes of the variables that name the building of a sample.
+OF_SAMPLE: dict[str, dict[str, str]] = {
+    "building": {"long_name": "number of the building in the portfolio", "units": "1"},
+    "archetype_index": {"long_name": "index along the dimension archetype", "units": "1"},
+}
 
 
 class Joined:
@@ -120,29 +127,28 @@ class Joined:
 
     def _labelled(self, rows: dict[str, np.ndarray]) -> xr.Dataset:
         """Return the dataset of some samples."""
-        own: dict[str, tuple] = {
-            "building": (("sample",), {"long_name": "number of the building in the portfolio", "units": "1"}),
-            "archetype_index": (("sample",), {"long_name": "index along the dimension archetype", "units": "1"}),
-        }
+        own: dict[str, tuple] = {name: (("sample",), attributes) for name, attributes in OF_SAMPLE.items()}
         own |= {name: (variable.dims, variable.attrs) for name, variable in self.columns.items()}
         variables = {name: xr.Variable(own[name][0], values, own[name][1]) for name, values in rows.items()}
         coordinates: dict[str, Any] = {
-            name: variables.pop(name)
-            for name in list(variables)
-            if name in self.coordinates | {"building", "archetype_index"}
+            name: variables.pop(name) for name in list(variables) if name in self.coordinates | OF_SAMPLE.keys()
         }
-        archetype_table = {
-            "storeys_of_archetype": (self.portfolio.storeys.astype(np.int32), "storeys of the archetype"),
-            "buildings_of_archetype": (self.portfolio.counts.astype(np.int32), "buildings of the archetype"),
-        }
-        for name, (values, text) in archetype_table.items():
-            variables[name] = xr.Variable(("archetype",), values, {"long_name": text, "units": "1"})
-        names = np.array(list(self.portfolio.archetypes), dtype=str)
-        coordinates["archetype"] = ("archetype", names, {"long_name": "name of the archetype"})
+        variables |= table_of_archetypes(self.portfolio.archetypes, self.portfolio.storeys, self.portfolio.counts)
+        coordinates["archetype"] = variables.pop("archetype")
         recorders = ("acceleration",) if "floor" in self.coordinates else ()
         coordinates |= self.portfolio.numbered(recorders)
         attributes = trace(str(self.attributes["title"]), "simulate")
         return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.attributes["scene"]})
+
+
+def table_of_archetypes(names: Iterable[str], storeys: ArrayLike, buildings: ArrayLike) -> dict[str, xr.Variable]:
+    """Return the variables along `archetype` from names, numbers of storeys and numbers of buildings."""
+    name = np.array(list(names), dtype=str)
+    found = {"archetype": xr.Variable("archetype", name, {"long_name": "name of the archetype"})}
+    for what, values in {"storeys": storeys, "buildings": buildings}.items():
+        attributes = {"long_name": f"{what} of the archetype", "units": "1"}
+        found[f"{what}_of_archetype"] = xr.Variable("archetype", np.asarray(values, dtype=np.int32), attributes)
+    return found
 
 
 def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
