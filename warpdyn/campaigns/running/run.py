@@ -98,7 +98,7 @@ class Run:
             sink = self._sink(reduction, checkpoint)
             sink.begin(parts)
             if checkpoint is not None:
-                if not outputs.reduced:
+                if isinstance(self.workers, OnCluster) and not outputs.reduced:
                     self.workers.check_store(parts[0].job)
                 self._report_finished(parts, checkpoint.path)
             self._check_limits(parts)
@@ -125,7 +125,7 @@ class Run:
 
     def _job(self, number: int, group: Group | None) -> Job:
         """Return the job of a group; None is the group of a scene of one structure."""
-        outputs, is_here = self.outputs, self.workers.is_here
+        outputs = self.outputs
         chosen = {} if group is None or group.longest_step is None else {"longest_step": group.longest_step}
         where = self.execution.device, self.execution.threads, self.execution.memory
         return Job(
@@ -139,7 +139,7 @@ class Run:
             key=f"{self.digest} {number} {where}",
             group=number,
             versions=versions(),
-            is_divided=not is_here or outputs.path is not None,
+            is_divided=isinstance(self.workers, OnCluster) or outputs.path is not None,
             is_reduced=bool(outputs.reduced),
         )
 
@@ -181,14 +181,14 @@ class Run:
         return self.outputs.is_store and self.portfolio is None and not self.outputs.reduced
 
     def _sink(self, reduction: Reduction | None, checkpoint: Checkpoint | None) -> Sink:
-        is_here = self.workers.is_here
+        host = self.workers.host if isinstance(self.workers, Here) else None
         if reduction is not None:
             asked = Asked(self.outputs.reduced, self.scene, self.structures, f"statistics of {self.digest}")
-            if isinstance(self.workers, Here):
-                self.workers.host.reductions[asked.key] = reduction
-            return Statistics(reduction, asked, checkpoint, is_partial=not is_here or checkpoint is not None)
+            if host is not None:
+                host.reductions[asked.key] = reduction
+            return Statistics(reduction, asked, checkpoint, is_partial=host is None or checkpoint is not None)
         if checkpoint is None:
-            return Memory(self.workers.host if isinstance(self.workers, Here) else None)
+            return Memory(host)
         return Store(checkpoint) if self._is_store else Files(checkpoint)
 
     def _report_finished(self, parts: list[Part], path: Path) -> None:

@@ -14,12 +14,12 @@ import xarray as xr
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.portfolio.labels import Joined, common_attributes, largest_estimate
 from warpdyn.campaigns.reductions.reduction import Reduction
-from warpdyn.campaigns.running.blocks import check_room
 from warpdyn.campaigns.running.labels import filled
 from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
 from warpdyn.campaigns.running.regions.deferred import deferred_variables
 from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Layout, Order
 from warpdyn.campaigns.running.regions.report import Report, RowsOfRegions, rows_in
+from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.files.netcdf import GrowingFile, write_at_once
 from warpdyn.foundations.files.removal import remove_tree
 from warpdyn.foundations.files.unfinished import STORE_SUFFIX
@@ -129,7 +129,11 @@ class Memory:
     def begin(self, parts: list[Part]) -> None:
         """Check that the samples fit in memory."""
         path = "run.nc" if self._host is not None else "run.zarr"
-        check_room(sum(part.samples for part in parts), sum(p.samples * p.layout.bytes_per_sample for p in parts), path)
+        check_memory(
+            f"the dataset of {sum(part.samples for part in parts):,} samples (structures times motions)",
+            sum(part.samples * part.layout.bytes_per_sample for part in parts),
+            f'give path="{path}", which writes the samples to a file block by block, or record less',
+        )
 
     def ordered(self, part: Part, order: Order) -> Order:
         """Return an order with memory for its samples."""
@@ -190,7 +194,7 @@ class Files:
 
     def _reports_of(self, part: Part) -> list[Report | None]:
         """Return the reports in the files of a group's regions."""
-        return [Report.load(region_file(self.checkpoint.folder, part.number, region)) for region in part.regions]
+        return [Report.load(path) for path in self._paths(part)]
 
     def ordered(self, part: Part, order: Order) -> Order:
         """Return the order unchanged: the process that runs the region writes its file."""

@@ -58,7 +58,7 @@ class OnCluster:
     """
 
     def __init__(self, client: Client, device: str | None, threads: int | None) -> None:
-        self.client, self.is_here = client, False
+        self.client = client
         self._held: dict[Job | Asked, Future] = {}
         self._wait_for_one()
         self._check_versions()

@@ -48,7 +48,6 @@ class Region:
         is_partial: bool = True,
     ) -> None:
         self.job, self.structures, self.prepared = job, structures, host.prepared(job)
-        self.messages: list[str] = []
         self.run, self.queues = self.prepared.run, host.queues(self.prepared)
         run, outputs, memory = self.run, job.outputs, job.execution.memory
         self.first = structures.start * (run.samples // run.structures)
@@ -109,7 +108,6 @@ class Region:
                 "integrating": pipeline.seconds_integrating,
                 "in_kernels": seconds_in_kernels(self.queues),
             },
-            messages=self.messages,
             statistics={} if self.reduction is None else self.reduction.partial(),
             rows=self.table.rows if self.is_returned and isinstance(self.table, InMemory) else {},
         )
@@ -130,7 +128,7 @@ def run_region(
     """Run a region from its beginning to its end, on a worker; arguments: see `Region`."""
     with host.collected() as messages:
         report = Region(host, job, structures, asked, numbers).finish()
-    report.messages += messages
+    report.messages = messages
     return report
 
 

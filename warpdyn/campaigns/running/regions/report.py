@@ -41,7 +41,7 @@ class Report:
     outcomes: tuple[np.ndarray, ...]
     longest_period: float
     seconds: dict[str, float]
-    messages: list[str]
+    messages: list[str] = field(default_factory=list)
     chunks: dict[str, str] = field(default_factory=dict)
     statistics: Arrays = field(default_factory=dict)
     rows: Arrays = field(default_factory=dict)

@@ -31,10 +31,7 @@ class Here:
     Attributes:
         machines: Makers' names of the devices, as `machines_of` returns them.
         layout: Number of workers, number of workers that share a machine, and largest memory [bytes] of a worker.
-        is_here: Whether this process runs the regions.
     """
-
-    is_here = True
 
     def __init__(self, execution: Execution) -> None:
         self.execution, self.host = execution, Host()
@@ -106,9 +103,6 @@ class Here:
                     report = region.finish(advance)
                 begun.remove(region)
                 yield order, report
-
-    def check_store(self, job: Job) -> None:
-        """Return at once: this process has written to the folder."""
 
 
 def _close(regions: list[Region]) -> None:
