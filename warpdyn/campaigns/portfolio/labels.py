@@ -33,8 +33,7 @@ class Joined:
         templates: The template of the dataset of each group.
         rows: Values of the samples of each group by name: arrays, or objects that return arrays for slices.
         samples_per_building: Samples of each building.
-        attributes: Attributes of the dataset.
-        estimate: Error estimate of all groups, from `largest_estimate`.
+        rest: Attributes of the dataset, and the error estimate of all groups, from `largest_estimate`.
     """
 
     def __init__(
@@ -44,13 +43,12 @@ class Joined:
         templates: list[Template],
         rows: list[dict[str, Any]],
         samples_per_building: int,
-        attributes: dict[str, object],
-        estimate: xr.Dataset,
+        rest: xr.Dataset,
     ) -> None:
         self.portfolio, self.samples_per_building = portfolio, samples_per_building
         self.parts = list(zip(buildings, rows, strict=True))
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
-        self.attributes, self.estimate = attributes, estimate
+        self.of_run = rest
         # For each name: the variable of the first group that has it, and a type for the values of all groups.
         found: dict[str, xr.Variable] = {}
         for template in templates:
@@ -70,7 +68,7 @@ class Joined:
             for _, rows in self.parts:
                 rows.pop(name, None)
         dataset = self._labelled(self._named(joined, 0))
-        return dataset.merge(self.estimate).assign_attrs(dataset.attrs | self.attributes)
+        return dataset.merge(self.of_run).assign_attrs(dataset.attrs | self.of_run.attrs)
 
     def in_file(self, unfinished: Unfinished) -> xr.Dataset:
         """Write the dataset to a file, some buildings at a time, and return the dataset of the file."""
@@ -80,7 +78,7 @@ class Joined:
                 last = min(first + together, self.portfolio.buildings)
                 rows = {name: self._rows(name, first, last) for name in self.columns}
                 file.append(self._named(rows, first), self._labelled)
-            file.finish(self.estimate.assign_attrs(self.attributes))
+            file.finish(self.of_run)
         return xr.open_dataset(unfinished.path, engine="netcdf4")
 
     def in_store(self, unfinished: Unfinished) -> xr.Dataset:
@@ -94,7 +92,7 @@ class Joined:
                 stop_if_asked()
                 rows = {name: self._rows(name, first, min(first + together, buildings)) for name in self.columns}
                 write_region(store, first * self.samples_per_building, self._named(rows, first))
-            complete(store, self.estimate.assign_attrs(none.attrs | self.attributes))
+            complete(store, self.of_run.assign_attrs(none.attrs | self.of_run.attrs))
             unfinished.move_in_store(store)
         return xr.open_zarr(unfinished.path)
 
@@ -137,8 +135,8 @@ class Joined:
         coordinates["archetype"] = variables.pop("archetype")
         recorders = ("acceleration",) if "floor" in self.coordinates else ()
         coordinates |= self.portfolio.numbered(recorders)
-        attributes = trace(str(self.attributes["title"]), "simulate")
-        return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.attributes["scene"]})
+        attributes = trace(str(self.of_run.attrs["title"]), "simulate")
+        return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.of_run.attrs["scene"]})
 
 
 def table_of_archetypes(names: Iterable[str], storeys: ArrayLike, buildings: ArrayLike) -> dict[str, xr.Variable]:

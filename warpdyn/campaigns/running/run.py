@@ -20,6 +20,7 @@ from warpdyn.campaigns.integration.run import MOST_SAMPLES, build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.time_grid import warn_of_short_tail
 from warpdyn.campaigns.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
+from warpdyn.campaigns.portfolio.labels import common_attributes, largest_estimate
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.outputs import Outputs
@@ -29,7 +30,7 @@ from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, lay_out_ru
 from warpdyn.campaigns.running.regions.region import choose, find_limits, integrate_histories
 from warpdyn.campaigns.running.regions.report import Report, merged
 from warpdyn.campaigns.running.regions.workers import Here
-from warpdyn.campaigns.running.sinks import Files, Memory, Part, Sink, Statistics, Store, Whole
+from warpdyn.campaigns.running.sinks import Files, Memory, Part, Sink, Statistics, Store
 from warpdyn.foundations.core.checks import whole_number
 from warpdyn.foundations.core.messages import no_warnings, tell, warn_caller
 from warpdyn.foundations.core.progress import counted_histories
@@ -108,16 +109,12 @@ class Run:
             for part in parts:
                 with part.named():
                     rests.append(self._rest(part))
-            attributes = {"scene": self.scene.to_json(), "title": self.scene.title, "seed": self.seed}
-            return sink.finish(
-                Whole(
-                    portfolio=self.portfolio,
-                    parts=parts,
-                    rests=rests,
-                    attributes=attributes | {FINGERPRINT: self.digest},
-                    seconds=seconds,
-                )
-            )
+            rest = rests[0]
+            if self.portfolio is not None:
+                attributes = {"scene": self.scene.to_json(), "title": self.scene.title, "seed": self.seed}
+                attributes |= {FINGERPRINT: self.digest} | common_attributes(rests, seconds)
+                rest = largest_estimate(rests).assign_attrs(attributes)
+            return sink.finish(parts, rest, self.portfolio)
 
     def take(self, sink: Sink, part: Part, place: int, report: Report) -> None:
         """Deliver a region to the sink."""

@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.portfolio.labels import Joined, common_attributes, largest_estimate
+from warpdyn.campaigns.portfolio.labels import Joined
 from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.labels import filled
 from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
@@ -80,40 +80,11 @@ class Part:
                 yield Order(self.number, place, self.job, structures, self.named)
 
 
-@dataclass(kw_only=True)
-class Whole:
-    """Properties of a run that are known when all regions are done.
-
-    Args:
-        portfolio: The portfolio; None for a scene of one structure.
-        parts: The groups.
-        rests: Variables and attributes of each group besides its samples.
-        attributes: Attributes of the run that do not belong to a group.
-        seconds: Time before the first region [s].
-    """
-
-    portfolio: Portfolio | None
-    parts: list[Part]
-    rests: list[xr.Dataset]
-    attributes: dict[str, object]
-    seconds: float
-
-    def joined(self, rows: list[dict[str, Any]]) -> Joined:
-        """Return the samples of a portfolio's groups in the order of the buildings."""
-        assert self.portfolio is not None
-        buildings = [part.buildings for part in self.parts if part.buildings is not None]
-        templates = [part.layout.template for part in self.parts]
-        each = self.parts[0].samples // self.parts[0].job.structures
-        attributes = self.attributes | common_attributes(self.rests, self.seconds)
-        return Joined(self.portfolio, buildings, templates, rows, each, attributes, largest_estimate(self.rests))
-
-    @property
-    def rest(self) -> xr.Dataset:
-        """Variables and attributes of the run besides its samples."""
-        if self.portfolio is None:
-            return self.rests[0]
-        attributes = self.attributes | common_attributes(self.rests, self.seconds)
-        return largest_estimate(self.rests).assign_attrs(attributes)
+def _joined(portfolio: Portfolio, parts: list[Part], rows: list[dict[str, Any]], rest: xr.Dataset) -> Joined:
+    """Return the samples of a portfolio's groups in the order of the buildings."""
+    buildings = [part.buildings for part in parts if part.buildings is not None]
+    each = parts[0].samples // parts[0].job.structures
+    return Joined(portfolio, buildings, [part.layout.template for part in parts], rows, each, rest)
 
 
 class Memory:
@@ -150,11 +121,17 @@ class Memory:
         report.rows = {}
         part.reports[place] = report
 
-    def finish(self, whole: Whole) -> xr.Dataset:
-        """Return the dataset."""
-        if whole.portfolio is not None:
-            return whole.joined([self._rows.pop(part.number) for part in whole.parts]).in_memory()
-        [part], rest = whole.parts, whole.rest
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
+        """Return the dataset.
+
+        Args:
+            parts: The groups.
+            rest: Variables and attributes of the run besides its samples.
+            portfolio: The portfolio; None for a scene of one structure.
+        """
+        if portfolio is not None:
+            return _joined(portfolio, parts, [self._rows.pop(part.number) for part in parts], rest).in_memory()
+        [part] = parts
         rows: dict[str, Any] = self._rows[0]
         if deferred := self._deferred(part):
             assert self._host is not None
@@ -207,18 +184,18 @@ class Files:
     def _add(self, part: Part, place: int, report: Report) -> None:
         part.reports[place] = report
 
-    def finish(self, whole: Whole) -> xr.Dataset:
-        """Return the dataset of the file or the store."""
-        if whole.portfolio is not None:
-            joined = whole.joined([self._columns(part) for part in whole.parts])
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
+        """Return the dataset of the file or the store; arguments: see `Memory`."""
+        if portfolio is not None:
+            joined = _joined(portfolio, parts, [self._columns(part) for part in parts], rest)
             is_store = self.unfinished.path.suffix == STORE_SUFFIX
             return joined.in_store(self.unfinished) if is_store else joined.in_file(self.unfinished)
-        part = whole.parts[0]
+        [part] = parts
         with GrowingFile(self.unfinished, part.samples) as file:
             for path in self._paths(part):
                 rows = rows_in(path, part.along, self.unfinished.path)
                 file.append(rows, lambda first: filled(part.layout.template, first))
-            file.finish(whole.rest)
+            file.finish(rest)
         return xr.open_dataset(self.unfinished.path, engine="netcdf4")
 
     def _paths(self, part: Part) -> list[Path]:
@@ -254,12 +231,12 @@ class Store(Files):
             reports[place] = None
         return reports
 
-    def finish(self, whole: Whole) -> xr.Dataset:
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
         """Return the dataset of the store."""
-        store = whole.parts[0].job.store
+        store = parts[0].job.store
         assert store is not None
         with self.unfinished.named_errors():
-            complete(store, whole.rest)
+            complete(store, rest)
             self.unfinished.move_in_store(store)
         return xr.open_zarr(self.unfinished.path)
 
@@ -303,9 +280,9 @@ class Statistics(Files):
         report.statistics = {}
         part.reports[place] = report
 
-    def finish(self, whole: Whole) -> xr.Dataset:
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
         """Return the statistics, and write them if the run has a path."""
-        result = self.reduction.dataset(whole.rest)
+        result = self.reduction.dataset(rest)
         if self._checkpoint is None:
             return result
         if self.unfinished.path.suffix != STORE_SUFFIX:
