@@ -29,8 +29,8 @@ from warpdyn.campaigns.running.regions.cluster import OnCluster, workers_of
 from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, lay_out_run
 from warpdyn.campaigns.running.regions.region import choose, find_limits, integrate_histories
 from warpdyn.campaigns.running.regions.report import Report, merged
-from warpdyn.campaigns.running.regions.workers import Here
-from warpdyn.campaigns.running.sinks import Files, Memory, Part, Sink, Statistics, Store
+from warpdyn.campaigns.running.regions.workers import Here, Part
+from warpdyn.campaigns.running.sinks import Files, Memory, Sink, Statistics, Store
 from warpdyn.foundations.core.checks import whole_number
 from warpdyn.foundations.core.messages import no_warnings, tell, warn_caller
 from warpdyn.foundations.core.progress import counted_histories
@@ -211,10 +211,13 @@ class Run:
             for part in parts:
                 done = sum(len(part.regions[place]) for place in part.reports)
                 progress.update(part.histories * done // part.job.structures)
-            orders = (sink.ordered(part, order) for part in parts for order in part.orders())
-            jobs = [part.job for part in parts if len(part.reports) < len(part.regions)]
-            for order, report in self.workers.regions(jobs, orders, progress.update):
-                self.take(sink, parts[order.group], order.place, report)
+            missing = (
+                (part, place) for part in parts for place in range(len(part.regions)) if place not in part.reports
+            )
+            orders = ((*each, sink.given_to(*each)) for each in missing)
+            begun = [part for part in parts if len(part.reports) < len(part.regions)]
+            for part, place, report in self.workers.regions(begun, orders, progress.update):
+                self.take(sink, part, place, report)
 
     def _rest(self, part: Part) -> xr.Dataset:
         """Issue the warnings of a group's regions; return its variables and attributes in addition to its samples."""

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Set
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from collections.abc import Set
 from pathlib import Path
 from typing import Any
 
@@ -17,67 +15,15 @@ from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.labels import filled
 from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
 from warpdyn.campaigns.running.regions.deferred import deferred_variables
-from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Layout, Order
+from warpdyn.campaigns.running.regions.job import Asked, Host
 from warpdyn.campaigns.running.regions.report import Report, RowsOfRegions, rows_in
+from warpdyn.campaigns.running.regions.workers import Part
 from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.files.netcdf import GrowingFile, write_at_once
 from warpdyn.foundations.files.removal import remove_tree
 from warpdyn.foundations.files.unfinished import STORE_SUFFIX
 from warpdyn.foundations.files.zarr_stores import complete, damaged_regions, is_laid_out, lay_out
 from warpdyn.model.scene.portfolio import Portfolio
-
-
-@dataclass(eq=False, kw_only=True)
-class Part:
-    """The run of a group: structures that share a kernel, divided into regions.
-
-    Args:
-        number: Number of the group.
-        job: Everything that a process needs to run its regions.
-        layout: Its properties that are known before the first region.
-        regions: Structures of each region.
-        named: Context in which messages name the group.
-        buildings: Numbers of its structures in a portfolio; None: the structures are those of the run.
-        reports: Reports of the finished regions, by their place among the regions.
-    """
-
-    number: int
-    job: Job
-    layout: Layout
-    regions: list[range]
-    named: Callable[[], AbstractContextManager[object]]
-    buildings: np.ndarray | None = None
-    reports: dict[int, Report] = field(default_factory=dict)
-
-    @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return self.layout.samples_by_event[-1]
-
-    @property
-    def histories(self) -> int:
-        """Number of histories, over all events."""
-        return sum(self.layout.samples_by_event)
-
-    @property
-    def along(self) -> dict[str, xr.Variable]:
-        """Variables of the dataset that have one value for each sample, without values."""
-        return {str(k): v for k, v in self.layout.template.variables.items() if v.dims[:1] == ("sample",)}
-
-    def first_sample(self, structure: int) -> int:
-        """Return the first sample of a structure."""
-        return structure * (self.samples // self.job.structures)
-
-    def numbers(self, place: int) -> np.ndarray:
-        """Return the number in the run of each structure of a region."""
-        region = np.asarray(self.regions[place])
-        return region if self.buildings is None else self.buildings[region]
-
-    def orders(self) -> Iterator[Order]:
-        """Yield the regions that are not finished."""
-        for place, structures in enumerate(self.regions):
-            if place not in self.reports:
-                yield Order(self.number, place, self.job, structures, self.named)
 
 
 def _joined(portfolio: Portfolio, parts: list[Part], rows: list[dict[str, Any]], rest: xr.Dataset) -> Joined:
@@ -106,12 +52,12 @@ class Memory:
             f'give path="{path}", which writes the samples to a file block by block, or record less',
         )
 
-    def ordered(self, part: Part, order: Order) -> Order:
-        """Return an order with memory for its samples."""
+    def given_to(self, part: Part, place: int) -> dict[str, Any]:
+        """Return further arguments of `Region`: memory for its samples."""
         if self._host is None:
-            return order
-        span = slice(part.first_sample(order.structures.start), part.first_sample(order.structures.stop))
-        return replace(order, rows={name: values[span] for name, values in self._rows_of(part).items()})
+            return {}
+        span = slice(*(part.first_sample(edge) for edge in (part.regions[place].start, part.regions[place].stop)))
+        return {"rows": {name: values[span] for name, values in self._rows_of(part).items()}}
 
     def take(self, part: Part, place: int, report: Report) -> None:
         """Take the samples of a region."""
@@ -173,9 +119,9 @@ class Files:
         """Return the reports in the files of a group's regions."""
         return [Report.load(path) for path in self._paths(part)]
 
-    def ordered(self, part: Part, order: Order) -> Order:
-        """Return the order unchanged: the process that runs the region writes its file."""
-        return order
+    def given_to(self, part: Part, place: int) -> dict[str, Any]:
+        """Return no further arguments of `Region`: the process that runs the region writes its file."""
+        return {}
 
     def take(self, part: Part, place: int, report: Report) -> None:
         """Take the report of a region whose file is written."""
@@ -262,10 +208,9 @@ class Statistics(Files):
         if self._checkpoint is not None:
             super().begin(parts)
 
-    def ordered(self, part: Part, order: Order) -> Order:
-        """Return an order with the statistics."""
-        numbers = part.numbers(order.place)
-        return replace(order, asked=self.asked, numbers=numbers, is_partial=self._is_partial)
+    def given_to(self, part: Part, place: int) -> dict[str, Any]:
+        """Return further arguments of `Region`: the statistics."""
+        return {"asked": self.asked, "numbers": part.numbers(place), "is_partial": self._is_partial}
 
     def take(self, part: Part, place: int, report: Report) -> None:
         """Add a region to the statistics, after its file is written if the run has a path."""

@@ -6,8 +6,8 @@ import sys
 import threading
 import warnings
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Set
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from collections.abc import Iterator, Set
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,7 +18,6 @@ import warp as wp
 
 from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
 from warpdyn.campaigns.accuracy.reliability import is_checked
-from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings, structures_of_a_range
@@ -111,30 +110,6 @@ class Job:
     folder: Path | None = None
     store: Path | None = None
     path: Path | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Order:
-    """A region that is to be run.
-
-    Args:
-        group: Number of its group.
-        place: Number of the region in the group.
-        job: The job of the group.
-        structures: Its structures.
-        named: Context in which messages name the group.
-        asked, numbers, rows, is_partial: See `Region`; `rows` only if this process runs the region.
-    """
-
-    group: int
-    place: int
-    job: Job
-    structures: range
-    named: Callable[[], AbstractContextManager[object]]
-    asked: Asked | None = None
-    numbers: np.ndarray | None = None
-    rows: Arrays | None = None
-    is_partial: bool = True
 
 
 @dataclass(frozen=True, kw_only=True)
