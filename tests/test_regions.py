@@ -18,7 +18,7 @@ from warpdyn.campaigns.integration import stability_guard
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.running import blocks, run as runs
 from warpdyn.campaigns.running.regions import job as jobs, report as reports
-from warpdyn.campaigns.running.regions.report import Report, include, state_of
+from warpdyn.campaigns.running.regions.report import Report, merged, state_of
 
 pytest.importorskip("zarr")
 
@@ -258,14 +258,21 @@ def test_messages_are_those_of_the_run(on_unstable, tmp_path, small_regions):
     assert not (tmp_path / ".run.zarr.unfinished").exists()
 
 
+def test_a_job_is_prepared_once(tmp_path, monkeypatch):
+    prepared, init = [], jobs.Prepared.__init__
+    monkeypatch.setattr(jobs.Prepared, "__init__", lambda self, job: (prepared.append(job.group), init(self, job))[1])
+    wd.simulate(make_scene(), structures=2, path=tmp_path / "run.nc", device="cpu").close()
+    assert prepared == [0]
+
+
 @pytest.mark.fast
 def test_all_that_findings_hold_is_merged():
     names = {*stability_guard.SUMS, *stability_guard.LEAST, *stability_guard.MOST, *stability_guard.FIRST}
     assert names | {*reports.OF_THE_RUN, "failed"} == set(vars(StabilityFindings(1, "rk4")))
-    one, other, both = (StabilityFindings(9, "rk4", "main") for _ in range(3))
+    one, other, empty = (StabilityFindings(9, "rk4", "main") for _ in range(3))
     one.beyond, one.first, one.least, one.most, one.failed[2] = 3, "sample 1", 0.1, 2.0, 5
     other.beyond, other.first, other.least, other.never, other.failed[2] = 4, "sample 7", 0.05, 6, 1
-    include(both, [state_of(one), state_of(other)])
+    both = merged(empty, [state_of(one), state_of(other)])
     assert (both.beyond, both.first, both.least, both.most, both.never, both.failed[2]) == (
         7,
         "sample 1",

@@ -67,7 +67,7 @@ def compare(
     failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
     sizes = dict(reference)
     if "peak_storey_drift" in reference:
-        sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / run.heights[run.row[chosen]].T
+        sizes["peak_storey_drift_ratio"] = reference["peak_storey_drift"] / run.heights_of(chosen)
     errors = {}
     for name, variable in run.model.demands.items():
         scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)

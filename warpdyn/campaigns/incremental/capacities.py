@@ -9,19 +9,18 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.campaigns.incremental.labels import Found, labelled_capacities
-from warpdyn.campaigns.incremental.pairs import DRIFT_RATIO, Pairs
+from warpdyn.campaigns.incremental.pairs import Pairs
 from warpdyn.campaigns.incremental.search import Search
 from warpdyn.campaigns.integration.run import Run, build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
-from warpdyn.campaigns.reductions.limits import LIMIT_BANDS, state_names
+from warpdyn.campaigns.reductions.limits import DRIFT as DRIFT_RATIO, DamageLimits
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.queues import open_queues, seconds_in_kernels
-from warpdyn.foundations.core.checks import check_memory, one_of, real_number, real_numbers, true_or_false, whole_number
+from warpdyn.foundations.core.checks import check_memory, one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.interruption import interruptible
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION
-from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
 from warpdyn.foundations.core.progress import counted_histories
 from warpdyn.model.ground_motions.designs import Cloud, Design, Stripes
 from warpdyn.model.scene.arguments import takes_scene
@@ -135,7 +134,8 @@ def capacities(
     """
     scene = with_default_design(scene, structures)
     design = _design_of(scene)
-    names, limit = _checked(limits)
+    checked = _checked(limits, demand)
+    names, limit = list(checked.states), checked.values[0]
     tolerance = real_number("tolerance", tolerance, above=0)
     if not 1e-5 <= tolerance < 1:
         raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, got {tolerance:g}")
@@ -146,8 +146,6 @@ def capacities(
     integration = Integration(method=method, dtype=dtype, step=step, longest_step=longest_step, on_unstable=on_unstable)
     execution = Execution(device=device, threads=threads).on_first()
     finite = {f" of {name!r}": float(value) for name, value in zip(names, limit, strict=True) if value < np.inf}
-    if demand in LIMIT_BANDS:
-        warn_of_implausible_limits(finite, LIMIT_BANDS[demand])
     if demand == DRIFT_RATIO:
         _warn_of_limits_beyond_collapse(scene, finite)
     warn_of_implausible(scene, step=step, longest_step=longest_step)
@@ -225,34 +223,19 @@ def _design_of(scene: Scene) -> Design:
     return design
 
 
-def _checked(limits: Mapping[str, float]) -> tuple[list[str], np.ndarray]:
-    """Return names and limits, which must be positive and increase."""
-    if not isinstance(limits, Mapping) or not limits:
-        raise ValueError(f"limits must map at least one damage state to a limit of the demand, got {limits!r}")
-    names = list(state_names(limits))
-    for name, value in limits.items():
+def _checked(limits: Mapping[str, float], demand: str) -> DamageLimits:
+    """Return the limits of one demand, which must not be too large for the search."""
+    for name, value in limits.items() if isinstance(limits, Mapping) else ():
         if isinstance(value, Mapping):
             raise ValueError(
                 f"the limit of damage state {name!r} is {dict(value)}; capacities() and levels_for() need limits of "
                 "one demand, such as {'slight': 0.005}, and the name of its variable as demand="
             )
-    try:
-        values = np.array([float(real_numbers("limits", value)) for value in limits.values()])
-    except (TypeError, ValueError):
-        hint = " (0.5 % is 0.005)" if any("%" in str(value) for value in limits.values()) else ""
-        raise ValueError(f"limits must be numbers, got {dict(limits)}{hint}") from None
-    for name, value in zip(names, values, strict=True):
+    checked = DamageLimits.of(limits, demand)
+    for name, value in zip(checked.states, checked.values[0], strict=True):
         if LARGEST_LIMIT < value < np.inf:
             raise ValueError(f"limits: {name!r} is {value:g}; it must be at most {LARGEST_LIMIT:g}, or math.inf")
-        if not value > 0:
-            raise ValueError(f"the limit of damage state {name!r} is {value}; it must be above 0")
-    for i in range(len(names) - 1):
-        if not values[i + 1] > values[i]:
-            raise ValueError(
-                f"limits must increase from one damage state to the next, but {names[i]!r} has {values[i]} "
-                f"and {names[i + 1]!r} after it {values[i + 1]}"
-            )
-    return names, values
+    return checked
 
 
 def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -> None:

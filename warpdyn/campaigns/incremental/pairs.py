@@ -203,7 +203,7 @@ class Pairs:
         name = "peak_storey_drift" if demand == DRIFT_RATIO else demand
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
         if demand == DRIFT_RATIO:
-            values = values / self.whole.heights[self.whole.row[pair]].T
+            values = values / self.whole.heights_of(pair)
         if len(values) == self.counted.size:  # demands of storeys, or of the floors above them
             values = values[self.counted]
         worst, status = values.max(axis=0), outputs["status"]

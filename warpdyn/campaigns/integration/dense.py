@@ -31,6 +31,7 @@ class DenseDynamics(Dynamics):
     law, forces, damping, viscous_dampers = Elastic.variants["elastic"], LINEAR, "matrix", "none"
     physics, needs_eigenvalues, steps_modes, has_drift_capacity = (), True, True, False
     histories = tuple(name for name in HISTORY if name != "storey_force")
+    is_packed_in_parts = False  # all structures share the matrices
 
     def __init__(self, structure: LinearSystem, representative: Mapping[str, np.ndarray]) -> None:
         super().__init__(structure, representative)
@@ -85,12 +86,3 @@ class DenseDynamics(Dynamics):
             "influence": self.structure.influence,
             **{f"{name}_factor": parameters[name] for name in nominal},
         }
-
-    def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return no arrays."""
-        return {}
-
-    @property
-    def is_packed_in_parts(self) -> bool:
-        """False, because all structures share the matrices."""
-        return False

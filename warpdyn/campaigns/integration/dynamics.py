@@ -82,6 +82,7 @@ class Dynamics(ABC):
         needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
+        is_packed_in_parts: Whether structures can be packed separately.
     """
 
     law: StoreyRules
@@ -96,13 +97,14 @@ class Dynamics(ABC):
     needs_eigenvalues: bool
     steps_modes: bool
     histories: tuple[str, ...]
+    is_packed_in_parts: bool = True
 
     @abstractmethod
     def __init__(self, structure: Structure, representative: Mapping[str, np.ndarray]) -> None:
         self.structure = structure
 
     def parameters_of(self, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
-        """Return every parameter of drawn structures (of the nominal one if nothing is drawn), shape [structure, ...].
+        """Return every parameter of some drawn structures, `structure` first; of the nominal one if nothing is drawn.
 
         For a LinearSystem they are the factors on its matrices.
         """
@@ -137,28 +139,23 @@ class Dynamics(ABC):
         """Return the undamped modes of some structures.
 
         Args:
-            parameters: Every parameter of some structures; the first dimension is the structure.
+            parameters: Every parameter of some structures, `structure` first.
             excitation: The excitation.
             is_coupled: Whether the damping is returned as a full matrix.
         """
 
     @abstractmethod
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
-        """Return the arrays that kernels of stepwise methods read; the last dimension is the structure.
+        """Return the arrays that kernels of stepwise methods read, structures last.
 
         Args:
-            parameters: Every parameter of some structures; the first dimension is the structure.
+            parameters: Every parameter of some structures, `structure` first.
             rayleigh: Factors of Rayleigh damping, from their vibration.
         """
 
-    @abstractmethod
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return the arrays that kernels read in addition to the modes; the last dimension is the structure."""
-
-    @property
-    def is_packed_in_parts(self) -> bool:
-        """Whether structures can be packed separately."""
-        return True
+        """Return the arrays that kernels of modes read in addition to the modes, structures last."""
+        return {}
 
 
 def slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:

@@ -96,17 +96,16 @@ class Ensemble:
         return self.schedule.step
 
     @property
-    def heights(self) -> np.ndarray:
-        """Storey heights of each structure [m], shape [structure, storey]."""
-        nominal = self.scene.structure.parameters["height"]
-        return self.drawn.get("height", np.broadcast_to(nominal, (len(self.structures), nominal.size)))
-
-    @property
     def storey_heights(self) -> np.ndarray:
         """Storey heights [m], shape [structure, storey], or [1, storey] if all structures have the same."""
         if "height" in self.scene.scatter:
             return self.drawn["height"]
         return self.scene.structure.parameters["height"][None]
+
+    def heights_of(self, samples: np.ndarray) -> np.ndarray:
+        """Return the storey heights of some samples [m], shape [storey, sample]."""
+        heights = self.storey_heights
+        return heights[self.row[samples] % len(heights)].T
 
     def select(self, samples: np.ndarray) -> Ensemble:
         """Return some of the samples with their structures, to be integrated by the same model."""

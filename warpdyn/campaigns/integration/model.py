@@ -201,8 +201,5 @@ class Model:
     def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:
         """Return memory for outputs; the first dimension is the sample. `names` selects outputs (None: all)."""
         names = self.shapes if names is None else names
-        return {name: np.empty((samples, *self.shapes[name]), self.output_dtype(name)) for name in names}
-
-    def output_dtype(self, name: str) -> np.dtype:
-        """Return the number type of an output."""
-        return arguments.output_dtype(name, self.plan.dtype)
+        dtype = self.plan.dtype
+        return {k: np.empty((samples, *self.shapes[k]), arguments.output_dtype(k, dtype)) for k in names}

@@ -10,12 +10,10 @@ from math import factorial
 
 import numpy as np
 
-from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes
+from warpdyn.campaigns.integration.dynamics import DOUBLES_AT_A_TIME, Arrays, Dynamics, Modes
 from warpdyn.engine.methods.oscillator_increments import HIGHEST_POWER, halvings_of, oscillator_increments
 from warpdyn.engine.methods.table import ImplicitMethod, Method
 from warpdyn.model.ground_motions.excitation import Excitation
-
-DOUBLES_AT_A_TIME = 2**20  # in one of the matrices of coupled modes
 
 
 def pack_linear(

@@ -13,6 +13,7 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.model import Model, central_vibration, dynamics_of, plan_of
 from warpdyn.campaigns.integration.sampler import Sampler
 from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration, Settled
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.integration.time_grid import build_schedule, build_timeline
 from warpdyn.engine.kernels.queues import Queue, open_queues
 from warpdyn.engine.methods.defaults import FALLBACK
@@ -54,6 +55,12 @@ class Run:
     def samples_by_event(self) -> tuple[int, ...]:
         """Number of samples of each event; those of the last event are the samples of the run."""
         return tuple(self.structures * samples for samples in self.model.scene.excitation.samples_by_event)
+
+    @property
+    def findings(self) -> list[StabilityFindings]:
+        """Empty findings of each event."""
+        counts = zip(self.samples_by_event, self.model.scene.excitation.event_names, strict=True)
+        return [StabilityFindings(count, self.integration.method, name) for count, name in counts]
 
     def draw(self, structures: np.ndarray) -> Drawn:
         """Return the parameters and the vibration of some structures, given by their indices, increasing."""

@@ -25,19 +25,8 @@ SAMPLES_OF_A_RANGE = 2**12
 LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; the error of an accurate run is 100 times smaller
 LARGEST_CHANGE = 0.01  # of a peak drift of a reliable sample in a second run: see accuracy/reliability.py
 # How findings of blocks are merged: SUMS are added, LEAST and MOST take the extreme, FIRST keeps the first value.
-SUMS = (
-    "beyond",
-    "unsure",
-    "in_float64",
-    "blank",
-    "too_long",
-    "leaping",
-    "off",
-    "sensitive",
-    "unreliable",
-    "checked",
-    "unchecked",
-)
+SUMS: tuple[str, ...] = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping")
+SUMS += ("off", "sensitive", "unreliable", "checked", "unchecked")
 LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
 
 
@@ -135,12 +124,10 @@ class StabilityFindings:
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
-            holds = (
-                f"A step of at most {self.least:.3g} s is stable for all"
-                if self.least > 0
-                else "No step is stable for all"
+            stable = f"A step of at most {self.least:.3g} s" if self.least > 0 else "No step"
+            messages.append(
+                f"{beyond}; their status is unstable_step and their demands are NaN. {stable} is stable for all"
             )
-            messages.append(f"{beyond}; their status is unstable_step and their demands are NaN. {holds}")
         elif self.beyond:
             messages.append(
                 f"{beyond}: each of them takes the fewest stable steps instead, up to {self.most:.3g} times as many"

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.files.netcdf import GrowingFile, trace
@@ -15,6 +17,11 @@ from warpdyn.foundations.files.zarr_stores import complete, lay_out, write_regio
 from warpdyn.model.scene.portfolio import Portfolio
 
 SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
+# Attributes of the variables that name the building of a sample.
+OF_SAMPLE: dict[str, dict[str, str]] = {
+    "building": {"long_name": "number of the building in the portfolio", "units": "1"},
+    "archetype_index": {"long_name": "index along the dimension archetype", "units": "1"},
+}
 
 
 class Joined:
@@ -26,8 +33,7 @@ class Joined:
         templates: The template of the dataset of each group.
         rows: Values of the samples of each group by name: arrays, or objects that return arrays for slices.
         samples_per_building: Samples of each building.
-        attributes: Attributes of the dataset.
-        estimate: Error estimate of all groups, from `largest_estimate`.
+        rest: Attributes of the dataset, and the error estimate of all groups, from `largest_estimate`.
     """
 
     def __init__(
@@ -37,13 +43,12 @@ class Joined:
         templates: list[Template],
         rows: list[dict[str, Any]],
         samples_per_building: int,
-        attributes: dict[str, object],
-        estimate: xr.Dataset,
+        rest: xr.Dataset,
     ) -> None:
         self.portfolio, self.samples_per_building = portfolio, samples_per_building
         self.parts = list(zip(buildings, rows, strict=True))
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
-        self.attributes, self.estimate = attributes, estimate
+        self.of_run = rest
         # For each name: the variable of the first group that has it, and a type for the values of all groups.
         found: dict[str, xr.Variable] = {}
         for template in templates:
@@ -63,7 +68,7 @@ class Joined:
             for _, rows in self.parts:
                 rows.pop(name, None)
         dataset = self._labelled(self._named(joined, 0))
-        return dataset.merge(self.estimate).assign_attrs(dataset.attrs | self.attributes)
+        return dataset.merge(self.of_run).assign_attrs(dataset.attrs | self.of_run.attrs)
 
     def in_file(self, unfinished: Unfinished) -> xr.Dataset:
         """Write the dataset to a file, some buildings at a time, and return the dataset of the file."""
@@ -73,7 +78,7 @@ class Joined:
                 last = min(first + together, self.portfolio.buildings)
                 rows = {name: self._rows(name, first, last) for name in self.columns}
                 file.append(self._named(rows, first), self._labelled)
-            file.finish(self.estimate.assign_attrs(self.attributes))
+            file.finish(self.of_run)
         return xr.open_dataset(unfinished.path, engine="netcdf4")
 
     def in_store(self, unfinished: Unfinished) -> xr.Dataset:
@@ -87,7 +92,7 @@ class Joined:
                 stop_if_asked()
                 rows = {name: self._rows(name, first, min(first + together, buildings)) for name in self.columns}
                 write_region(store, first * self.samples_per_building, self._named(rows, first))
-            complete(store, self.estimate.assign_attrs(none.attrs | self.attributes))
+            complete(store, self.of_run.assign_attrs(none.attrs | self.of_run.attrs))
             unfinished.move_in_store(store)
         return xr.open_zarr(unfinished.path)
 
@@ -120,29 +125,28 @@ class Joined:
 
     def _labelled(self, rows: dict[str, np.ndarray]) -> xr.Dataset:
         """Return the dataset of some samples."""
-        own: dict[str, tuple] = {
-            "building": (("sample",), {"long_name": "number of the building in the portfolio", "units": "1"}),
-            "archetype_index": (("sample",), {"long_name": "index along the dimension archetype", "units": "1"}),
-        }
+        own: dict[str, tuple] = {name: (("sample",), attributes) for name, attributes in OF_SAMPLE.items()}
         own |= {name: (variable.dims, variable.attrs) for name, variable in self.columns.items()}
         variables = {name: xr.Variable(own[name][0], values, own[name][1]) for name, values in rows.items()}
         coordinates: dict[str, Any] = {
-            name: variables.pop(name)
-            for name in list(variables)
-            if name in self.coordinates | {"building", "archetype_index"}
+            name: variables.pop(name) for name in list(variables) if name in self.coordinates | OF_SAMPLE.keys()
         }
-        archetype_table = {
-            "storeys_of_archetype": (self.portfolio.storeys.astype(np.int32), "storeys of the archetype"),
-            "buildings_of_archetype": (self.portfolio.counts.astype(np.int32), "buildings of the archetype"),
-        }
-        for name, (values, text) in archetype_table.items():
-            variables[name] = xr.Variable(("archetype",), values, {"long_name": text, "units": "1"})
-        names = np.array(list(self.portfolio.archetypes), dtype=str)
-        coordinates["archetype"] = ("archetype", names, {"long_name": "name of the archetype"})
+        variables |= table_of_archetypes(self.portfolio.archetypes, self.portfolio.storeys, self.portfolio.counts)
+        coordinates["archetype"] = variables.pop("archetype")
         recorders = ("acceleration",) if "floor" in self.coordinates else ()
         coordinates |= self.portfolio.numbered(recorders)
-        attributes = trace(str(self.attributes["title"]), "simulate")
-        return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.attributes["scene"]})
+        attributes = trace(str(self.of_run.attrs["title"]), "simulate")
+        return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.of_run.attrs["scene"]})
+
+
+def table_of_archetypes(names: Iterable[str], storeys: ArrayLike, buildings: ArrayLike) -> dict[str, xr.Variable]:
+    """Return the variables along `archetype` from names, numbers of storeys and numbers of buildings."""
+    name = np.array(list(names), dtype=str)
+    found = {"archetype": xr.Variable("archetype", name, {"long_name": "name of the archetype"})}
+    for what, values in {"storeys": storeys, "buildings": buildings}.items():
+        attributes = {"long_name": f"{what} of the archetype", "units": "1"}
+        found[f"{what}_of_archetype"] = xr.Variable("archetype", np.asarray(values, dtype=np.int32), attributes)
+    return found
 
 
 def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:

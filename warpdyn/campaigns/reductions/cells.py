@@ -16,6 +16,7 @@ from warpdyn.model.ground_motions.designs import Stripes
 from warpdyn.model.ground_motions.motions import motion_names, motion_numbers
 
 Coordinates = dict[str, tuple]
+Variables = dict[str, tuple]
 EVENT = {"long_name": "event"}
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.campaigns.reductions.cells import Cells, Coordinates
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates, Variables
 from warpdyn.campaigns.reductions.limits import DRIFT
-from warpdyn.campaigns.reductions.merging import Mergeable
+from warpdyn.campaigns.reductions.merging import Reducer
 from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.statistic import Statistic, Variables, failures
+from warpdyn.campaigns.reductions.statistic import Statistic, failures
 from warpdyn.campaigns.reductions.tally import Block, Tally, find_states, searched
 from warpdyn.campaigns.reductions.workers import Workers
 from warpdyn.foundations.core.checks import finite_numbers, shortened
@@ -79,7 +79,7 @@ class DemandHistogram(Statistic):
         return HistogramReducer(self, population, threads)
 
 
-class HistogramReducer(Mergeable):
+class HistogramReducer(Reducer):
     """Count the samples of a run by bins of a demand.
 
     Args:

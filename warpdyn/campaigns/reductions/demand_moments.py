@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdyn.campaigns.reductions.cells import Cells, Coordinates
-from warpdyn.campaigns.reductions.merging import Mergeable
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates, Variables
+from warpdyn.campaigns.reductions.merging import Reducer
 from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.statistic import Statistic, Variables, failures
+from warpdyn.campaigns.reductions.statistic import Statistic, failures
 from warpdyn.campaigns.reductions.tally import FAILURES, Block, Sums, Tally
 from warpdyn.campaigns.reductions.workers import Workers
 from warpdyn.foundations.core.near_misses import with_suggestions
@@ -80,7 +80,7 @@ class LargestDemand(Statistic):
         return SumsReducer(self, population, threads)
 
 
-class SumsReducer(Mergeable):
+class SumsReducer(Reducer):
     """Add up a demand of the samples of a run.
 
     Args:

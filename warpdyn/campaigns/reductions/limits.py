@@ -119,7 +119,7 @@ def limit_of_state(state: str, limit: object) -> float:
 
     Only collapsed samples exceed a limit of infinity.
     """
-    value = limit.item() if isinstance(limit, np.ndarray) and limit.size == 1 else limit
+    value: object = getattr(limit, "item", lambda: limit)() if getattr(limit, "size", 0) == 1 else limit
     if not isinstance(value, Real) or isinstance(value, bool) or not float(value) > 0:
         hint = " (0.5 % is 0.005)" if isinstance(limit, str) and "%" in limit else ""
         hint = "; remove the state from limits, or give it math.inf if only collapse counts" if limit is None else hint

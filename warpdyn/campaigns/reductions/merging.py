@@ -1,7 +1,8 @@
-"""Contributions of some structures to a statistic, which one process returns and another process adds."""
+"""Base class of the reducers of statistics."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from copy import copy
 from typing import Self
@@ -9,27 +10,38 @@ from typing import Self
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.reductions.cells import Cells
-from warpdyn.campaigns.reductions.tally import Sums, Tally
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates, Variables
+from warpdyn.campaigns.reductions.tally import Block, Sums, Tally
+from warpdyn.campaigns.reductions.workers import Workers
 from warpdyn.engine.kernels.reductions.exact_sums import ExactSums
 
 
-class Mergeable:
-    """A reducer that counts and adds samples by cell, for all or some structures of a run.
+class Reducer(ABC):
+    """Adds the blocks of a run, in any order, to a statistic by cell, for all or some structures of the run.
 
     Counts are added as whole numbers, and sums exactly, so that the bits do not depend on the parts or on their order.
 
     Attributes:
         cells: The cells.
+        needs: Names of the variables of the samples that are read, in addition to the status.
         tally: Counts by cell; they include every sample of the sums.
     """
 
     cells: Cells
+    needs: frozenset[str]
     tally: Tally
 
+    @abstractmethod
     def begin(self, cells: Cells) -> None:
         """Start with empty counts and sums of these cells."""
-        raise NotImplementedError
+
+    @abstractmethod
+    def add(self, block: Block, workers: Workers) -> None:
+        """Add the samples of a block."""
+
+    @abstractmethod
+    def variables(self) -> tuple[Variables, Coordinates]:
+        """Return the variables of the statistic and the coordinates of their dimensions."""
 
     @property
     def sums_by_cell(self) -> Sequence[Sums]:

@@ -13,9 +13,10 @@ import xarray as xr
 
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.model import levels_of
+from warpdyn.campaigns.reductions.cells import Coordinates, Variables
 from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.statistic import Coordinates, Statistic, Variables
+from warpdyn.campaigns.reductions.statistic import Statistic
 from warpdyn.campaigns.reductions.tally import FAILURES, Block
 from warpdyn.campaigns.reductions.workers import Gpu, Threads, Workers
 from warpdyn.engine.kernels.reductions.table import reductions

@@ -1,50 +1,20 @@
-"""Base class of statistics, with their dimensions, and the protocol of their reducers."""
+"""Base class of statistics, with their dimensions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, Protocol, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.reductions.cells import Cells, Coordinates
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates, Variables
+from warpdyn.campaigns.reductions.merging import Reducer
 from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.tally import FAILURES, Block
-from warpdyn.campaigns.reductions.workers import Workers
+from warpdyn.campaigns.reductions.tally import FAILURES
 from warpdyn.foundations.core.checks import checked_text, real_number, shortened, true_or_false, unmasked
 from warpdyn.model.inventories.table import is_in_inventory_order, warn_of_inventory_order
-
-Variables = dict[str, tuple]
-
-
-class Reducer(Protocol):
-    """Adds the blocks of a run to a statistic, in any order.
-
-    Args:
-        cells: The cells of the statistic.
-        needs: Names of the variables of the samples that are read, in addition to the status.
-    """
-
-    cells: Cells
-    needs: frozenset[str]
-
-    def add(self, block: Block, workers: Workers) -> None:
-        """Add the samples of a block."""
-
-    def variables(self) -> tuple[Variables, Coordinates]:
-        """Return the variables of the statistic and the coordinates of their dimensions."""
-
-    def of_structures(self, structures: np.ndarray) -> Reducer:
-        """Return a reducer for only some structures, given by their increasing numbers."""
-
-    def partial(self) -> Arrays:
-        """Return the counts and sums of all cells that contain samples."""
-
-    def include(self, part: Arrays) -> None:
-        """Add a result of `partial` for structures that are not counted yet."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

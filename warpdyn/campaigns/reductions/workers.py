@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -18,8 +18,11 @@ from warpdyn.engine.kernels.reductions.table import reductions
 LEAST_SAMPLES = 2**15
 
 
-class Workers(Protocol):
-    """Threads that share the rows of a block, and the memory that they read and write.
+class Threads:
+    """CPU threads, which read NumPy arrays without copies; `Gpu` has the same methods.
+
+    Args:
+        threads: Number of threads.
 
     Attributes:
         threads: Number of CPU threads; 1 for a GPU, which has thousands of threads.
@@ -28,115 +31,34 @@ class Workers(Protocol):
             in parallel, each in its own copy.
     """
 
-    threads: int
-    copies_of_cells: int
-    memory_of_sums: int
-
-    def array(self, values: np.ndarray) -> Any:
-        """Return values that the threads read until the block is reduced."""
-
-    def constant(self, values: np.ndarray) -> Any:
-        """Return values that the threads read, the same array for all blocks."""
-
-    def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
-        """Return memory that the threads write to until the block is reduced."""
-
-    def no_states(self, shape: tuple[int, ...]) -> Any:
-        """Return memory for states, filled with zeros, that the threads write to until the block is reduced."""
-
-    def kept(self, values: np.ndarray) -> Any:
-        """Return a copy of these values that is kept."""
-
-    def read(self, array: Any) -> np.ndarray:
-        """Return values that were kept."""
-
-    def run(
-        self,
-        kernel: wp.Kernel,
-        first: int,
-        last: int,
-        arguments: Callable[[int], tuple],
-        least: int = 1,
-        most: int = 0,
-        together: int = 1,
-    ) -> None:
-        """Launch a kernel of `reductions` for a range of elements, in several parts.
-
-        Args:
-            kernel: The kernel.
-            first, last: First element of the range, and the element after its last one.
-            arguments: Function that returns the arguments after the range for the number of a thread.
-            least: Smallest number of elements in a part.
-            most: Largest number of parts; 0: the number of threads.
-            together: Number of successive elements that one CPU thread must take together.
-        """
-
-    def units_of_part(self, units: int) -> int:
-        """Return how many of a row's units a thread takes at a time, if units are independent."""
-
-    def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return groups of rows whose sums are added to cells, so that no two threads add to the same cell.
-
-        Args:
-            cell_of_row: The cells of rows.
-            units: Number of cells of a row.
-
-        Returns:
-            The rows, group by group; the start of each group; and the number of units that a thread takes.
-        """
-
-    def bad(self, demand: str) -> Any:
-        """Return memory for the number of a structure that has a sample with status ok but without a valid demand."""
-
-    def refuse(self, demand: str, bad: Any) -> None:
-        """Raise a ValueError, here or in `finish`, if such a structure was found."""
-
-    def finish(self) -> None:
-        """Wait until all samples are reduced.
-
-        Raises:
-            ValueError: If a sample with status ok had no valid demand.
-        """
-
-    def close(self) -> None:
-        """End the threads."""
-
-
-class Threads:
-    """CPU threads, which read NumPy arrays without copies.
-
-    Args:
-        threads: Number of threads.
-    """
-
     memory_of_sums, copies_of_cells = 2**23, 1  # fits in the cache; one copy, because threads take different units
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self._pool = ThreadPoolExecutor(threads)
 
-    def array(self, values: np.ndarray) -> np.ndarray:
-        """Return the values."""
+    def array(self, values: np.ndarray) -> Any:
+        """Return values that the threads read until the block is reduced."""
         return values
 
-    def constant(self, values: np.ndarray) -> np.ndarray:
-        """Return the values."""
+    def constant(self, values: np.ndarray) -> Any:
+        """Return values that the threads read, the same array for all blocks."""
         return values
 
-    def empty(self, shape: tuple[int, ...], dtype: Any) -> np.ndarray:
-        """Return new memory."""
+    def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
+        """Return memory that the threads write to until the block is reduced."""
         return np.empty(shape, dtype)
 
-    def no_states(self, shape: tuple[int, ...]) -> np.ndarray:
-        """Return new memory for states, full of zeros."""
+    def no_states(self, shape: tuple[int, ...]) -> Any:
+        """Return memory for states, filled with zeros, that the threads write to until the block is reduced."""
         return np.zeros(shape, np.uint16)
 
-    def kept(self, values: np.ndarray) -> np.ndarray:
-        """Return the values."""
+    def kept(self, values: np.ndarray) -> Any:
+        """Return values that the threads change and keep: the same array (a GPU: a copy)."""
         return values
 
-    def read(self, array: np.ndarray) -> np.ndarray:
-        """Return the values."""
+    def read(self, array: Any) -> np.ndarray:
+        """Return values that were kept."""
         return array
 
     def run(
@@ -149,7 +71,16 @@ class Threads:
         most: int = 0,
         together: int = 1,
     ) -> None:
-        """Launch a kernel over parts of a range in parallel, and wait."""
+        """Launch a kernel of `reductions` over parts of a range in parallel, and wait.
+
+        Args:
+            kernel: The kernel.
+            first, last: The range.
+            arguments: Its arguments after the range, by the number of the thread.
+            least: Least length of a thread's part.
+            most: Largest number of parts; 0: the number of threads.
+            together: Number of successive elements that one CPU thread must take together.
+        """
         loaded(kernel)
         parts = max(1, min(most or self.threads, self.threads, (last - first) // max(1, least)))
         edges = (np.linspace(first // together, last // together, parts + 1).astype(int) * together).tolist()
@@ -167,15 +98,25 @@ class Threads:
         return units
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return all rows as one group; each thread takes some units, so that rows are read in the order of memory."""
+        """Return groups of rows whose sums are added to cells, so that no two threads add to the same cell.
+
+        Here all rows are one group, and each thread takes some units, so that rows are read in the order of memory.
+
+        Args:
+            cell_of_row: The cells of rows.
+            units: Number of cells of a row.
+
+        Returns:
+            The rows, group by group; the start of each group; and the number of units that a thread takes.
+        """
         rows = np.arange(cell_of_row.size, dtype=np.int32)
         return rows, np.array([0, rows.size], dtype=np.int32), -(-units // self.threads)
 
-    def bad(self, demand: str) -> np.ndarray:
-        """Return new memory for the number of such a structure, one value per thread."""
+    def bad(self, demand: str) -> Any:
+        """Return memory for the number of a structure that has a sample with status ok but without a valid demand."""
         return np.full(self.threads, -1, dtype=np.int32)
 
-    def refuse(self, demand: str, bad: np.ndarray) -> None:
+    def refuse(self, demand: str, bad: Any) -> None:
         """Raise a ValueError if such a structure was found."""
         _refuse(demand, bad)
 
@@ -217,7 +158,7 @@ class Gpu:
         self._taken = 0
         self._kept_alive.append([])
 
-    def array(self, values: np.ndarray) -> wp.array:
+    def array(self, values: np.ndarray) -> Any:
         """Return a copy of the values on the device."""
         values = np.ascontiguousarray(values)
         there = self.empty(values.shape, values.dtype)
@@ -226,13 +167,13 @@ class Gpu:
         self._kept_alive[-1].append(here)
         return there
 
-    def constant(self, values: np.ndarray) -> wp.array:
+    def constant(self, values: np.ndarray) -> Any:
         """Return a copy of the values on the device, which is made once."""
         if id(values) not in self._constants:
             self._constants[id(values)] = values, self.kept(values)  # kept, so that no other array has its id
         return self._constants[id(values)][1]
 
-    def empty(self, shape: tuple[int, ...], dtype: Any) -> wp.array:
+    def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
         """Return memory on the device, which the next block reuses."""
         kind, size = wp.dtype_from_numpy(np.dtype(dtype)), int(np.prod(shape))
         place, self._taken = self._taken, self._taken + 1
@@ -249,20 +190,20 @@ class Gpu:
         self._views[place : place + 1] = [(shape, view)]
         return view
 
-    def no_states(self, shape: tuple[int, ...]) -> wp.array:
+    def no_states(self, shape: tuple[int, ...]) -> Any:
         """Return memory for states, filled with zeros, that the threads write to until the block is reduced."""
         found = self.empty(shape, np.uint16)
         flat = found.reshape((found.size,))
         self.run(reductions().zeros, 0, found.size, lambda thread: (flat,))
         return found
 
-    def kept(self, values: np.ndarray) -> wp.array:
+    def kept(self, values: np.ndarray) -> Any:
         """Return a copy of the values that is kept."""
         copy: wp.array = wp.array(values, dtype=wp.dtype_from_numpy(values.dtype), device=self.device)
         wp.synchronize_device(self.device)
         return copy
 
-    def read(self, array: wp.array) -> np.ndarray:
+    def read(self, array: Any) -> np.ndarray:
         """Return a copy of the values after all queued kernels."""
         wp.synchronize_stream(self.stream)
         return array.numpy()
@@ -293,13 +234,13 @@ class Gpu:
         start = np.flatnonzero(np.append(True, in_order[1:] != in_order[:-1]))
         return order, np.append(start, order.size).astype(np.int32), 1
 
-    def bad(self, demand: str) -> wp.array:
+    def bad(self, demand: str) -> Any:
         """Return memory for the number of such a structure, the same memory for all blocks."""
         if demand not in self._bad:
             self._bad[demand] = self.kept(np.full(1, -1, dtype=np.int32))
         return self._bad[demand]
 
-    def refuse(self, demand: str, bad: wp.array) -> None:
+    def refuse(self, demand: str, bad: Any) -> None:
         """Do nothing: `finish` reads `bad` after it has waited for the GPU."""
 
     def finish(self) -> None:
@@ -315,10 +256,13 @@ class Gpu:
             held.clear()
 
 
+Workers = Threads | Gpu
+
+
 def _refuse(demand: str, bad: np.ndarray) -> None:
     """Raise a ValueError if a thread has written the number of a structure (instead of -1)."""
     if (bad >= 0).any():
         raise ValueError(
             f"a sample of structure {bad[bad >= 0][0]} is 'ok' but its {demand} is not valid: it must be finite, and "
-            "a peak not negative. Please report this with the scene"
+            "a peak not negative"
         )

@@ -11,7 +11,6 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import structures_of_a_range
 from warpdyn.campaigns.running.labels import Column, lengths
 from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU, free_memory
-from warpdyn.foundations.core.checks import check_memory
 
 SHARE_OF_FREE_MEMORY = 0.25
 # Samples of a block. CPU_BLOCK makes the cost of launches negligible. A GPU reaches its full speed only if a launch has
@@ -94,18 +93,6 @@ def divide(
     size, larger = divmod(units, count)  # the first ones are larger by one
     edges = [region.start + together * (place * size + min(place, larger)) for place in range(count + 1)]
     return [range(a, min(b, region.stop)) for a, b in pairwise(edges)]
-
-
-def check_room(samples: int, needed: int, path: str) -> None:
-    """Raise a TooLargeError with advice if the dataset of a run is too large to be returned in memory.
-
-    Args:
-        samples: Number of samples.
-        needed: Bytes of the dataset.
-        path: Example of a file that the samples can be written to instead.
-    """
-    remedy = f'give path="{path}", which writes the samples to a file block by block, or record less'
-    check_memory(f"the dataset of {samples:,} samples (structures times motions)", needed, remedy)
 
 
 def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:

@@ -11,7 +11,7 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard
+from warpdyn.campaigns.integration.stability_guard import guard
 from warpdyn.campaigns.running.labels import history_variables
 from warpdyn.engine.kernels.queues import Queue
 from warpdyn.foundations.core.checks import check_memory, finite_numbers, shortened, whole_number
@@ -63,12 +63,6 @@ class Histories:
         object.__setattr__(self, "samples", whole)
         object.__setattr__(self, "every", whole_number("histories.every", self.every, 1))
 
-    def check(self, samples: int) -> None:
-        """Raise a ValueError if a sample is not in a run with this number of samples."""
-        for sample in self.samples:
-            if sample >= samples:
-                raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {samples - 1}")
-
 
 class KeptHistories:
     """The samples of a run whose histories are kept: prepared before the run, integrated after it.
@@ -87,14 +81,13 @@ class KeptHistories:
             raise ValueError(
                 "histories of an EventSequence are not kept: remove histories, or run a scene of its first event"
             )
-        histories.check(run.samples)
         self.histories = histories
         asked = np.array(histories.samples)
+        for sample in asked[asked >= run.samples]:
+            raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {run.samples - 1}")
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
-        findings = StabilityFindings(
-            whole.sample.size, run.integration.method
-        )  # not reported: the run reports its findings
-        shorten_steps(whole, vibration, findings, divides=run.integration.divides_steps)
+        # The run reports its findings; these are not reported.
+        shorten_steps(whole, vibration, run.findings[0], divides=run.integration.divides_steps)
         guard(whole, vibration, run.integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
         self.longest_step = float(self.part.schedule.step.max())  # reruns only divide it

@@ -17,6 +17,7 @@ from warpdyn.campaigns.integration.model import Model, levels_of
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.running.selections import OF_EVENTS
+from warpdyn.engine.kernels.arguments import output_dtype
 from warpdyn.engine.kernels.output_table import HISTORY
 from warpdyn.engine.kernels.queues import device_names
 from warpdyn.foundations.core.output_variables import (
@@ -74,7 +75,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     columns: dict[str, Column] = {}
     for name, variable in model.variables.items():
         attributes = {"long_name": variable.long_name, "units": variable.units} | _start_time(model.scene, name)
-        columns[name] = Column(variable.dims, model.output_dtype(name), attributes)
+        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes)
     if "peak_storey_drift" in columns:
         attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
         attributes |= _start_time(model.scene, "peak_storey_drift_ratio")

@@ -252,7 +252,8 @@ class Pipeline:
         began = time.perf_counter()
         whole, block.standing = block.whole, np.arange(block.whole.size)
         if self.several:
-            block.own = self._rows_of_event(whole)
+            rows = whole.model.blank_outputs(whole.size)
+            block.own = blank_rows(whole.model, self._of_event, whole.size) | rows
         else:
             beside = whole.model.shapes.keys() - block.rows.keys()  # outputs that are not in the dataset
             block.own = block.rows | whole.model.blank_outputs(block.samples, beside)
@@ -269,11 +270,6 @@ class Pipeline:
             block.started.start(block.found, self.advance, self._arriving)
         fill_inputs(whole, block.own, map_function)
         self.seconds_integrating += time.perf_counter() - began
-
-    def _rows_of_event(self, whole: Ensemble) -> Arrays:
-        """Return memory for an event's samples: their columns of the dataset, and their final states."""
-        rows = whole.model.blank_outputs(whole.size)
-        return blank_rows(whole.model, self._of_event, whole.size) | rows
 
     def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
         """Give samples that are not run their earlier status, and NaN for all other outputs."""

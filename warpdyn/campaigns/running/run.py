@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import replace
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,9 @@ import xarray as xr
 from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
 from warpdyn.campaigns.integration.run import MOST_SAMPLES, build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
-from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.integration.time_grid import warn_of_short_tail
 from warpdyn.campaigns.portfolio.groups import Group, checked_archetypes, groups_of, portfolio_of
+from warpdyn.campaigns.portfolio.labels import common_attributes, largest_estimate
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.reduction import Reduction
 from warpdyn.campaigns.running.outputs import Outputs
@@ -27,9 +28,9 @@ from warpdyn.campaigns.running.regions.checkpoint import FINGERPRINT, Checkpoint
 from warpdyn.campaigns.running.regions.cluster import OnCluster, workers_of
 from warpdyn.campaigns.running.regions.job import Asked, Job, Layout, lay_out_run
 from warpdyn.campaigns.running.regions.region import choose, find_limits, integrate_histories
-from warpdyn.campaigns.running.regions.report import Report, include
-from warpdyn.campaigns.running.regions.workers import Here
-from warpdyn.campaigns.running.sinks import Files, Memory, Part, Sink, Statistics, Store, Whole
+from warpdyn.campaigns.running.regions.report import Report, merged
+from warpdyn.campaigns.running.regions.workers import Here, Part
+from warpdyn.campaigns.running.sinks import Files, Memory, Sink, Statistics, Store
 from warpdyn.foundations.core.checks import whole_number
 from warpdyn.foundations.core.messages import no_warnings, tell, warn_caller
 from warpdyn.foundations.core.progress import counted_histories
@@ -98,7 +99,7 @@ class Run:
             sink = self._sink(reduction, checkpoint)
             sink.begin(parts)
             if checkpoint is not None:
-                if not outputs.reduced:
+                if isinstance(self.workers, OnCluster) and not outputs.reduced:
                     self.workers.check_store(parts[0].job)
                 self._report_finished(parts, checkpoint.path)
             self._check_limits(parts)
@@ -108,16 +109,12 @@ class Run:
             for part in parts:
                 with part.named():
                     rests.append(self._rest(part))
-            attributes = {"scene": self.scene.to_json(), "title": self.scene.title, "seed": self.seed}
-            return sink.finish(
-                Whole(
-                    portfolio=self.portfolio,
-                    parts=parts,
-                    rests=rests,
-                    attributes=attributes | {FINGERPRINT: self.digest},
-                    seconds=seconds,
-                )
-            )
+            rest = rests[0]
+            if self.portfolio is not None:
+                attributes = {"scene": self.scene.to_json(), "title": self.scene.title, "seed": self.seed}
+                attributes |= {FINGERPRINT: self.digest} | common_attributes(rests, seconds)
+                rest = largest_estimate(rests).assign_attrs(attributes)
+            return sink.finish(parts, rest, self.portfolio)
 
     def take(self, sink: Sink, part: Part, place: int, report: Report) -> None:
         """Deliver a region to the sink."""
@@ -125,7 +122,7 @@ class Run:
 
     def _job(self, number: int, group: Group | None) -> Job:
         """Return the job of a group; None is the group of a scene of one structure."""
-        outputs, is_here = self.outputs, self.workers.is_here
+        outputs = self.outputs
         chosen = {} if group is None or group.longest_step is None else {"longest_step": group.longest_step}
         where = self.execution.device, self.execution.threads, self.execution.memory
         return Job(
@@ -139,7 +136,7 @@ class Run:
             key=f"{self.digest} {number} {where}",
             group=number,
             versions=versions(),
-            is_divided=not is_here or outputs.path is not None,
+            is_divided=isinstance(self.workers, OnCluster) or outputs.path is not None,
             is_reduced=bool(outputs.reduced),
         )
 
@@ -164,7 +161,7 @@ class Run:
             checkpoint.settle({str(job.group): settled | {"structures_per_region": size}})
             store = checkpoint.folder / f"samples{STORE_SUFFIX}" if self._is_store else None
             folder = None if job.is_reduced else checkpoint.folder
-            job = replace(job, folder=folder, store=store, path=checkpoint.path, key=f"{job.key} {checkpoint.path}")
+            job = replace(job, folder=folder, store=store, path=checkpoint.path)
         count = job.structures
         return Part(
             number=job.group,
@@ -181,14 +178,14 @@ class Run:
         return self.outputs.is_store and self.portfolio is None and not self.outputs.reduced
 
     def _sink(self, reduction: Reduction | None, checkpoint: Checkpoint | None) -> Sink:
-        is_here = self.workers.is_here
+        host = self.workers.host if isinstance(self.workers, Here) else None
         if reduction is not None:
             asked = Asked(self.outputs.reduced, self.scene, self.structures, f"statistics of {self.digest}")
-            if isinstance(self.workers, Here):
-                self.workers.host.reductions[asked.key] = reduction
-            return Statistics(reduction, asked, checkpoint, is_partial=not is_here or checkpoint is not None)
+            if host is not None:
+                host.reductions[asked.key] = reduction
+            return Statistics(reduction, asked, checkpoint, is_partial=host is None or checkpoint is not None)
         if checkpoint is None:
-            return Memory(self.workers.host if isinstance(self.workers, Here) else None)
+            return Memory(host)
         return Store(checkpoint) if self._is_store else Files(checkpoint)
 
     def _report_finished(self, parts: list[Part], path: Path) -> None:
@@ -204,10 +201,9 @@ class Run:
         for part in parts:
             with part.named():
                 calls = ((place, find_limits, part.job, region) for place, region in enumerate(part.regions))
-                found = dict(self.workers.each(calls))
-                for event, findings in enumerate(_findings(part)):
-                    include(findings, [found[place][event] for place in range(len(part.regions))])
-                    findings.refuse(any_step=True)
+                found = [states for _, states in sorted(self.workers.each(calls), key=itemgetter(0))]
+                for empty, *states in zip(part.layout.findings, *found, strict=True):
+                    merged(empty, states).refuse(any_step=True)
 
     def _run(self, parts: list[Part], sink: Sink) -> None:
         """Run the regions that are not finished."""
@@ -215,10 +211,13 @@ class Run:
             for part in parts:
                 done = sum(len(part.regions[place]) for place in part.reports)
                 progress.update(part.histories * done // part.job.structures)
-            orders = (sink.ordered(part, order) for part in parts for order in part.orders())
-            jobs = [part.job for part in parts if len(part.reports) < len(part.regions)]
-            for order, report in self.workers.regions(jobs, orders, progress.update):
-                self.take(sink, parts[order.group], order.place, report)
+            missing = (
+                (part, place) for part in parts for place in range(len(part.regions)) if place not in part.reports
+            )
+            orders = ((*each, sink.given_to(*each)) for each in missing)
+            begun = [part for part in parts if len(part.reports) < len(part.regions)]
+            for part, place, report in self.workers.regions(begun, orders, progress.update):
+                self.take(sink, part, place, report)
 
     def _rest(self, part: Part) -> xr.Dataset:
         """Issue the warnings of a group's regions; return its variables and attributes in addition to its samples."""
@@ -226,9 +225,8 @@ class Run:
         reports = [part.reports[place] for place in range(len(part.regions))]
         for text in dict.fromkeys(text for report in reports for text in report.messages):
             warn_caller(text)
-        for event, findings in enumerate(_findings(part)):
-            include(findings, [report.findings[event] for report in reports])
-            findings.warn(job.integration.on_unstable)
+        for empty, *states in zip(layout.findings, *(report.findings for report in reports), strict=True):
+            merged(empty, states).warn(job.integration.on_unstable)
         warn_of_short_tail(job.scene, max(report.longest_period for report in reports))
         rest = xr.Dataset()
         if outputs.histories is not None:
@@ -284,13 +282,6 @@ def divided(
 def _named(group: Group | None) -> AbstractContextManager[object]:
     """Return a context in which messages name a group of a portfolio."""
     return nullcontext() if group is None else group.named_in_messages()
-
-
-def _findings(part: Part) -> list[StabilityFindings]:
-    """Return empty findings of each event."""
-    method = str(part.layout.attributes["method"])
-    pairs = zip(part.layout.samples_by_event, part.layout.events, strict=True)
-    return [StabilityFindings(count, method, name) for count, name in pairs]
 
 
 def _estimates(part: Part, reports: list[Report], share: float) -> xr.Dataset:

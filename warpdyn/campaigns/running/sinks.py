@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Set
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, field, replace
+from collections.abc import Set
 from pathlib import Path
 from typing import Any
 
@@ -12,14 +10,15 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.portfolio.labels import Joined, common_attributes, largest_estimate
+from warpdyn.campaigns.portfolio.labels import Joined
 from warpdyn.campaigns.reductions.reduction import Reduction
-from warpdyn.campaigns.running.blocks import check_room
 from warpdyn.campaigns.running.labels import filled
 from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, region_file
 from warpdyn.campaigns.running.regions.deferred import deferred_variables
-from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Layout, Order
+from warpdyn.campaigns.running.regions.job import Asked, Host
 from warpdyn.campaigns.running.regions.report import Report, RowsOfRegions, rows_in
+from warpdyn.campaigns.running.regions.workers import Part
+from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.files.netcdf import GrowingFile, write_at_once
 from warpdyn.foundations.files.removal import remove_tree
 from warpdyn.foundations.files.unfinished import STORE_SUFFIX
@@ -27,93 +26,11 @@ from warpdyn.foundations.files.zarr_stores import complete, damaged_regions, is_
 from warpdyn.model.scene.portfolio import Portfolio
 
 
-@dataclass(eq=False, kw_only=True)
-class Part:
-    """The run of a group: structures that share a kernel, divided into regions.
-
-    Args:
-        number: Number of the group.
-        job: Everything that a process needs to run its regions.
-        layout: Its properties that are known before the first region.
-        regions: Structures of each region.
-        named: Context in which messages name the group.
-        buildings: Numbers of its structures in a portfolio; None: the structures are those of the run.
-        reports: Reports of the finished regions, by their place among the regions.
-    """
-
-    number: int
-    job: Job
-    layout: Layout
-    regions: list[range]
-    named: Callable[[], AbstractContextManager[object]]
-    buildings: np.ndarray | None = None
-    reports: dict[int, Report] = field(default_factory=dict)
-
-    @property
-    def samples(self) -> int:
-        """Number of samples."""
-        return self.layout.samples_by_event[-1]
-
-    @property
-    def histories(self) -> int:
-        """Number of histories, over all events."""
-        return sum(self.layout.samples_by_event)
-
-    @property
-    def along(self) -> dict[str, xr.Variable]:
-        """Variables of the dataset that have one value for each sample, without values."""
-        return {str(k): v for k, v in self.layout.template.variables.items() if v.dims[:1] == ("sample",)}
-
-    def first_sample(self, structure: int) -> int:
-        """Return the first sample of a structure."""
-        return structure * (self.samples // self.job.structures)
-
-    def numbers(self, place: int) -> np.ndarray:
-        """Return the number in the run of each structure of a region."""
-        region = np.asarray(self.regions[place])
-        return region if self.buildings is None else self.buildings[region]
-
-    def orders(self) -> Iterator[Order]:
-        """Yield the regions that are not finished."""
-        for place, structures in enumerate(self.regions):
-            if place not in self.reports:
-                yield Order(self.number, place, self.job, structures, self.named)
-
-
-@dataclass(kw_only=True)
-class Whole:
-    """Properties of a run that are known when all regions are done.
-
-    Args:
-        portfolio: The portfolio; None for a scene of one structure.
-        parts: The groups.
-        rests: Variables and attributes of each group besides its samples.
-        attributes: Attributes of the run that do not belong to a group.
-        seconds: Time before the first region [s].
-    """
-
-    portfolio: Portfolio | None
-    parts: list[Part]
-    rests: list[xr.Dataset]
-    attributes: dict[str, object]
-    seconds: float
-
-    def joined(self, rows: list[dict[str, Any]]) -> Joined:
-        """Return the samples of a portfolio's groups in the order of the buildings."""
-        assert self.portfolio is not None
-        buildings = [part.buildings for part in self.parts if part.buildings is not None]
-        templates = [part.layout.template for part in self.parts]
-        each = self.parts[0].samples // self.parts[0].job.structures
-        attributes = self.attributes | common_attributes(self.rests, self.seconds)
-        return Joined(self.portfolio, buildings, templates, rows, each, attributes, largest_estimate(self.rests))
-
-    @property
-    def rest(self) -> xr.Dataset:
-        """Variables and attributes of the run besides its samples."""
-        if self.portfolio is None:
-            return self.rests[0]
-        attributes = self.attributes | common_attributes(self.rests, self.seconds)
-        return largest_estimate(self.rests).assign_attrs(attributes)
+def _joined(portfolio: Portfolio, parts: list[Part], rows: list[dict[str, Any]], rest: xr.Dataset) -> Joined:
+    """Return the samples of a portfolio's groups in the order of the buildings."""
+    buildings = [part.buildings for part in parts if part.buildings is not None]
+    each = parts[0].samples // parts[0].job.structures
+    return Joined(portfolio, buildings, [part.layout.template for part in parts], rows, each, rest)
 
 
 class Memory:
@@ -129,14 +46,18 @@ class Memory:
     def begin(self, parts: list[Part]) -> None:
         """Check that the samples fit in memory."""
         path = "run.nc" if self._host is not None else "run.zarr"
-        check_room(sum(part.samples for part in parts), sum(p.samples * p.layout.bytes_per_sample for p in parts), path)
+        check_memory(
+            f"the dataset of {sum(part.samples for part in parts):,} samples (structures times motions)",
+            sum(part.samples * part.layout.bytes_per_sample for part in parts),
+            f'give path="{path}", which writes the samples to a file block by block, or record less',
+        )
 
-    def ordered(self, part: Part, order: Order) -> Order:
-        """Return an order with memory for its samples."""
+    def given_to(self, part: Part, place: int) -> dict[str, Any]:
+        """Return further arguments of `Region`: memory for its samples."""
         if self._host is None:
-            return order
-        span = slice(part.first_sample(order.structures.start), part.first_sample(order.structures.stop))
-        return replace(order, rows={name: values[span] for name, values in self._rows_of(part).items()})
+            return {}
+        span = slice(*(part.first_sample(edge) for edge in (part.regions[place].start, part.regions[place].stop)))
+        return {"rows": {name: values[span] for name, values in self._rows_of(part).items()}}
 
     def take(self, part: Part, place: int, report: Report) -> None:
         """Take the samples of a region."""
@@ -146,11 +67,17 @@ class Memory:
         report.rows = {}
         part.reports[place] = report
 
-    def finish(self, whole: Whole) -> xr.Dataset:
-        """Return the dataset."""
-        if whole.portfolio is not None:
-            return whole.joined([self._rows.pop(part.number) for part in whole.parts]).in_memory()
-        [part], rest = whole.parts, whole.rest
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
+        """Return the dataset.
+
+        Args:
+            parts: The groups.
+            rest: Variables and attributes of the run besides its samples.
+            portfolio: The portfolio; None for a scene of one structure.
+        """
+        if portfolio is not None:
+            return _joined(portfolio, parts, [self._rows.pop(part.number) for part in parts], rest).in_memory()
+        [part] = parts
         rows: dict[str, Any] = self._rows[0]
         if deferred := self._deferred(part):
             assert self._host is not None
@@ -190,11 +117,11 @@ class Files:
 
     def _reports_of(self, part: Part) -> list[Report | None]:
         """Return the reports in the files of a group's regions."""
-        return [Report.load(region_file(self.checkpoint.folder, part.number, region)) for region in part.regions]
+        return [Report.load(path) for path in self._paths(part)]
 
-    def ordered(self, part: Part, order: Order) -> Order:
-        """Return the order unchanged: the process that runs the region writes its file."""
-        return order
+    def given_to(self, part: Part, place: int) -> dict[str, Any]:
+        """Return no further arguments of `Region`: the process that runs the region writes its file."""
+        return {}
 
     def take(self, part: Part, place: int, report: Report) -> None:
         """Take the report of a region whose file is written."""
@@ -203,18 +130,18 @@ class Files:
     def _add(self, part: Part, place: int, report: Report) -> None:
         part.reports[place] = report
 
-    def finish(self, whole: Whole) -> xr.Dataset:
-        """Return the dataset of the file or the store."""
-        if whole.portfolio is not None:
-            joined = whole.joined([self._columns(part) for part in whole.parts])
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
+        """Return the dataset of the file or the store; arguments: see `Memory`."""
+        if portfolio is not None:
+            joined = _joined(portfolio, parts, [self._columns(part) for part in parts], rest)
             is_store = self.unfinished.path.suffix == STORE_SUFFIX
             return joined.in_store(self.unfinished) if is_store else joined.in_file(self.unfinished)
-        part = whole.parts[0]
+        [part] = parts
         with GrowingFile(self.unfinished, part.samples) as file:
             for path in self._paths(part):
                 rows = rows_in(path, part.along, self.unfinished.path)
                 file.append(rows, lambda first: filled(part.layout.template, first))
-            file.finish(whole.rest)
+            file.finish(rest)
         return xr.open_dataset(self.unfinished.path, engine="netcdf4")
 
     def _paths(self, part: Part) -> list[Path]:
@@ -250,12 +177,12 @@ class Store(Files):
             reports[place] = None
         return reports
 
-    def finish(self, whole: Whole) -> xr.Dataset:
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
         """Return the dataset of the store."""
-        store = whole.parts[0].job.store
+        store = parts[0].job.store
         assert store is not None
         with self.unfinished.named_errors():
-            complete(store, whole.rest)
+            complete(store, rest)
             self.unfinished.move_in_store(store)
         return xr.open_zarr(self.unfinished.path)
 
@@ -281,10 +208,9 @@ class Statistics(Files):
         if self._checkpoint is not None:
             super().begin(parts)
 
-    def ordered(self, part: Part, order: Order) -> Order:
-        """Return an order with the statistics."""
-        numbers = part.numbers(order.place)
-        return replace(order, asked=self.asked, numbers=numbers, is_partial=self._is_partial)
+    def given_to(self, part: Part, place: int) -> dict[str, Any]:
+        """Return further arguments of `Region`: the statistics."""
+        return {"asked": self.asked, "numbers": part.numbers(place), "is_partial": self._is_partial}
 
     def take(self, part: Part, place: int, report: Report) -> None:
         """Add a region to the statistics, after its file is written if the run has a path."""
@@ -299,9 +225,9 @@ class Statistics(Files):
         report.statistics = {}
         part.reports[place] = report
 
-    def finish(self, whole: Whole) -> xr.Dataset:
+    def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
         """Return the statistics, and write them if the run has a path."""
-        result = self.reduction.dataset(whole.rest)
+        result = self.reduction.dataset(rest)
         if self._checkpoint is None:
             return result
         if self.unfinished.path.suffix != STORE_SUFFIX:

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.campaigns.reductions.cells import Cells
+from warpdyn.campaigns.reductions.cells import Cells, Variables
 from warpdyn.campaigns.reductions.limits import BUILDING_NUMBER
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.rows import Rows
-from warpdyn.campaigns.reductions.statistic import Variables
 from warpdyn.campaigns.reductions.tally import Block, Sums
 from warpdyn.campaigns.reductions.workers import LEAST_SAMPLES, Workers
 from warpdyn.engine.kernels.reductions.table import reductions

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.reductions.cells import Cells, Coordinates
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates, Variables
 from warpdyn.campaigns.reductions.damage.building_numbers import NumberSums, checked_number
 from warpdyn.campaigns.reductions.limits import (
     DAMAGE_COUNT,
@@ -23,9 +23,9 @@ from warpdyn.campaigns.reductions.limits import (
     Limit,
     limits_by_archetype,
 )
-from warpdyn.campaigns.reductions.merging import Mergeable
+from warpdyn.campaigns.reductions.merging import Reducer
 from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.statistic import Reducer, Statistic, Variables, failures
+from warpdyn.campaigns.reductions.statistic import Statistic, failures
 from warpdyn.campaigns.reductions.tally import FAILURES, Block, Sums, Tally, find_states, searched
 from warpdyn.campaigns.reductions.workers import LEAST_SAMPLES, Workers
 from warpdyn.engine.kernels.reductions.table import reductions
@@ -175,7 +175,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
     return block.shared((bounds.demands, each_place, bounds.added_storeys, bounds.values), find)
 
 
-class DamageReducer(Mergeable):
+class DamageReducer(Reducer):
     """Count the samples of a run by damage state.
 
     Args:
@@ -267,7 +267,7 @@ class DamageReducer(Mergeable):
         return variables | failed, coordinates | failure | cells.coordinates
 
 
-class NumberReducer(Mergeable):
+class NumberReducer(Reducer):
     """Count the samples of a run by damage state, and add up the buildings that they represent.
 
     Args:

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.campaigns.reductions.cells import Cells, Coordinates
+from warpdyn.campaigns.reductions.cells import Cells, Coordinates, Variables
 from warpdyn.campaigns.reductions.damage.building_numbers import losses_of_units
 from warpdyn.campaigns.reductions.damage.counts import Bounds, states_of
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, ratios_of_archetypes
 from warpdyn.campaigns.reductions.demand_moments import moments
 from warpdyn.campaigns.reductions.limits import DRIFT, Limit
-from warpdyn.campaigns.reductions.merging import Mergeable
+from warpdyn.campaigns.reductions.merging import Reducer
 from warpdyn.campaigns.reductions.population import Population
-from warpdyn.campaigns.reductions.statistic import Statistic, Variables, failures
+from warpdyn.campaigns.reductions.statistic import Statistic, failures
 from warpdyn.campaigns.reductions.tally import Block, Sums, Tally
 from warpdyn.campaigns.reductions.workers import Workers
 from warpdyn.foundations.core.checks import finite_numbers
@@ -76,7 +76,7 @@ class DamageLoss(Statistic):
         return LossReducer(self, population, threads)
 
 
-class LossReducer(Mergeable):
+class LossReducer(Reducer):
     """Add up the losses of the samples of a run.
 
     Args:

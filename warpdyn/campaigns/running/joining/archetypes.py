@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from warpdyn.campaigns.portfolio.labels import OF_SAMPLE, table_of_archetypes
 from warpdyn.campaigns.running.joining.identity import OF_ARCHETYPES, Identities
 from warpdyn.foundations.core.output_variables import KIND_ATTRIBUTES, KIND_OF_ARCHETYPES, STOREY_KIND
 from warpdyn.model.structures.structure import count_along
@@ -48,38 +49,26 @@ def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.
         rows = rows.drop_vars((*PLACES, STOREY_KIND), errors="ignore")
         rows = rows.pad({dim: (0, highest - rows.sizes[dim]) for dim in PLACES if dim in rows.dims})
         own_number = part["building" if each.is_portfolio else "structure"]
-        said = {"long_name": "number of the building in the portfolio", "units": "1"}
-        if own_number.attrs.get("sampling"):
-            said["sampling"] = own_number.attrs["sampling"]
-        found.append(
-            rows.assign_coords(
-                building=("sample", own_number.values, said),
-                archetype_index=("sample", index, {"long_name": "index along the dimension archetype", "units": "1"}),
-            )
-        )
+        sampling = own_number.attrs.get("sampling")
+        said = OF_SAMPLE["building"] | ({"sampling": sampling} if sampling else {})
+        numbered = {
+            "building": ("sample", own_number.values, said),
+            "archetype_index": ("sample", index, OF_SAMPLE["archetype_index"]),
+        }
+        found.append(rows.assign_coords(numbered))
     joined = _filled(found)
     if "motion" in parts[0].dims:
         table = parts[0][[n for n, v in parts[0].variables.items() if v.dims == ("motion",)]]
         joined = joined.assign(table.data_vars).assign_coords(motion=parts[0]["motion"])
     index, building = joined["archetype_index"].values, joined["building"].values
     counts = [np.unique(building[index == place]).size for place in range(len(known))]
-    of_each = {"units": "1"}
-    joined = joined.assign(
-        storeys_of_archetype=("archetype", storeys, of_each | {"long_name": "storeys of the archetype"}),
-        buildings_of_archetype=(
-            "archetype",
-            np.array(counts, dtype=np.int32),
-            of_each | {"long_name": "buildings of the archetype"},
-        ),
-    )
-    joined[OF_ARCHETYPES] = "archetype", np.array(list(known.values())), of_each | {"long_name": "digest of what it is"}
-    numbered = {dim: count_along(dim, highest, f"{dim}, from the ground up") for dim in PLACES if dim in joined.dims}
-    joined = joined.assign_coords(
-        archetype=("archetype", np.array(list(known)), {"long_name": "name of the archetype"})
-    )
+    joined = joined.assign(table_of_archetypes(known, storeys, counts))
+    identity = {"long_name": "digest of what it is", "units": "1"}
+    joined[OF_ARCHETYPES] = "archetype", np.array(list(known.values())), identity
     if kinds.any():
         joined = joined.assign_coords({KIND_OF_ARCHETYPES: (("archetype", "storey"), kinds, KIND_ATTRIBUTES)})
-    return joined.assign_coords(numbered)
+    places = [dim for dim in PLACES if dim in joined.dims]
+    return joined.assign_coords({dim: count_along(dim, highest, f"{dim}, from the ground up") for dim in places})
 
 
 def _names_of_buildings(identities: list[Identities], names: list[str]) -> dict[str, int]:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 from warpdyn.campaigns.integration.settings import Execution
 from warpdyn.campaigns.running.regions.checkpoint import DECIDING, versions
-from warpdyn.campaigns.running.regions.job import Asked, Job, Order, machines_of, named, on_worker
+from warpdyn.campaigns.running.regions.job import Asked, Job, machines_of, named, on_worker
 from warpdyn.campaigns.running.regions.region import run_region
 from warpdyn.campaigns.running.regions.report import Report
-from warpdyn.campaigns.running.regions.workers import Call, Division
+from warpdyn.campaigns.running.regions.workers import Call, Division, Order, Part
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.messages import say, warn_caller
 
@@ -58,8 +58,8 @@ class OnCluster:
     """
 
     def __init__(self, client: Client, device: str | None, threads: int | None) -> None:
-        self.client, self.is_here = client, False
-        self._held: dict[str, Future] = {}
+        self.client = client
+        self._held: dict[Job | Asked, Future] = {}
         self._wait_for_one()
         self._check_versions()
         found: dict[str, About] = client.run(_about, device, threads)
@@ -109,13 +109,16 @@ class OnCluster:
                 self.client.cancel(list(waiting), force=True)
 
     def regions(
-        self, jobs: Sequence[Job], orders: Iterable[Order], advance: Callable[[int], object]
-    ) -> Iterator[tuple[Order, Report]]:
-        """Yield the reports of regions as they finish."""
-        calls = ((each, run_region, each.job, each.structures, each.asked, each.numbers) for each in orders)
-        for order, report in self.each(calls):
-            yield order, report
-            advance(len(order.structures) * sum(order.job.scene.excitation.samples_by_event))
+        self, parts: Sequence[Part], orders: Iterable[Order], advance: Callable[[int], object]
+    ) -> Iterator[tuple[Part, int, Report]]:
+        """Yield the reports of regions as they finish, with their part and place."""
+        calls = (
+            ((part, place), run_region, part.job, part.regions[place], given.get("asked"), given.get("numbers"))
+            for part, place, given in orders
+        )
+        for (part, place), report in self.each(calls):
+            yield part, place, report
+            advance(len(part.regions[place]) * sum(part.job.scene.excitation.samples_by_event))
 
     def check_store(self, job: Job) -> None:
         """Raise an OSError if a worker cannot write to the folder of a job, for example because it has another disk."""
@@ -131,11 +134,11 @@ class OnCluster:
         It is the result of a task and not scattered data: workers copy it from each other, and if all workers that had
         it have died, the scheduler runs the task again.
         """
-        if job.key not in self._held:
+        if job not in self._held:
             with warnings.catch_warnings():
                 warnings.filterwarnings("ignore", "Sending large graph")  # it is sent once
-                self._held[job.key] = self.client.submit(_same, job, pure=False)
-        return self._held[job.key]
+                self._held[job] = self.client.submit(_same, job, pure=False)
+        return self._held[job]
 
     def _finished(self, futures: list[Future]) -> list[Future]:
         """Wait until at least one of some tasks has finished, and return the finished ones; Ctrl-C stops the wait."""

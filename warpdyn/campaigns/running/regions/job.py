@@ -6,8 +6,8 @@ import sys
 import threading
 import warnings
 from collections import OrderedDict
-from collections.abc import Callable, Iterator, Set
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Iterator, Set
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -18,10 +18,9 @@ import warp as wp
 
 from warpdyn.campaigns.accuracy.error_estimate import ErrorEstimate
 from warpdyn.campaigns.accuracy.reliability import is_checked
-from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
-from warpdyn.campaigns.integration.stability_guard import structures_of_a_range
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings, structures_of_a_range
 from warpdyn.campaigns.preparation.preparation import Preparation, preparation_of
 from warpdyn.campaigns.reductions.population import Population
 from warpdyn.campaigns.reductions.reduction import Reduction
@@ -74,7 +73,7 @@ class Asked:
     key: str
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Job:
     """Everything that a process needs to run the regions of a group.
 
@@ -86,7 +85,7 @@ class Job:
         execution: Devices, threads and memory of each process.
         outputs: Results of the run, without statistics and path.
         seed: Seed of every random draw.
-        key: Unique name of the job.
+        key: Unique name of what `Prepared` computes from the job: all but the folder, the store and the path.
         group: Number of the group.
         versions: Versions of DECIDING in the process that started the run.
         is_divided: Whether the run is divided into regions; otherwise one region has all structures.
@@ -113,30 +112,6 @@ class Job:
     path: Path | None = None
 
 
-@dataclass(frozen=True, eq=False)
-class Order:
-    """A region that is to be run.
-
-    Args:
-        group: Number of its group.
-        place: Number of the region in the group.
-        job: The job of the group.
-        structures: Its structures.
-        named: Context in which messages name the group.
-        asked, numbers, rows, is_partial: See `Region`; `rows` only if this process runs the region.
-    """
-
-    group: int
-    place: int
-    job: Job
-    structures: range
-    named: Callable[[], AbstractContextManager[object]]
-    asked: Asked | None = None
-    numbers: np.ndarray | None = None
-    rows: Arrays | None = None
-    is_partial: bool = True
-
-
 @dataclass(frozen=True, kw_only=True)
 class Layout:
     """Properties of a group that are known before its first region.
@@ -145,7 +120,7 @@ class Layout:
         template: Template of its dataset.
         attributes: Attributes that describe its integration.
         samples_by_event: Number of histories of each event.
-        events: Names of the events.
+        findings: Empty findings of each event.
         demands: Names of the demands.
         bytes_per_sample: Bytes of a sample in the dataset.
         structures_per_region: Structures of every region but the last.
@@ -156,7 +131,7 @@ class Layout:
     template: Template
     attributes: dict[str, object]
     samples_by_event: tuple[int, ...]
-    events: tuple[str, ...]
+    findings: list[StabilityFindings]
     demands: tuple[str, ...]
     bytes_per_sample: int
     structures_per_region: int
@@ -276,17 +251,12 @@ class Host:
     def collected(self) -> Iterator[list[str]]:
         """Collect the warnings of a block, each once, for the process that started the run."""
         messages: list[str] = []
-        with warnings.catch_warnings(record=True) if self.is_worker else _nothing() as caught:
+        with warnings.catch_warnings(record=True) if self.is_worker else nullcontext() as caught:
             if self.is_worker:
                 warnings.simplefilter("always")
             with collected_warnings() as own:
                 yield messages
         messages += dict.fromkeys([*(text for text, _ in own), *(str(each.message) for each in caught or ())])
-
-
-@contextmanager
-def _nothing() -> Iterator[None]:
-    yield
 
 
 worker_host = Host(is_worker=True)  # of a process that is a worker of a cluster
@@ -336,7 +306,7 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
         template=labelled(run.model, columns, blank_rows(run.model, columns, 0)),
         attributes=attributes_of_run(run),
         samples_by_event=run.samples_by_event,
-        events=tuple(run.model.scene.excitation.event_names),
+        findings=run.findings,
         demands=tuple(run.model.demands),
         bytes_per_sample=bytes_per_row(run, columns),
         structures_per_region=size,

@@ -11,12 +11,11 @@ import xarray as xr
 
 from warpdyn.campaigns.accuracy.pilot import choose_method
 from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.running.blocks import divide
 from warpdyn.campaigns.running.histories import KeptHistories
 from warpdyn.campaigns.running.pipeline import Pipeline
 from warpdyn.campaigns.running.regions.checkpoint import region_file
-from warpdyn.campaigns.running.regions.job import Asked, Host, Job, Prepared
+from warpdyn.campaigns.running.regions.job import Asked, Host, Job
 from warpdyn.campaigns.running.regions.report import Report, state_of
 from warpdyn.campaigns.running.tables import InMemory, Reduced, Table, blank_rows
 from warpdyn.engine.kernels.queues import seconds_in_kernels
@@ -49,7 +48,6 @@ class Region:
         is_partial: bool = True,
     ) -> None:
         self.job, self.structures, self.prepared = job, structures, host.prepared(job)
-        self.messages: list[str] = []
         self.run, self.queues = self.prepared.run, host.queues(self.prepared)
         run, outputs, memory = self.run, job.outputs, job.execution.memory
         self.first = structures.start * (run.samples // run.structures)
@@ -66,7 +64,7 @@ class Region:
                 rows = blank_rows(run.model, self.prepared.columns, samples)
             self.table = InMemory(self.prepared.columns, rows)
         blocks = divide(run, self.table.columns, memory, structures, is_reduced=self.table.reduces)
-        self.findings = findings_of(self.prepared)
+        self.findings = run.findings
         self.estimates = self.prepared.estimates(len(blocks[0]))
         self.pipeline = Pipeline(
             run,
@@ -110,7 +108,6 @@ class Region:
                 "integrating": pipeline.seconds_integrating,
                 "in_kernels": seconds_in_kernels(self.queues),
             },
-            messages=self.messages,
             statistics={} if self.reduction is None else self.reduction.partial(),
             rows=self.table.rows if self.is_returned and isinstance(self.table, InMemory) else {},
         )
@@ -131,14 +128,14 @@ def run_region(
     """Run a region from its beginning to its end, on a worker; arguments: see `Region`."""
     with host.collected() as messages:
         report = Region(host, job, structures, asked, numbers).finish()
-    report.messages += messages
+    report.messages = messages
     return report
 
 
 def find_limits(host: Host, job: Job, structures: range) -> list[dict[str, Any]]:
     """Return the stability limits of the structures of a region for each event, as `state_of` returns them."""
     prepared = host.prepared(job)
-    findings, queue = findings_of(prepared), host.queues(prepared)[0]
+    findings, queue = prepared.run.findings, host.queues(prepared)[0]
     for block in divide(prepared.run, prepared.columns, job.execution.memory, structures):
         for found, part in zip(findings, prepared.run.events(np.asarray(block), queue), strict=True):
             found.add_limits(*part)
@@ -170,10 +167,3 @@ def choose(host: Host, job: Job) -> dict[str, Any]:
         threads=host.prepared(job).run.execution.cores,
     )
     return {"method": choice.method, "dtype": choice.dtype, "longest_step": choice.longest_step}
-
-
-def findings_of(prepared: Prepared) -> list[StabilityFindings]:
-    """Return empty findings of each event; messages name the number of samples of the whole run."""
-    run = prepared.run
-    counts = zip(run.samples_by_event, run.model.scene.excitation.event_names, strict=True)
-    return [StabilityFindings(count, run.integration.method, name) for count, name in counts]

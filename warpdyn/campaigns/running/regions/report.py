@@ -41,7 +41,7 @@ class Report:
     outcomes: tuple[np.ndarray, ...]
     longest_period: float
     seconds: dict[str, float]
-    messages: list[str]
+    messages: list[str] = field(default_factory=list)
     chunks: dict[str, str] = field(default_factory=dict)
     statistics: Arrays = field(default_factory=dict)
     rows: Arrays = field(default_factory=dict)
@@ -140,9 +140,11 @@ def state_of(findings: StabilityFindings) -> dict[str, Any]:
     return held | {"failed": {str(code): count for code, count in findings.failed.items()}}
 
 
-def include(findings: StabilityFindings, states: Iterable[dict[str, Any]]) -> None:
-    """Add the findings of regions, in the order of their samples, to the findings of the run."""
+def merged(empty: StabilityFindings, states: Iterable[dict[str, Any]]) -> StabilityFindings:
+    """Return the findings of a run from those of its regions, in the order of their samples."""
+    found = empty.of_no_samples()
     for state in states:
-        region = findings.of_no_samples()
+        region = empty.of_no_samples()
         vars(region).update(state | {"failed": {int(code): count for code, count in state["failed"].items()}})
-        findings.include(region)
+        found.include(region)
+    return found

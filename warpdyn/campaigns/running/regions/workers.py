@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future as LocalFuture
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any
 
+import numpy as np
+import xarray as xr
+
 from warpdyn.campaigns.integration.settings import Execution
-from warpdyn.campaigns.running.regions.job import Host, Job, Order, machines_of
+from warpdyn.campaigns.running.regions.job import Host, Job, Layout, machines_of
 from warpdyn.campaigns.running.regions.region import Region
 from warpdyn.campaigns.running.regions.report import Report
 from warpdyn.engine.kernels.compilation import compile_side_by_side, compiling, loading
@@ -22,6 +26,57 @@ Division = tuple[int, int, int | None]
 Call = tuple[Any, ...]  # a key, a function of a host, a job and other arguments, the job, these arguments
 
 
+@dataclass(eq=False, kw_only=True)
+class Part:
+    """The run of a group: structures that share a kernel, divided into regions.
+
+    Args:
+        number: Number of the group.
+        job: Everything that a process needs to run its regions.
+        layout: Its properties that are known before the first region.
+        regions: Structures of each region.
+        named: Context in which messages name the group.
+        buildings: Numbers of its structures in a portfolio; None: the structures are those of the run.
+        reports: Reports of the finished regions, by their place among the regions.
+    """
+
+    number: int
+    job: Job
+    layout: Layout
+    regions: list[range]
+    named: Callable[[], AbstractContextManager[object]]
+    buildings: np.ndarray | None = None
+    reports: dict[int, Report] = field(default_factory=dict)
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.layout.samples_by_event[-1]
+
+    @property
+    def histories(self) -> int:
+        """Number of histories, over all events."""
+        return sum(self.layout.samples_by_event)
+
+    @property
+    def along(self) -> dict[str, xr.Variable]:
+        """Variables of the dataset that have one value for each sample, without values."""
+        return {str(k): v for k, v in self.layout.template.variables.items() if v.dims[:1] == ("sample",)}
+
+    def first_sample(self, structure: int) -> int:
+        """Return the first sample of a structure."""
+        return structure * (self.samples // self.job.structures)
+
+    def numbers(self, place: int) -> np.ndarray:
+        """Return the number in the run of each structure of a region."""
+        region = np.asarray(self.regions[place])
+        return region if self.buildings is None else self.buildings[region]
+
+
+# A region that is to be run: its part, its place there, and further arguments of `Region`.
+Order = tuple[Part, int, dict[str, Any]]
+
+
 class Here:
     """This process; `OnCluster` has the same methods.
 
@@ -31,10 +86,7 @@ class Here:
     Attributes:
         machines: Makers' names of the devices, as `machines_of` returns them.
         layout: Number of workers, number of workers that share a machine, and largest memory [bytes] of a worker.
-        is_here: Whether this process runs the regions.
     """
-
-    is_here = True
 
     def __init__(self, execution: Execution) -> None:
         self.execution, self.host = execution, Host()
@@ -52,12 +104,12 @@ class Here:
             yield key, function(self.host, *arguments)
 
     def regions(
-        self, jobs: Sequence[Job], orders: Iterable[Order], advance: Callable[[int], object]
-    ) -> Iterator[tuple[Order, Report]]:
-        """Yield the reports of regions, in order.
+        self, parts: Sequence[Part], orders: Iterable[Order], advance: Callable[[int], object]
+    ) -> Iterator[tuple[Part, int, Report]]:
+        """Yield the reports of regions, in order, with their part and place.
 
         Args:
-            jobs: The jobs of all groups.
+            parts: The groups that have such regions.
             orders: The regions.
             advance: Called with the number of histories done since its last call.
 
@@ -65,15 +117,16 @@ class Here:
         limited, it begins after the region before it.
         """
         execution, begun = self.execution, list[Region]()
-        plans = {job.key: self.host.prepared(job).plans for job in jobs}
+        jobs = [part.job for part in parts]
+        plans = {part.number: self.host.prepared(part.job).plans for part in parts}
 
         def begin(order: Order) -> tuple[Order, LocalFuture[Region], list[tuple[str, type[Warning]]]]:
             """Begin a region; its warnings are also returned if it raises an error."""
             future: LocalFuture[Region] = LocalFuture()
             with collected_warnings() as found:  # the line of the user's code is not known in this thread
                 try:
-                    what = order.job, order.structures, order.asked, order.numbers, order.rows
-                    region = Region(self.host, *what, is_partial=order.is_partial)
+                    part, place, given = order
+                    region = Region(self.host, part.job, part.regions[place], **given)
                     begun.append(region)
                     future.set_result(region)
                 except BaseException as error:
@@ -96,19 +149,16 @@ class Here:
             upcoming = Ahead(begin, orders, int(execution.memory is None))
             stack.callback(_close, begun)
             stack.callback(upcoming.close)
-            for order, future, found in upcoming:
+            for (part, place, _), future, found in upcoming:
                 stop_if_asked()
-                with order.named():
+                with part.named():
                     for message, category in found:
                         warn_caller(message, category)
                     region = future.result()
-                    wait_for(plans.pop(order.job.key, []))
+                    wait_for(plans.pop(part.number, []))
                     report = region.finish(advance)
                 begun.remove(region)
-                yield order, report
-
-    def check_store(self, job: Job) -> None:
-        """Return at once: this process has written to the folder."""
+                yield part, place, report
 
 
 def _close(regions: list[Region]) -> None:
