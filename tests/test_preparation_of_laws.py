@@ -21,6 +21,7 @@ from warpdyn.campaigns.preparation.traced_structures import traced_structures
 from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.engine.kernels.plan import structs
 from warpdyn.engine.laws.law import StoreyElement
+from warpdyn.engine.tracing.functions import numpy_function
 from warpdyn.engine.tracing.nodes import OPERATIONS
 from warpdyn.engine.tracing.tables import PREFIX, table_of
 from warpdyn.model.structures.shear_building import DAMPING
@@ -38,6 +39,7 @@ COMPILED = (
     "multilinear_3_asymmetric",
     "pinching4_energy_damage_asymmetric",
     "gap",
+    "saws",
 )
 # It takes 5 s to find parameters for these; the other variants of their laws have all of their coefficients.
 SLOWLY_DRAWN = ("multilinear_3", "pinching4_cycle_damage", "pinching4_cycle_damage_asymmetric")
@@ -182,8 +184,10 @@ def computed(node, inputs, known):
             cell = np.searchsorted(grid, known[each.arguments[0]], side="right") - 1
             known[each] = values[np.clip(cell, 0, values.size - 1)]
         else:
+            is_simple = each.operation in OPERATIONS
+            function = OPERATIONS[each.operation].function if is_simple else numpy_function(each.operation)
             with np.errstate(all="ignore"):  # in branches that are not taken
-                known[each] = OPERATIONS[each.operation].function(*(known[other] for other in each.arguments))
+                known[each] = function(*(known[other] for other in each.arguments))
     return known[node]
 
 

@@ -314,11 +314,11 @@ def _clip(values: Any, low: Any = None, high: Any = None, **named: Any) -> Trace
 
 def _expm1(values: Any) -> Traced:
     """Return exp(x) - 1 without loss of digits for small x, by Kahan's formula: kernels have no function for it."""
-    power = np.exp(traced(values))
+    power: Any = np.exp(traced(values))
     less = power - 1.0
     # The quotient is (exp(y) - 1) / y for y = log(exp(x) as rounded), which is close to x.
     small = np.where(power == 1.0, values, less * values / np.log(power))
-    return np.where(less == -1.0, -1.0, small)
+    return _where(less == -1.0, -1.0, small)
 
 
 def _sorted(values: Any, axis: int = -1, **named: Any) -> Traced:
