@@ -47,9 +47,10 @@ def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int
     """
     again = np.flatnonzero(beyond_float32(run, samples, outputs))
     if again.size:
-        double = run.with_model(run.model.in_float64(run.tolerance, run.queue.device), run.schedule)
-        double.state = run.state
-        found = double.integrate(samples[again])
+        part = run.select(samples[again])
+        double = part.with_model(part.model.in_float64(part.tolerance, part.queue.device), part.schedule)
+        double.state = part.state
+        found = double.integrate(np.arange(again.size))
         for name, values in outputs.items():
             values[..., again] = found[name]
     return again.size

@@ -96,13 +96,15 @@ def reliability(
     chosen = np.flatnonzero(sensitive & is_chosen)
     if not chosen.size:
         return flags
+    part = run.select(samples[chosen])  # once: the host prepares them if their device prepared the run
     for finer, factor in OTHER_RUNS:
-        again = _run_again(run, samples[chosen], finer, factor)
+        again = _run_again(part, finer, factor)
         is_far = _largest_change(outputs, chosen, again) > LARGEST_CHANGE
         flags[chosen[is_far]] = YES
         chosen = chosen[~is_far]
         if not chosen.size:
             break
+        part = part.select(np.flatnonzero(~is_far))
     return flags
 
 
@@ -117,9 +119,10 @@ def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
     return np.where((flags != NOT_CHECKED) & (earlier == YES), YES, found).astype(np.int8)
 
 
-def _run_again(run: Ensemble, samples: np.ndarray, finer: int, factor: float) -> Arrays:
-    """Return outputs (last dimension: sample) of some samples with a shorter step and a scaled motion."""
-    part, everything = run.select(samples), np.arange(samples.size)
+def _run_again(run: Ensemble, finer: int, factor: float) -> Arrays:
+    """Return the outputs (last dimension: sample) of all samples of an ensemble with a shorter step and a scaled motion."""
+    everything = np.arange(run.size)
+    part = run.select(everything)
     part.assignment = replace(part.assignment, scale=part.assignment.scale * factor)
     part.schedule = part.restepped(everything, finer * part.schedule.substeps)
     # A sample that fails in this run is unreliable. It gets no shorter step, because the rerun budget depends on the

@@ -87,7 +87,7 @@ def backbone_problem(p: Values, count: int) -> str | None:
             )
     for i in range(2, count):
         rise = LARGEST_LAST_RISE if i == count - 1 else 1.0
-        if np.any(bad := (force[i] > rise * force[i - 1]) & (np.min(np.diff(force[:i], axis=0), axis=0) < 0)):
+        if np.any(bad := (force[i] > rise * force[i - 1]) & (np.min(np.diff(np.stack(force[:i]), axis=0), axis=0) < 0)):
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most force_ratio_{i}, "

@@ -14,6 +14,7 @@ from warpdyn.engine.laws.parameter import Parameter
 from warpdyn.engine.laws.springs import OneOrOther, SideBySide, StoreyRules, Variant
 from warpdyn.engine.laws.written.pickling import received, sent
 from warpdyn.engine.methods.table import StoreyForces
+from warpdyn.engine.tracing.arrays import is_traced
 
 Element = type[StoreyElement]
 
@@ -127,17 +128,17 @@ class BuildingLaw:
         laws, devices = self.variants(p) if variants is None else variants
         if len(self.laws) == 1 and not devices:
             return self.laws[0].coefficients(p, laws[0].name)
-        shape, count = np.shape(p["stiffness"]), len(set(laws))
+        stiffness, count = p["stiffness"], len(set(laws))
         found: list[np.ndarray] = []
         for place, (variant, (law, storeys, own)) in enumerate(zip(laws, self._laws(p), strict=True)):
             # The first coefficients choose the law: 1 for any of the following laws, 0 for this one.
             kind = [] if count == 1 else [1.0] * place + [0.0] * (place < len(laws) - 1)
             for index, value in enumerate([*kind, *law.coefficients(own, variant.name)]):
                 if index == len(found):
-                    found.append(np.zeros(shape))
+                    found.append(np.zeros_like(stiffness, dtype=float))
                 found[index][..., storeys if storeys.size else slice(None)] = value
         for device, variant in zip((each for each in self.devices if not each.is_dashpot), devices, strict=True):
-            found += [np.broadcast_to(value, shape) for value in device.coefficients(p, variant.name)]
+            found += [np.broadcast_to(value, np.shape(stiffness)) for value in device.coefficients(p, variant.name)]
         return tuple(found)
 
     def problem(self, p: Values) -> str | None:
@@ -146,6 +147,9 @@ class BuildingLaw:
             text = None
             for name, parameter in law.parameters.items() if storeys.size else ():  # the bounds are those of several
                 if name not in own:
+                    continue
+                if is_traced(own[name]):
+                    np.any(parameter.violations(own[name]))  # collects the condition
                     continue
                 axes = ("structure", "storey")[-np.ndim(own[name]) :]
                 text = text or parameter.first_violation(name, np.asarray(own[name]), axes)
@@ -181,7 +185,7 @@ class BuildingLaw:
 
     def relaxation_rate(self, p: Values) -> np.ndarray:
         rates = [device.relaxation_rate(p) for device in self.devices]
-        return np.max(np.broadcast_arrays(np.zeros(np.shape(p["stiffness"])), *rates), axis=0)
+        return np.max(np.stack(np.broadcast_arrays(np.zeros_like(p["stiffness"]), *rates)), axis=0)
 
 
 def _received(numbers: Sequence[int], laws: Sequence[Any], devices: Sequence[Any]) -> BuildingLaw:

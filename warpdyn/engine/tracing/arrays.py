@@ -151,6 +151,8 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
             return inputs[0]
         if name == "power" and np.ndim(inputs[1]) == 0 and not isinstance(inputs[1], Traced) and inputs[1] == 2:
             return Traced(_mapped("multiply", inputs[0], inputs[0]))
+        if name == "expm1" and method == "__call__":
+            return _expm1(inputs[0])
         if name not in OPERATIONS:
             raise NotTraceableError(f"numpy.{ufunc.__name__} is not recorded")
         if method == "reduce":
@@ -310,6 +312,35 @@ def _clip(values: Any, low: Any = None, high: Any = None, **named: Any) -> Trace
     return found if high is None else Traced(_mapped("minimum", found, high))
 
 
+def _expm1(values: Any) -> Traced:
+    """Return exp(x) - 1 without loss of digits for small x, by Kahan's formula: kernels have no function for it."""
+    power: Any = np.exp(traced(values))
+    less = power - 1.0
+    # The quotient is (exp(y) - 1) / y for y = log(exp(x) as rounded), which is close to x.
+    small = np.where(power == 1.0, values, less * values / np.log(power))
+    return _where(less == -1.0, -1.0, small)
+
+
+def _sorted(values: Any, axis: int = -1, **named: Any) -> Traced:
+    """Return values in increasing order, by exchanges of neighbours."""
+    rows = np.moveaxis(nodes_of(values), axis, 0).copy()
+    for last in range(len(rows) - 1, 0, -1):
+        for place in range(last):
+            pair = Traced(_boxed(rows[place])), Traced(_boxed(rows[place + 1]))
+            rows[place], rows[place + 1] = _mapped("minimum", *pair), _mapped("maximum", *pair)
+    return Traced(np.moveaxis(rows, 0, axis))
+
+
+def _taken_along(values: Any, indices: Any, axis: int = -1) -> Traced:
+    """Return the values at recorded indices along an axis, by comparisons with each index."""
+    rows, places = np.moveaxis(nodes_of(values), axis, 0), np.moveaxis(nodes_of(indices), axis, 0)
+    found = np.broadcast_to(rows[0], places.shape)
+    for place in range(1, len(rows)):
+        is_here = _mapped("equal", Traced(places), float(place))
+        found = _mapped("where", Traced(is_here), Traced(rows[place]), Traced(found))
+    return Traced(np.moveaxis(found, 0, axis))
+
+
 def _is_in(values: Any, allowed: Any, **named: Any) -> Traced:
     found = Traced(_mapped("equal", values, np.ravel(allowed)[0]))
     for each in np.ravel(allowed)[1:]:
@@ -342,6 +373,8 @@ FUNCTIONS: dict[Callable, Callable] = {
     np.transpose: lambda values, axes=None: values.transpose() if axes is None else values.transpose(axes),
     np.flip: lambda values, axis=None: Traced(np.flip(values.nodes, axis)),
     np.copy: lambda values, **named: values.copy(),
+    np.sort: _sorted,
+    np.take_along_axis: _taken_along,
     np.sum: lambda values, axis=None, keepdims=False, **named: _reduced("add", values, axis, keepdims),
     np.round: lambda values, decimals=0, **named: Traced(_mapped("rint", values)),
     np.max: lambda values, axis=None, keepdims=False, **named: _reduced("maximum", values, axis, keepdims),

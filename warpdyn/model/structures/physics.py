@@ -119,4 +119,4 @@ def inverse_drift_capacity(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
         inverse.append(1 / parameters["drift_capacity"])
     if "drift_ratio_capacity" in parameters:
         inverse.append(1 / (parameters["drift_ratio_capacity"] * parameters["height"]))
-    return np.maximum.reduce(inverse)
+    return np.max(np.stack(inverse), axis=0)

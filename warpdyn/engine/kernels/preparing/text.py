@@ -12,6 +12,7 @@ from warpdyn.engine.device.processor import module_options
 from warpdyn.engine.kernels.composition import Composed, kernel_of
 from warpdyn.engine.kernels.kernel_cache import block_size, loaded
 from warpdyn.engine.kernels.preparing.lookup import args_of, value_in_table
+from warpdyn.engine.tracing.functions import functions_in
 from warpdyn.engine.tracing.program import Program
 from warpdyn.engine.tracing.tables import PREFIX
 
@@ -58,7 +59,8 @@ class PreparingKernel:
             **after,
         }
         listed = ", ".join(f"{key}: {kind}" for key, kind in types.items())
-        known_names = tuple(sorted({**names, "value_in_table": value_in_table}.items()))
+        called = {"value_in_table": value_in_table, **functions_in(program.text)}
+        known_names = tuple(sorted({**names, **called}.items()))
         self.kernel = _kernel(f"def {name}({listed}):\n{text}", known_names, max_unroll)
         self._tables, self._constants = tables, np.array(program.constants or [0.0])
         self._brought: dict[str, list[Any]] = {}

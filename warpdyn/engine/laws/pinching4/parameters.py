@@ -317,7 +317,7 @@ class Pinching4(Law):
 def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
     """Return the coefficients of a side, the energy under its backbone and its last ductility, in units of the side."""
     drift, force = corners(p, 4)
-    length, rise = (np.diff(values, axis=0) for values in (drift, force))
+    length, rise = (np.diff(np.stack(values), axis=0) for values in (drift, force))
     slope = rise / length
     values = {
         "second_length": length[0],

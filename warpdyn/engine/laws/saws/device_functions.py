@@ -16,7 +16,7 @@ from warpdyn.engine.device.exponentials import decay, power_of
 from warpdyn.engine.device.extrema import maximum, minimum
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
-from warpdyn.engine.laws.saws.parameters import Coefficient as C
+from warpdyn.engine.laws.saws.parameters import BISECTIONS, Coefficient as C
 from warpdyn.engine.laws.spring import Spring
 
 # Up to this multiple of the crossing drift, a wall loads and unloads along its envelope.
@@ -175,3 +175,24 @@ _FUNCTIONS = device_functions("saws", force, return_mapping, elastic_energy, tan
 SPRINGS = {
     "saws": Spring(coefficients=len(C), memory=len(M), force_at_accepted_state=kept_force, **_FUNCTIONS),
 }
+
+
+@wp.func
+def saws_crossing_drift(hardening: wp.float64, force: wp.float64, slope: wp.float64, peak_drift: wp.float64):
+    """Drift at which the envelope crosses the line force + slope * drift, as NumPy finds it in `parameters`."""
+    one = wp.float64(1.0)
+    low, high = wp.float64(0.0), peak_drift
+    for _ in range(wp.static(BISECTIONS)):
+        middle = (low + high) / wp.float64(2.0)
+        power = wp.exp(-middle)
+        less = power - one
+        # exp(-x) - 1 by Kahan's formula, without loss of digits for small x.
+        if power != one and less != -one:
+            less = less * -middle / wp.log(power)
+        if power == one:
+            less = -middle
+        if -(one + hardening * middle) * less > force + slope * middle:
+            high = middle
+        else:
+            low = middle
+    return high

@@ -36,6 +36,9 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws.bounds import first_bad
 from warpdyn.engine.laws.law import Law, Layout, Values, parameter
+from warpdyn.engine.tracing.functions import define_function
+
+BISECTIONS = 60  # down to the last digit
 
 
 class Coefficient(Layout):
@@ -151,7 +154,7 @@ class Saws(Law):
             "pinched_force": pinched,
             "peak_drift": peak_drift,
             "peak_force": peak_force,
-            "crossing_drift": _crossing(p["hardening_ratio"], pinched, slope, peak_drift),
+            "crossing_drift": _crossing_drift(p["hardening_ratio"], pinched, slope, peak_drift),
             "failure_drift": np.minimum(peak_drift + peak_force / falling, meets),
             "reloading_exponent": p["reloading_exponent"],
             "reloading_drift_ratio": p["reloading_drift_ratio"],
@@ -183,8 +186,12 @@ def _peak(p: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def _crossing(hardening: np.ndarray, force: np.ndarray, slope: np.ndarray, peak_drift: np.ndarray) -> np.ndarray:
     """Return the drift at which the envelope crosses the line force + slope * drift."""
     low, high = np.zeros_like(peak_drift * hardening), peak_drift * np.ones_like(hardening)
-    for _ in range(60):  # bisection, down to the last digit
+    for _ in range(BISECTIONS):
         middle = (low + high) / 2
         is_above = _envelope(middle, hardening) > force + slope * middle
         low, high = np.where(is_above, low, middle), np.where(is_above, middle, high)
     return high
+
+
+# A kernel that prepares structures calls the device function: the text of 60 bisections would take long to compile.
+_crossing_drift = define_function("saws_crossing_drift", f"{__package__}.device_functions", _crossing)
