@@ -104,7 +104,7 @@ class Dynamics(ABC):
         self.structure = structure
 
     def parameters_of(self, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
-        """Return every parameter of some drawn structures, `structure` first; of the nominal one if nothing is drawn.
+        """Return every parameter of drawn structures (of the nominal one if nothing is drawn), shape [structure, ...].
 
         For a LinearSystem they are the factors on its matrices.
         """
@@ -139,22 +139,22 @@ class Dynamics(ABC):
         """Return the undamped modes of some structures.
 
         Args:
-            parameters: Every parameter of some structures, `structure` first.
+            parameters: Every parameter of some structures; the first dimension is the structure.
             excitation: The excitation.
             is_coupled: Whether the damping is returned as a full matrix.
         """
 
     @abstractmethod
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
-        """Return the arrays that kernels of stepwise methods read, structures last.
+        """Return the arrays that kernels of stepwise methods read; the last dimension is the structure.
 
         Args:
-            parameters: Every parameter of some structures, `structure` first.
+            parameters: Every parameter of some structures; the first dimension is the structure.
             rayleigh: Factors of Rayleigh damping, from their vibration.
         """
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return the arrays that kernels of modes read in addition to the modes, structures last."""
+        """Return the arrays that kernels of modes read in addition to the modes; the last dimension is the structure."""
         return {}
 
 

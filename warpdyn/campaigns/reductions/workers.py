@@ -75,9 +75,9 @@ class Threads:
 
         Args:
             kernel: The kernel.
-            first, last: The range.
-            arguments: Its arguments after the range, by the number of the thread.
-            least: Least length of a thread's part.
+            first, last: First element of the range, and the element after its last one.
+            arguments: Function that returns the arguments after the range for the number of a thread.
+            least: Smallest number of elements in a part.
             most: Largest number of parts; 0: the number of threads.
             together: Number of successive elements that one CPU thread must take together.
         """
@@ -264,5 +264,5 @@ def _refuse(demand: str, bad: np.ndarray) -> None:
     if (bad >= 0).any():
         raise ValueError(
             f"a sample of structure {bad[bad >= 0][0]} is 'ok' but its {demand} is not valid: it must be finite, and "
-            "a peak not negative"
+            "a peak not negative. Please report this with the scene"
         )

@@ -14,7 +14,7 @@ from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.parts import straight_branches
-from warpdyn.engine.kernels.plan import Plan, keeps_slopes, options, values_held
+from warpdyn.engine.kernels.plan import Plan, keeps_drifts, keeps_slopes, options, values_held
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.engine.kernels.skeletons.implicit_chain import integrate_implicit_chain
@@ -94,6 +94,10 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
                 sections = _sections(plan)
             elif plan.dofs == 1:
                 lanes = CPU_LANES_OF_ONE_STOREY
+            elif row.kind == "explicit" and keeps_drifts(plan):
+                unroll = 1
+                if plan.dtype == "float64" and plan.dofs > LONG_CHAIN:
+                    lanes = CPU_LONG_LANES
             elif spring.leaves_line is not None:
                 unroll = CPU_UNROLL if plan.dofs <= CHAIN_OF_BRANCHES else CHAIN_OF_BRANCHES
             elif plan.dofs > LONG_CHAIN:

@@ -123,9 +123,15 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "end_steps": _slot("kernel", "After the last interval (one sample per thread)."),
         "see_last": _slot("kernel", "After the last state has been seen (one sample per thread)."),
         "begin_interval": _slot("kernel", "Begin an interval; standing = 0 ends the run.", "", "standing"),
+        "change_lanes": _slot(
+            "kernel",
+            "After the steps of some lanes have changed; find the next change (several samples per thread).",
+            "changed",
+            "next_change",
+        ),
         "stop_lane": _slot("lane", "Set the step of a lane that is to stop to 0.", "", "h"),
         "settle_lane": _slot("lane", "After the step of the lane in this interval is known.", "", "live"),
-        "in_interval": _slot("kernel", "Evaluate loads at the start of the interval and their change.", "", "a"),
+        "in_interval": _slot("kernel", "Evaluate loads at the start of the interval and their change.", "changed", "a"),
         "value_of_interval": _slot("kernel", "Evaluate a recorded motion at the end of the interval."),
     },
     "Every step": {
@@ -232,6 +238,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "moved_storey",
             STATE,
         ),
+        "count_resting": _slot("kernel", "Count the lanes that have finished (multistep)."),
         "correct_start": _slot("kernel", "Correct the start after the first step (multistep)."),
         "correct_second_step": _slot("kernel", "Correct the start after the second step (multistep)."),
         "sum_up_slopes": _slot(

@@ -173,9 +173,9 @@ class ProtectedChain:
         for device in self.storey_law.devices:
             if not device.parameters.keys() & set(STRENGTHS):
                 raise ValueError(
-                    f"device {device.name!r} would also act in the added storey, because only devices of warpdyn "
-                    "have a known parameter that is 0 without the device: write the added storey into ShearBuilding "
-                    "itself, with law=[...] and the parameters of the device for each storey"
+                    f"device {device.name!r} would also act in the added storey, because only devices of warpdyn have "
+                    "a known parameter that is 0 without the device: write the added storey into ShearBuilding itself, "
+                    "with law=[...] and the parameters of the device for each storey"
                 )
         laws = self.storey_law.of_storeys * (1 if len(self.storey_laws) > 1 else self.storeys)
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}

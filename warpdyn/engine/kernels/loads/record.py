@@ -52,12 +52,26 @@ def begin_phase():
                 interval_until = wp.min(interval_until, silent_from[j])
 
 
+def change_lanes():
+    for j in range(LANES):
+        next_change = wp.min(next_change, wp.where(interval < silent_from[j], silent_from[j], 2147483647))
+
+
 def in_interval():
     if EXPLICIT_CHAIN and HOLDS_STEP:
         for j in range(LANES):
             a0[j] = base_at_end[j]
             base_at_end[j] = element(loads.values, next_value[j] + interval * stride[j]) * gain[j]
             da[j] = (base_at_end[j] - a0[j]) * inverse_substeps
+    elif EXPLICIT_CHAIN and HOLDS_LANES:
+        if differing_motions == 0 and interval != changed:
+            sample_at_end = element(loads.values, wp.min(next_value[0] + interval, last_value[0]))
+            for j in range(LANES):
+                a0[j] = base_at_end[j]
+                base_at_end[j] = sample_at_end * gain[j]
+                da[j] = (base_at_end[j] - a0[j]) * inverse_substeps
+        else:
+            slot("value_of_interval")
     else:
         slot("value_of_interval")
 

@@ -46,6 +46,8 @@ def names(plan: Plan) -> dict[str, object]:
         "HANDS_DOWN": plan.lanes > 1,
         # One sample per thread without recorders of forces: the forces of the last state are not evaluated.
         "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",
+        # Several samples per thread: their steps change only where a run ends, or where a motion ends within a run.
+        "HOLDS_LANES": "(LANES > 1 and not (ADAPTIVITY or COLLAPSE))",
     }
 
 
@@ -135,6 +137,9 @@ def integrate_chain(
             slot("start_storey")
     inverse_substeps = dtype(1.0) / dtype(substeps)
     slot("start")
+    if HOLDS_LANES:
+        changed = int(0)  # the last interval at whose start a lane changed, and the next one
+        next_change = int(0)
     if HOLDS_STEP:
         for j in range(LANES):
             h[j] = step[j]
@@ -153,9 +158,19 @@ def integrate_chain(
                 # (Threads that share a sample must exchange values to the end.)
                 if standing == 0:
                     break
+            # A lane that has finished waits for the others with a step of zero: its state and sums do not change.
+            if HOLDS_LANES:
+                if interval >= next_change:
+                    changed = interval
+                    next_change = int(2147483647)
+                    for j in range(LANES):
+                        h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
+                        next_change = wp.min(
+                            next_change, wp.where(interval < live_intervals[j], live_intervals[j], 2147483647)
+                        )
+                    slot("change_lanes")
             for j in range(LANES):
-                # A lane that has finished waits for the others with a step of zero: its state and sums do not change.
-                if not HOLDS_STEP:
+                if not (HOLDS_STEP or HOLDS_LANES):
                     h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
                 slot("stop_lane")
                 slot("settle_lane")

@@ -90,11 +90,20 @@ def start():
                 inverse_mass[i, j] = inverse_mass[i, j] * unit[j]
 
 
+def change_lanes():
+    slot("count_resting")
+
+
+def count_resting():
+    resting = int(0)
+    for j in range(LANES):
+        resting += wp.where(h[j] > dtype(0.0), 0, 1)
+
+
 def begin_attempt():
     if LANES > 1:
-        resting = int(0)
-        for j in range(LANES):
-            resting += wp.where(h[j] > dtype(0.0), 0, 1)
+        if not HOLDS_LANES:
+            slot("count_resting")
         if resting > 0:
             for i in range(N):
                 for j in range(LANES):
