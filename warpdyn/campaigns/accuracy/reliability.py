@@ -120,7 +120,7 @@ def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def _run_again(run: Ensemble, finer: int, factor: float) -> Arrays:
-    """Return the outputs (last dimension: sample) of all samples of an ensemble with a shorter step and a scaled motion."""
+    """Return the outputs of all samples of an ensemble with a shorter step and a scaled motion, sample last."""
     everything = np.arange(run.size)
     part = run.select(everything)
     part.assignment = replace(part.assignment, scale=part.assignment.scale * factor)

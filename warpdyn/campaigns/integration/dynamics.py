@@ -154,7 +154,7 @@ class Dynamics(ABC):
         """
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return the arrays that kernels of modes read in addition to the modes; the last dimension is the structure."""
+        """Return the arrays that kernels read in addition to the modes; the last dimension is the structure."""
         return {}
 
 
