@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import warnings
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from peers.storey_laws import LAWS
@@ -25,6 +25,7 @@ FINER = 16  # steps of the reference, in float64, in each default step
 TAPERED = "tapered"  # stiffness falls straight from the first storey to two thirds of it in the last one
 PARABOLIC = "parabolic"  # stiffness falls as the shear under equal forces on all floors does, to a fifth
 DAMPING_RATIO = 0.05
+LIGHT_RATIO, LIGHT_MODES = 0.02, (1, 3)  # of "light_rayleigh", in buildings of three storeys or more
 SCATTER = {
     "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2)),
     "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1)),
@@ -58,7 +59,7 @@ def build_scene(
         recorders: Recorders of `Scene`.
         shape: How the stiffness falls over the height, TAPERED or PARABOLIC.
         damping: Damping of `ShearBuilding`, with a ratio of DAMPING_RATIO in the first mode; "storey": dampers in the
-            lower half of the storeys.
+            lower half of the storeys; "light_rayleigh": Rayleigh damping of LIGHT_RATIO in LIGHT_MODES.
     """
     below, mass = np.arange(storeys) / max(storeys - 1, 1), np.full(storeys, FLOOR_MASS)
     relative = 1.5 - 0.5 * below if shape == TAPERED else 1.0 - 0.8 * below**2
@@ -68,6 +69,11 @@ def build_scene(
     if damping == "storey":
         dampers = np.arange(storeys) < (storeys + 1) // 2
         own["damping_coefficient"] = 2 * DAMPING_RATIO * period / (2 * np.pi) * stiffness * dampers
+    elif damping == "light_rayleigh":
+        damping = "rayleigh"
+        own["damping_ratio"] = LIGHT_RATIO
+        if storeys >= LIGHT_MODES[1]:
+            own["damping_modes"] = LIGHT_MODES
     elif damping != "none":
         own["damping_ratio"] = DAMPING_RATIO
     building = wd.ShearBuilding(mass, stiffness, HEIGHT, law=law, damping=damping, **own)
@@ -99,9 +105,13 @@ class Case:
 
     def __post_init__(self) -> None:
         self.substeps = self._prepared("rk4", "float32")[0].schedule.substeps.copy()
+
+    @cached_property
+    def reference(self) -> dict[str, np.ndarray]:
+        """The outputs at the finer step in float64."""
         method = "exact" if self.scene.structure.law == "elastic" else "rk4"
         run = self.run(method, self.finer, "float64")
-        self.reference = integrate_guarded(run, np.arange(run.sample.size))
+        return integrate_guarded(run, np.arange(run.sample.size))
 
     def _prepared(self, method: str, dtype: str) -> tuple:
         with warnings.catch_warnings():

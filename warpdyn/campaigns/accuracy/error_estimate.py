@@ -29,6 +29,8 @@ def relative_errors(
 ) -> dict[str, np.ndarray]:
     """Return the relative error of every demand of chosen samples, from a run with half the step in float64.
 
+    Multistep methods are compared with RK4 at half the step.
+
     Args:
         run: The run.
         outputs: Outputs of the chosen samples; the last dimension is the sample.
@@ -53,7 +55,7 @@ def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     is_adaptive = run.model.method.is_adaptive
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
-    refined = run.with_model(run.model.in_float64(tolerance, run.queue.device), schedule)
+    refined = run.with_model(run.model.checking.in_float64(tolerance, run.queue.device), schedule)
     if run.before is not None:
         everything = np.arange(run.before.sample.size)
         refined.resume(integrate_guarded(_refined(run.before, everything, finer), everything))

@@ -18,6 +18,8 @@ from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.laws.springs import spring_row
+from warpdyn.engine.methods.defaults import FALLBACK
+from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS, Method, check_fits
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.output_variables import Variable
@@ -189,6 +191,13 @@ class Model:
         """Return the model in double precision on a device, with another tolerance."""
         plan = fitted(replace(self.plan, dtype="float64"), device != "cpu")
         return replace(self, plan=plan, tolerance=tolerance)
+
+    @property
+    def checking(self) -> Model:
+        """The model that checks results: RK4 checks multistep methods, because its errors have other causes."""
+        if not isinstance(self.method, MultistepMethod):
+            return self
+        return replace(self, plan=replace(self.plan, method=FALLBACK), method=METHODS[FALLBACK])
 
     def loads_on(self, device: str) -> object:
         """Return the load in the memory of a device; models of the same scene share one copy."""

@@ -24,7 +24,7 @@ class Outputs:
         histories: Samples whose whole response histories are kept; None: no samples.
         keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
         checked_share: Share of the samples [1] (at least 30 samples) that are run again at half the step and in
-            float64, to estimate the relative error of every demand; None: no estimate.
+            float64 (multistep methods: by RK4), to estimate the relative error of every demand; None: no estimate.
         sample_error: Relative error [1] required of every sample, such as 0.05; None: no estimate. Every sample is run
             twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and with its motion
             scaled by 1.001, for the flag `sensitive`. It takes three to six times as long.

@@ -161,7 +161,7 @@ class Prepared:
             if is_checked(model):
                 found.append(model.plan)  # with its steps divided
             if outputs.checked_share is not None or outputs.sample_error is not None:
-                found.append(model.in_float64(model.tolerance, self.run.execution.devices[0]).plan)
+                found.append(model.checking.in_float64(model.tolerance, self.run.execution.devices[0]).plan)
         return found if outputs.histories is None else [*found, history_plan(self.run.model.plan)]
 
     @cached_property
