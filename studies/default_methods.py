@@ -64,11 +64,11 @@ ERRORS_HEAD = """\
 # Errors of peak storey drifts by a method that takes `steps` steps in each default step of RK4, divided by those of RK4
 # at its default step. Buildings of one law and one kind of damping: 5 % of critical in the first mode (Rayleigh
 # damping: in the first two), "light_rayleigh" 2 % in modes 1 and 3 (the first two of fewer than three storeys),
-# "storey" in dampers of the lower half of the storeys. Errors are those against RK4 in float64 at a tenth of the step. Four buildings of each number of storeys (two shapes of the stiffness and two periods;
-# a single storey: four periods) of 132 samples each. median_error and error_95: ratio of the medians and of the 95 %
-# quantiles of all 528 samples. largest_95: ratio of the 95 % quantiles in the building where it is largest.
-# deviation_95: standard deviation of error_95 when the records are drawn again with replacement. Written by
-# studies/default_methods.py.
+# "storey" in dampers of the lower half of the storeys. Errors are those against RK4 in float64 at a tenth of the step.
+# Four buildings of each number of storeys (two shapes of the stiffness and two periods; a single storey: four periods)
+# of 132 samples each. median_error and error_95: ratio of the medians and of the 95 % quantiles of all 528 samples.
+# largest_95: ratio of the 95 % quantiles in the building where it is largest. deviation_95: standard deviation of
+# error_95 when the records are drawn again with replacement. Written by studies/default_methods.py.
 """
 COSTS_HEAD = """\
 # Time of the integration by a method that takes `steps` steps in each default step of RK4, divided by that of RK4 at

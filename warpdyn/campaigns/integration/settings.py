@@ -7,9 +7,18 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 from warpdyn.engine.kernels.queues import checked_devices, free_memory
 from warpdyn.engine.laws.devices.parameters import ViscousDamper
-from warpdyn.engine.methods.defaults import FALLBACK, MEASURED_DAMPING_RATIO, default_method
+from warpdyn.engine.methods.defaults import (
+    FALLBACK,
+    HIGHEST_LIGHT_MODE,
+    LIGHT_RATIO,
+    LIGHT_RAYLEIGH,
+    MEASURED_DAMPING_RATIO,
+    default_method,
+)
 from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
@@ -213,18 +222,25 @@ class Execution:
 def measured_dampings(structure: Structure) -> tuple[str, ...]:
     """Return the kinds of damping in the table of default methods that apply to a structure.
 
-    A building counts as undamped, the least accurate case, if its damping ratio is below that of the measured buildings
-    or if its Rayleigh damping has this ratio in other modes than the first two: its higher modes have less damping.
+    If a building has less damping than the measured buildings with 5 % of critical, or Rayleigh damping in other modes
+    than the first two, its higher modes have less damping. Then it counts as lightly damped by Rayleigh damping, or as
+    undamped, the least accurate case. Viscous dampers whose force is a power of the velocity were not measured.
     """
     if not isinstance(structure, ShearBuilding):
         return (structure.damping,)
     kind, inherent = structure.damping, structure.inherent_damping
     ratio = structure.parameters.get("damping_ratio")
     is_less = ratio is not None and float(ratio.min()) < MEASURED_DAMPING_RATIO
-    other_modes = inherent.modes is not None and inherent.modes != (1, min(2, structure.storeys))
+    modes = inherent.modes
+    other_modes = modes is not None and modes != (1, min(2, structure.storeys))
     if is_less or other_modes or inherent.storeys is not None:
-        kind = "none"
-    return (kind, "storey") if ViscousDamper.name in structure.devices and kind != "storey" else (kind,)
+        is_light = kind == "rayleigh" and inherent.storeys is None and float(ratio.min()) >= LIGHT_RATIO
+        is_light &= modes is None or max(modes) <= HIGHEST_LIGHT_MODE
+        kind = LIGHT_RAYLEIGH if is_light else "none"
+    if ViscousDamper.name not in structure.devices:
+        return (kind,)
+    is_linear = bool(np.all(structure.parameters["velocity_exponent"] == 1.0))
+    return tuple(dict.fromkeys((kind, "storey" if is_linear else "power of the velocity")))
 
 
 def check_target_error(target_error: float) -> None:

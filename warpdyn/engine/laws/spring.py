@@ -30,6 +30,8 @@ class Spring:
             have `rate` and `return_mapping`: each leaves the memory values of the other law unchanged.
         force_at_accepted_state: `(drift, memory, coefficients) -> force [N]` if the memory already belongs to this
             drift, so that a stored force need not be computed again. None if `force` is as fast.
+        force_after_mapping: The same for multistep methods, which evaluate the force once per step and only after the
+            memory has followed the drift; for laws whose `force` contains the mapping. None if there is no such saving.
         memory_on_line: `(drift, memory, coefficients) -> memory` at a drift on the storey's line: the result of
             `return_mapping` there, at less cost. None if `return_mapping` costs little.
         values_on_line: Number of memory values, from the first, that may change along a line; None for all.
@@ -56,6 +58,7 @@ class Spring:
     memory_after: Callable | None = None
     rate: Callable | None = None
     force_at_accepted_state: Callable | None = None
+    force_after_mapping: Callable | None = None
     memory_on_line: Callable | None = None
     values_on_line: int | None = None
     tangent_on_line: Callable | None = None

@@ -16,7 +16,7 @@ def restore():
     if MAPS_IN_STAGE:
         if stage == STAGES - 1:
             reached = mapped_memory(drift, memory, c)
-            f = held_of(drift, reached, c)
+            f = followed_of(drift, reached, c) if KEEPS_DRIFTS else held_of(drift, reached, c)
             for m in range(M):
                 z[i * M + m, j] = reached[m]
         elif stage == 0:

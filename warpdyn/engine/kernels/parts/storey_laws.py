@@ -29,6 +29,7 @@ def names(plan):
     functions = {
         "force_of": law.force,
         "held_of": law.force_at_accepted_state or law.force,
+        "followed_of": law.force_after_mapping or law.force_at_accepted_state or law.force,
         "recoverable_of": law.elastic_energy,
         "tangent_of": law.tangent,
         "mapped_memory": law.return_mapping,

@@ -36,6 +36,7 @@ def names(plan):
         "weight_of_last": wp.constant(dtype(latest)),
         "weight_of_second": wp.constant(dtype(before)),
         "weight_of_third": wp.constant(dtype(earlier)),
+        "inverse_weight_of_third": wp.constant(dtype(1 / earlier)),
     }
 
 
@@ -43,8 +44,8 @@ def declare():
     drifts = matrix()  # of the accepted state
     rates = matrix()  # their rates
     path = matrix()  # drifts without the correction
-    moves = matrix()  # changes of the path in the last step, and in the step before
-    last_moves = matrix()
+    moves = matrix()  # changes of the path in the last step
+    carried = matrix()  # share of the last two changes in the rate at the end of the next step
     turns = matrix()  # change of the drift in the last step, which the memory of rate laws has not followed yet
     unit = row()  # h^2 / (1 + a0 h / 2)
     retained = row()  # (1 - a0 h / 2) / (1 + a0 h / 2)
@@ -72,7 +73,6 @@ def start_storey():
         rates[i, j] -= foot_v[j]
     path[i, j] = drifts[i, j]
     moves[i, j] = step[j] * rates[i, j]
-    last_moves[i, j] = moves[i, j]
 
 
 def start():
@@ -85,8 +85,9 @@ def start():
         of_last[j] = weight_of_last / step[j]
         of_second[j] = weight_of_second / step[j]
         of_third[j] = weight_of_third / step[j]
-        if SCALES:
-            for i in range(N):
+        for i in range(N):
+            carried[i, j] = (of_second[j] + of_third[j]) * moves[i, j]
+            if SCALES:
                 inverse_mass[i, j] = inverse_mass[i, j] * unit[j]
 
 
@@ -174,10 +175,9 @@ def move_storey():
         forward = retained[j] * moves[moved_storey, j] + pull if MASS else moves[moved_storey, j] + pull
         path[moved_storey, j] += forward
         new_drift = path[moved_storey, j] + correction * pull
-        rates[moved_storey, j] = (
-            of_last[j] * forward + of_second[j] * moves[moved_storey, j] + of_third[j] * last_moves[moved_storey, j]
-        )
-        last_moves[moved_storey, j] = moves[moved_storey, j]
+        rates[moved_storey, j] = of_last[j] * forward + carried[moved_storey, j]
+        # The changes of two steps are kept in one value, which saves a copy of each change.
+        carried[moved_storey, j] = of_second[j] * forward + of_third[j] * moves[moved_storey, j]
         moves[moved_storey, j] = forward
         turns[moved_storey, j] = new_drift - drifts[moved_storey, j]
         drifts[moved_storey, j] = new_drift
@@ -246,16 +246,16 @@ def correct_start():
     # Until now the changes before the start were those at a constant velocity; now those at a constant acceleration.
     for i in range(N):
         for j in range(LANES):
-            start_move = last_moves[i, j]
+            start_move = (carried[i, j] - of_second[j] * moves[i, j]) * (step[j] * inverse_weight_of_third)
             pull = moves[i, j] - retained[j] * start_move
             # The whole change of the velocity; (1 + retained) / 2 = 1 / (1 + a0 h / 2).
             gain_of_move = dtype(2.0) * (pull + (retained[j] - dtype(1.0)) * start_move) / (dtype(1.0) + retained[j])
             path[i, j] += start_move + dtype(0.5) * gain_of_move - moves[i, j] - correction * pull
             moves[i, j] = start_move + dtype(0.5) * gain_of_move
-            last_moves[i, j] = start_move - dtype(0.5) * gain_of_move
-            before_last = start_move - dtype(1.5) * gain_of_move
-            rate_of_last = of_last[j] * moves[i, j] + of_second[j] * last_moves[i, j]
-            rates[i, j] = rate_of_last + of_third[j] * before_last
+            move_before = start_move - dtype(0.5) * gain_of_move
+            rate_of_two = of_last[j] * moves[i, j] + of_second[j] * move_before
+            rates[i, j] = rate_of_two + of_third[j] * (start_move - dtype(1.5) * gain_of_move)
+            carried[i, j] = of_second[j] * moves[i, j] + of_third[j] * move_before
             start_drift = drifts[i, j] - turns[i, j]
             drifts[i, j] = path[i, j] + correction * pull
             turns[i, j] = drifts[i, j] - start_drift
@@ -265,11 +265,12 @@ def correct_second_step():
     # From the second step on, the rate of the acceleration is known: `jerk` is its change per step.
     for i in range(N):
         for j in range(LANES):
-            of_two = of_last[j] * moves[i, j] + of_second[j] * last_moves[i, j]
-            before_last = (rates[i, j] - of_two) / of_third[j]
-            jerk = moves[i, j] - dtype(2.0) * last_moves[i, j] + before_last
+            move_before = (carried[i, j] - of_second[j] * moves[i, j]) * (step[j] * inverse_weight_of_third)
+            of_two = of_last[j] * moves[i, j] + of_second[j] * move_before
+            earliest = (rates[i, j] - of_two) * (step[j] * inverse_weight_of_third)
+            jerk = moves[i, j] - dtype(2.0) * move_before + earliest
             moves[i, j] += correction * jerk
-            last_moves[i, j] += correction * jerk
+            carried[i, j] += correction * jerk * (of_second[j] + of_third[j])
             rates[i, j] += correction * jerk * (of_last[j] + of_second[j] + of_third[j])
             path[i, j] += dtype(3.0) * correction * jerk
             drifts[i, j] += dtype(3.0) * correction * jerk

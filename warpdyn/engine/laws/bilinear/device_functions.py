@@ -36,6 +36,11 @@ def bilinear_force(drift: Any, memory: Any, c: Any):
 
 
 @wp.func
+def bilinear_force_after_mapping(drift: Any, memory: Any, c: Any):
+    return c[C.HARDENING_STIFFNESS] * drift + c[C.YIELDING_STIFFNESS] * (drift - memory[M.PLASTIC_DRIFT])
+
+
+@wp.func
 def bilinear_elastic_energy(drift: Any, memory: Any, c: Any):
     elastic = drift - memory[M.PLASTIC_DRIFT]
     return type(drift)(0.5) * (c[C.HARDENING_STIFFNESS] * drift * drift + c[C.YIELDING_STIFFNESS] * elastic * elastic)
@@ -63,5 +68,6 @@ SPRINGS = {
         tangent=bilinear_tangent,
         memory=len(M),
         memory_after=bilinear_memory_after,
+        force_after_mapping=bilinear_force_after_mapping,
     ),
 }
