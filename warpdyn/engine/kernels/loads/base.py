@@ -81,7 +81,7 @@ def add_supply_of_entry():
 
 def add_supply_of_walk():
     if TRAPEZOIDAL:
-        # If the motion jumps, the value at the end of a step differs from the value at the start of the next step.
+        # If the motion jumps, a step may end with another value than the next one starts with.
         if stage == 0:
             impulse = dtype(0.5) * (h_last[j] * base_last[j] + h[j] * base[j])
             energy_in[j] -= impulse * momentum[j]
@@ -94,6 +94,6 @@ def keep_end_of_step():
 
 
 def add_supply_at_state():
-    # If the motion jumps, the value at the end of a step differs from the value at the start of the next step.
+    # If the motion jumps, a step may end with another value than the next one starts with.
     impulse = dtype(0.5) * (h_last[j] * base_end[j] + h[j] * base[j])
     energy_in[j] -= impulse * mass[i, j] * vi

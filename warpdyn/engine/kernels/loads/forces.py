@@ -158,5 +158,5 @@ def add_supply_of_entry():
 
 
 def add_supply_at_state():
-    # If the force jumps, the value at the end of a step differs from the value at the start of the next step.
+    # If the force jumps, a step may end with another value than the next one starts with.
     energy_in[j] += dtype(0.5) * (h_last[j] * force_end[i, j] + h[j] * force) * vi

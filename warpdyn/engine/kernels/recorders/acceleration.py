@@ -27,7 +27,7 @@ def declare():
 
 
 def settle_lane():
-    # The acceleration of a lane that has finished stays constant and changes no peak, unless a load acts on the lane.
+    # The acceleration of a lane that has finished stays constant and changes no peak, unless it is loaded.
     if HAS_ADD_LOAD and not IMPLICIT_CHAIN:
         lives[j] = dtype(0.0)
         seen[j] = dtype(0.0)
