@@ -37,9 +37,10 @@ def test_a_plain_building_has_a_short_text():
         damping_ratio=0.05,
     )  # fmt: skip
     scene = wd.Scene(structure, wd.GroundMotion(np.ones(100), 0.01), recorders=("drift",))
-    text = source(scene, device="cpu")
+    text = source(scene, method="rk4", device="cpu")
     assert text == text_of(PLAIN)
-    assert text.count("\n") <= 165  # of which some ten hand the state below a storey on, for speed
+    # Some ten lines hand the state below a storey on, and some fifteen find where the step of a lane changes, for speed.
+    assert text.count("\n") <= 180
     # Nothing is there of what it does not name.
     assert "peak_drift" in text
     for name in ("energy", "peak_acceleration", "weight_over_height", "section", "trial", "initial_memory", "HAS_"):

@@ -7,6 +7,8 @@ import xarray as xr
 
 from warpdyn.campaigns.running.labels import BECAUSE
 from warpdyn.campaigns.running.selections import select_event
+from warpdyn.engine.methods.kinds import MultistepMethod
+from warpdyn.engine.methods.table import METHODS
 from warpdyn.foundations.core.checks import check_dataset
 from warpdyn.foundations.core.description import Text
 from warpdyn.foundations.core.output_variables import STATUS_MEANINGS, STOREY_KIND, STOREY_KINDS
@@ -62,7 +64,7 @@ def summary(run: xr.Dataset) -> str:
         table = run["estimated_relative_error"]
         heads = "".join(f"{name:>12}" for name in table["error_statistic"].values)
         lines.append(f"{'estimated relative error':<26}{heads}")
-        if isinstance(METHODS.get(run.attrs["method"]), MultistepMethod):
+        if isinstance(METHODS.get(str(run.attrs["method"])), MultistepMethod):
             lines.append("(differences of the checked samples from rk4 at half the step, in float64)")
         for demand in table["demand"].values:
             row = "".join(f"{value:>12.2e}" for value in table.sel(demand=demand).values)
