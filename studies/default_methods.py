@@ -7,10 +7,10 @@
 
 Without `--costs` the study writes data/default_methods.csv: the errors for each storey law, kind of damping and number
 of storeys, in four buildings (two shapes of the stiffness over the height, two first periods; four periods of a single
-storey) under the 44 far-field records at one, two and four times the level at which they yield. With `--costs` it writes the column of its device in
-data/default_method_costs.csv, for each law: run it once on each device. With `--scenes` it draws random scenes instead,
-and prints for each the cost of the default method divided by the least cost of the methods SEARCHED with at most the
-error of the default.
+storey) under the 44 far-field records at one, two and four times the level at which they yield. With `--costs` it
+writes the column of its device in data/default_method_costs.csv, for each law: run it once on each device. With
+`--scenes` it draws random scenes instead, and prints for each the cost of the default method divided by the least cost
+of the methods SEARCHED with at most the error of the default.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ COSTS_HEAD = """\
 # Written by studies/default_methods.py --costs, once on each device.
 """
 # Methods and steps of the exhaustive search, without methods of RK4's or Verlet's order that cost more.
-SEARCHED = ("rk4", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")
+SEARCHED = ("rk4", "stoermer", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")
 SEARCHED_STEPS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 BASE = (FALLBACK, 1)
 

@@ -227,6 +227,7 @@ def tell(work, threads):
 SETTINGS = {
     "structures": 23,
     "seed": 2,
+    "method": "rk4",
     "dtype": "float64",
     "checked_share": 0.3,
     "histories": wd.Histories((7, 1, 133)),
@@ -317,7 +318,7 @@ def test_events_of_a_sequence_go_through_gpus_in_turn(pretended, monkeypatch):
         "aftershock": wd.Stripes(MOTIONS[:2], [0.2, 0.6], wd.PeakGroundAcceleration()),
     }
     scene = make_scene(excitation=wd.EventSequence(events), collapse_drift_ratio=0.004)
-    settings = {"structures": 11, "seed": 2, "dtype": "float64", "checked_share": 0.3}
+    settings = {"structures": 11, "seed": 2, "method": "rk4", "dtype": "float64", "checked_share": 0.3}
     whole = wd.simulate(scene, device="cpu", **settings)
     assert len(np.unique(whole["status"])) == 2
     one = wd.simulate(scene, device="cuda:0", **settings)
@@ -337,7 +338,7 @@ def test_statistics_are_made_where_samples_were_integrated(pretended, device, mo
         wd.DemandMoments("peak_storey_drift_ratio", over="motion", each_place=True),
         wd.DemandHistogram("peak_storey_drift_ratio", [0.001, 0.003, 0.01], over="structure"),
     ]
-    settings = {"structures": 23, "seed": 2, "statistics": asked, "dtype": "float64"}
+    settings = {"structures": 23, "seed": 2, "statistics": asked, "method": "rk4", "dtype": "float64"}
     on_processor = wd.simulate(scene, device="cpu", **settings)
     blocks_of(monkeypatch, 12)
     found = wd.simulate(scene, device=device, **settings)

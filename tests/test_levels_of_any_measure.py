@@ -184,7 +184,9 @@ def test_shares_of_a_portfolio_are_by_stripes_of_any_unit():
     # Two buildings that are the oscillator.
     buildings = wd.Portfolio({"A": wd.Archetype(OSCILLATOR, 2)})
     levels = np.quantile(expected_capacities("PGV"), [0.2, 0.4, 0.6, 0.8])
-    run = wd.simulate(wd.Scene(buildings, wd.Stripes(MOTIONS, levels, wd.PeakGroundVelocity())), device="cpu")
+    run = wd.simulate(
+        wd.Scene(buildings, wd.Stripes(MOTIONS, levels, wd.PeakGroundVelocity())), method="rk4", device="cpu"
+    )
     shares = wd.damage_shares(run, {"A": LIMITS})
     assert shares["stripe"].attrs["units"] == "m s-1"
     assert "comment" not in shares["stripe"].attrs

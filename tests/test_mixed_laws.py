@@ -102,7 +102,8 @@ def test_a_portfolio_of_them_is_each_by_itself():
     portfolio = wd.Portfolio({"weak": wd.Archetype(weak, 3, spread), "strong": wd.Archetype(strong, 2)})
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        run = wd.simulate(wd.Scene(portfolio, wd.Cloud([SHAKE]), recorders=("drift",)), device="cpu", dtype="float64")
+        scene = wd.Scene(portfolio, wd.Cloud([SHAKE]), recorders=("drift",))
+        run = wd.simulate(scene, device="cpu", method="rk4", dtype="float64")
     assert (run.status == 0).all()
     step = float(run.integration_step[-1])
     scene = wd.Scene(strong, wd.Cloud([SHAKE]), recorders=("drift",))

@@ -39,7 +39,7 @@ def test_a_plain_building_has_a_short_text():
     scene = wd.Scene(structure, wd.GroundMotion(np.ones(100), 0.01), recorders=("drift",))
     text = source(scene, method="rk4", device="cpu")
     assert text == text_of(PLAIN)
-    # Some ten lines hand the state below a storey on, and some fifteen find where the step of a lane changes, for speed.
+    # For speed, ten lines hand the state below a storey on, and fifteen find where the step of a lane changes.
     assert text.count("\n") <= 180
     # Nothing is there of what it does not name.
     assert "peak_drift" in text

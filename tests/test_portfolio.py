@@ -59,6 +59,8 @@ def simulate(portfolio, excitation, **settings):
     """Run a portfolio, given what its scene and what its run takes together."""
     names = ("recorders", "tail", "collapse_drift_ratio", "scatter", "correlation", "sampling")
     of_scene = {key: settings.pop(key) for key in names if key in settings}
+    if "target_error" not in settings:
+        settings.setdefault("method", "rk4")  # which a given step takes, too
     return wd.simulate(wd.Scene(portfolio, excitation, **of_scene), **settings)
 
 

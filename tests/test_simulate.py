@@ -108,10 +108,10 @@ def test_a_sample_is_the_same_alone_and_among_others(dtype):
     # Motions that grow to their end, and no tail, make a lane that runs on show in its peaks.
     growing = [(0.02, 50), (0.02, 23), (0.01, 90), (0.009, 70), (0.005, 300)]
     motions = [wd.GroundMotion(0.1 * np.arange(n) * np.sin(np.arange(n) ** 2), step) for step, n in growing]
-    among = wd.simulate(make_scene(excitation=wd.Cloud(motions), scatter={}, tail=0.0), dtype=dtype)
+    among = wd.simulate(make_scene(excitation=wd.Cloud(motions), scatter={}, tail=0.0), method="rk4", dtype=dtype)
     assert np.round(among["motion_step"].values / among["integration_step"].values).tolist() == [5, 5, 3, 2, 2]
     for index, motion in enumerate(motions):
-        alone = wd.simulate(make_scene(excitation=motion, scatter={}, tail=0.0), dtype=dtype)
+        alone = wd.simulate(make_scene(excitation=motion, scatter={}, tail=0.0), method="rk4", dtype=dtype)
         for name in alone.data_vars:
             if "sample" in alone[name].dims:
                 assert alone[name].values[0].tobytes() == among[name].values[index].tobytes(), name
@@ -155,7 +155,7 @@ def test_cloud_and_individual():
 
 def test_dataset_keeps_its_contract():
     scatter = SEEDED | {"stiffness": wd.RandomFactor(wd.Uniform(0.9, 1.1))}
-    run = wd.simulate(make_scene(scatter=scatter), structures=2, seed=5, histories=wd.Histories((0, 1)))
+    run = wd.simulate(make_scene(scatter=scatter), structures=2, seed=5, method="rk4", histories=wd.Histories((0, 1)))
     assert run["peak_storey_drift_ratio"].dims == ("sample", "storey")
     assert run["peak_floor_acceleration"].dims == ("sample", "floor")
     assert run["displacement"].dims == ("history", "time", "dof")
@@ -319,7 +319,7 @@ def test_a_blow_up_is_diverged_and_never_a_collapse():
 def test_default_step_divides_every_motion_and_resolves_the_structure():
     stiff, soft = make_building(), make_building(stiffness=[6e2, 4e2])
     for building in (stiff, soft):
-        run = wd.simulate(make_scene(structure=building, scatter={}))
+        run = wd.simulate(make_scene(structure=building, scatter={}), method="rk4")
         ratio = run["motion_step"].values[run["motion_index"].values] / run["integration_step"].values
         np.testing.assert_allclose(ratio, np.round(ratio), rtol=1e-12)
         assert np.all(run["integration_step"] <= building.fundamental_period / 100 * (1 + 1e-9))

@@ -129,9 +129,11 @@ def test_events_portfolio_scatter_and_statistics(registered):
 
     def runs(law):
         sequence = wd.EventSequence({"first": wd.Cloud([MOTION]), "second": wd.Cloud([MOTION])})
-        yield wd.simulate(wd.Scene(building(law), sequence, scatter, tail=1.0), structures=4, device="cpu")
+        yield wd.simulate(
+            wd.Scene(building(law), sequence, scatter, tail=1.0), structures=4, method="rk4", device="cpu"
+        )
         portfolio = wd.Portfolio({"a": wd.Archetype(building(law), 2, scatter), "b": wd.Archetype(building(law, 2), 1)})
-        yield wd.simulate(wd.Scene(portfolio, MOTION, tail=0.0), device="cpu")
+        yield wd.simulate(wd.Scene(portfolio, MOTION, tail=0.0), method="rk4", device="cpu")
 
     for ours, theirs in zip(runs(Kinematic(**VALUES)), runs(wd.laws.Bilinear(**VALUES)), strict=True):
         np.testing.assert_allclose(ours["peak_storey_drift_ratio"], theirs["peak_storey_drift_ratio"], rtol=1e-4)

@@ -234,8 +234,10 @@ def measured_dampings(structure: Structure) -> tuple[str, ...]:
     modes = inherent.modes
     other_modes = modes is not None and modes != (1, min(2, structure.storeys))
     if is_less or other_modes or inherent.storeys is not None:
-        is_light = kind == "rayleigh" and inherent.storeys is None and float(ratio.min()) >= LIGHT_RATIO
-        is_light &= modes is None or max(modes) <= HIGHEST_LIGHT_MODE
+        is_light = (
+            kind == "rayleigh" and inherent.storeys is None and (modes is None or max(modes) <= HIGHEST_LIGHT_MODE)
+        )
+        is_light = is_light and ratio is not None and float(ratio.min()) >= LIGHT_RATIO
         kind = LIGHT_RAYLEIGH if is_light else "none"
     if ViscousDamper.name not in structure.devices:
         return (kind,)
