@@ -224,14 +224,8 @@ def tell(work, threads):
     return told
 
 
-SETTINGS = {
-    "structures": 23,
-    "seed": 2,
-    "method": "rk4",
-    "dtype": "float64",
-    "checked_share": 0.3,
-    "histories": wd.Histories((7, 1, 133)),
-}
+KEPT = wd.Histories((7, 1, 133))
+SETTINGS = {"structures": 23, "seed": 2, "method": "rk4", "dtype": "float64", "checked_share": 0.3, "histories": KEPT}
 
 
 def test_gpus_give_what_the_processor_gives(pretended, monkeypatch, tmp_path):
