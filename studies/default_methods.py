@@ -27,7 +27,15 @@ from parts.default_methods.ensembles import PARABOLIC, TAPERED, Case, build_scen
 from peers.storey_laws import LAWS
 
 from warpdyn.engine.kernels.queues import checked_devices
-from warpdyn.engine.methods.defaults import COSTS, DEVICES, ERRORS, FALLBACK, default_method, measured_costs
+from warpdyn.engine.methods.defaults import (
+    COSTS,
+    DEVICES,
+    ERRORS,
+    FALLBACK,
+    LIGHT_RAYLEIGH,
+    default_method,
+    measured_costs,
+)
 from warpdyn.engine.methods.table import fitting_methods
 
 ROOT = Path(__file__).parents[1]
@@ -44,7 +52,7 @@ BUILDINGS = {
 DAMPINGS = (
     "none",
     "mass_proportional",
-    "light_rayleigh",
+    LIGHT_RAYLEIGH,
     "stiffness_proportional",
     "rayleigh",
     "rayleigh_tangent",

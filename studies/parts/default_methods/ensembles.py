@@ -16,6 +16,7 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import prepare
 from warpdyn.campaigns.integration.stability_guard import guard, integrate_guarded
 from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.engine.methods.defaults import HIGHEST_LIGHT_MODE, LIGHT_RATIO, LIGHT_RAYLEIGH
 from warpdyn.foundations.core.output_variables import DIVERGED
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.records import far_field
@@ -25,7 +26,7 @@ FINER = 16  # steps of the reference, in float64, in each default step
 TAPERED = "tapered"  # stiffness falls straight from the first storey to two thirds of it in the last one
 PARABOLIC = "parabolic"  # stiffness falls as the shear under equal forces on all floors does, to a fifth
 DAMPING_RATIO = 0.05
-LIGHT_RATIO, LIGHT_MODES = 0.02, (1, 3)  # of "light_rayleigh", in buildings of three storeys or more
+LIGHT_MODES = (1, HIGHEST_LIGHT_MODE)  # of light Rayleigh damping, in buildings of three storeys or more
 SCATTER = {
     "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2)),
     "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1)),
@@ -69,7 +70,7 @@ def build_scene(
     if damping == "storey":
         dampers = np.arange(storeys) < (storeys + 1) // 2
         own["damping_coefficient"] = 2 * DAMPING_RATIO * period / (2 * np.pi) * stiffness * dampers
-    elif damping == "light_rayleigh":
+    elif damping == LIGHT_RAYLEIGH:
         damping = "rayleigh"
         own["damping_ratio"] = LIGHT_RATIO
         if storeys >= LIGHT_MODES[1]:
