@@ -24,7 +24,7 @@ def test_what_is_no_file_is_told_with_the_function(name, tmp_path):
     for path in (5, None):  # Python would take a number for an open file
         with pytest.raises(TypeError, match=f"^{name}: (path|fields) must name a file, got {path}$"):
             READERS[name](path)
-    with pytest.raises(FileNotFoundError, match=f"^{name}: there is no file .*missing.csv$"):
+    with pytest.raises(FileNotFoundError, match=f"^{name}: there is no file .*missing.csv: correct the path$"):
         READERS[name](tmp_path / "missing.csv")
     of_folder = {"read_event_grid": FileNotFoundError, "read_intensity_grid": FileNotFoundError}
     with pytest.raises(of_folder.get(name, IsADirectoryError), match=f"^{name}: "):

@@ -71,7 +71,7 @@ def test_files_that_are_no_xml(name, file, tmp_path):
 @pytest.mark.parametrize("name", [*CSV, *XML])
 def test_files_that_are_not_there(name, tmp_path):
     read = (CSV | XML)[name]
-    with pytest.raises(FileNotFoundError, match=rf"^{name}: there is no file .*none.csv"):
+    with pytest.raises(FileNotFoundError, match=rf"^{name}: there is no file .*none.csv: correct the path"):
         read(tmp_path / "none.csv")
     with pytest.raises(IsADirectoryError, match=rf"^{name}: .* is a folder"):
         read(tmp_path)

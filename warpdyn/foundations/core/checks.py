@@ -44,7 +44,7 @@ def check_dataset(function: str, dataset: Any, *names: str, advice: str, argumen
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:
         named = "" if argument == "dataset" else f" as {argument}"
-        raise ValueError(f"the dataset has no {', '.join(missing)}: {advice}{named}")
+        raise ValueError(f"{function}: the dataset has no {', '.join(missing)}: {advice}{named}")
 
 
 def one_of(what: str, name: object, allowed: Collection[str]) -> None:

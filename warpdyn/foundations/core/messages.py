@@ -84,6 +84,11 @@ def counted(names: Collection[object], most: int = 3) -> str:
     return f"{len(names):,} ({shown}{', ...' if len(names) > most else ''})"
 
 
+def amount_of(count: int, noun: str, nouns: str = "") -> str:
+    """Return a count with its noun, such as "1 storey" or "1,200 storeys"; `nouns` is the plural, by default with s."""
+    return f"{count:,} {noun if count == 1 else nouns or noun + 's'}"
+
+
 def warn_of_all(function: str, sentences: Sequence[str]) -> None:
     """Give one warning that contains the function's name and a list of the sentences; none without sentences."""
     if sentences:

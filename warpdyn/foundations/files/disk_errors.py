@@ -21,7 +21,8 @@ def disk_error(error: BaseException, path: Path) -> OSError:
     """
     if isinstance(error, OSError) and error.errno not in (None, *FULL) and error.errno > 0:
         return named_error(error, path)
-    reason = f"{os.strerror(errno.ENOSPC)}, or another error of the disk ({error}); {free_space(path.parent)}"
+    reason = f"{os.strerror(errno.ENOSPC)}, or another error of the disk ({error}); {free_space(path.parent)}: "
+    reason += "free some space, or choose another folder"
     return OSError(errno.ENOSPC, f"cannot write {path}: {reason}")
 
 

@@ -31,7 +31,7 @@ def existing_file(function: str, path: str | os.PathLike, argument: str = "path"
     if path.is_dir():
         raise IsADirectoryError(f"{function}: {path} is a folder; name a file in it")
     if not path.is_file():
-        raise FileNotFoundError(f"{function}: there is no file {path}")
+        raise FileNotFoundError(f"{function}: there is no file {path}: correct the path")
     return path
 
 
@@ -58,7 +58,10 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
     if not text.strip():
         raise ValueError(f"{function}: {path} is empty, not {kind}: give a file with content")
     if text.lstrip().startswith("<") or "\0" in text:
-        raise ValueError(f"{function}: {path} is not {kind}: it begins with {text.strip()[:20]!r}")
+        raise ValueError(
+            f"{function}: {path} is not {kind}: it begins with {text.strip()[:20]!r}, as a web page or a binary file "
+            "does. Download the file again, or export the table as CSV UTF-8"
+        )
     return text
 
 
