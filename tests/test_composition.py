@@ -140,7 +140,9 @@ def test_parts_that_disagree_are_told():
         def names(plan):
             return {"LANES": 4}
 
-    with pytest.raises(ValueError, match="disagree on LANES: 2 and 4"):
+    with pytest.raises(
+        ValueError, match="gives LANES the value 4, but another part or the skeleton gives 2: rename it in part"
+    ):
         compose(fill, SimpleNamespace(loud=False), (first, other), TABLE)
 
 

@@ -256,7 +256,7 @@ def test_gem_damage_is_that_of_its_toolkit():
         "strength": (0, 0.4, 0, 0.4, 0.9),
     }
     law = wd.laws.Pinching4(yield_force=YIELD_FORCE, force_ratio_4=0.4, **BACKBONE, **wd.laws.GEM_DAMAGE)
-    with pytest.warns(UserWarning, match="of 0 make Pinching4's damage a switch"):
+    with pytest.warns(UserWarning, match="^with .*=0 and .*=0, Pinching4's damage starts with a jump"):
         wd.ShearBuilding(1e4, 1e6, 3.0, law=law)
     for kind, numbers in theirs.items():
         names = ("by_drift", "by_use", "drift_exponent", "use_exponent", "limit")
@@ -274,7 +274,10 @@ def test_exponents_of_0_are_told():
             1e4, 1e6, 3.0, law="pinching4", yield_force=1e4, force_ratio_4=0.4, **BACKBONE, **damage
         )
 
-    with pytest.warns(UserWarning, match="strength_damage_use_exponent of 0 makes Pinching4's damage a switch"):
+    with pytest.warns(
+        UserWarning,
+        match="^with strength_damage_use_exponent=0, .* or give strength_damage_use_exponent=1",
+    ):
         building(**GROWING, strength_damage_use_exponent=0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -39,8 +39,11 @@ HEUN_THIRD = {"order": 3, "a": ((0, 0, 0), (1 / 3, 0, 0), (0, 2 / 3, 0)), "b": (
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        ({"b": (1 / 6, 1 / 3, 1 / 3)}, "a, b and c disagree on the number of stages"),
-        ({"a": ((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0))}, "a, b and c disagree on the number of stages"),
+        (
+            {"b": (1 / 6, 1 / 3, 1 / 3)},
+            r"a, b and c must have one row per stage, got shapes \(4, 4\), \(3,\) and \(4,\)",
+        ),
+        ({"a": ((0, 0, 0), (0.5, 0, 0), (0, 0.5, 0))}, "a, b and c must have one row per stage, got shapes"),
         ({"a": ((0, 0, 0, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 0.5, 0.5))}, "explicit"),
         ({"a": ((0, 0.1, -0.1, 0), (0.5, 0, 0, 0), (0, 0.5, 0, 0), (0, 0, 1, 0))}, "explicit"),
         ({"c": (0, 0.5, 0.6, 1)}, "rows of a must sum to c"),
@@ -48,21 +51,21 @@ HEUN_THIRD = {"order": 3, "a": ((0, 0, 0), (1 / 3, 0, 0), (0, 2 / 3, 0)), "b": (
         ({"b": (1 / 6, 1 / 3, 1 / 3, 1 / 6 + 1e-9)}, "b to 1"),  # a slip in the tenth digit
         ({"b": (1 / 6 + 1e-9, 1 / 3 - 1e-9, 1 / 3, 1 / 6)}, "not of order 4"),
         ({"b": (0.25, 0.25, 0.25, 0.25)}, "not of order 4"),
-        ({"order": 5}, "4 stages cannot give the order 5"),
-        ({"order": 0}, "4 stages cannot give the order 0"),
+        ({"order": 5}, "order must be from 1 to the number of stages, 4, got 5"),
+        ({"order": 0}, "order must be from 1 to the number of stages, 4, got 0"),
         ({"a": ((0, 0, 0, 0), (0.5, 0, 0, 0), (0.5, 0, 0, 0), (0, 0, 1, 0))}, "not of order 4"),
         ({"a_displacement": NYSTROEM["a_displacement"]}, "give a_displacement and b_displacement, or neither"),
         ({"b_displacement": NYSTROEM["b_displacement"]}, "give a_displacement and b_displacement, or neither"),
-        (NYSTROEM | {"b_displacement": (0.5, 0, 0)}, "disagree on the number of stages"),
-        (NYSTROEM | {"a_displacement": ((0, 0), (0, 0))}, "disagree on the number of stages"),
+        (NYSTROEM | {"b_displacement": (0.5, 0, 0)}, "a_displacement and b_displacement must have the 4 stages"),
+        (NYSTROEM | {"a_displacement": ((0, 0), (0, 0))}, "a_displacement and b_displacement must have the 4 stages"),
         (NYSTROEM | {"b_displacement": (1 / 3, 1 / 6, 0, 0)}, "not of order 4"),
         (
             NYSTROEM | {"a_displacement": ((0,) * 4, (1 / 4, 0, 0, 0), (1 / 8, 0, 0, 0), (0, 0, 1 / 2, 0))},
             "not of order",
         ),
         (NYSTROEM | {"a_displacement": ((0,) * 4, (0, 1 / 8, 0, 0), (1 / 8, 0, 0, 0), (0, 0, 1 / 2, 0))}, "explicit"),
-        ({"error": (0.1, -0.1)}, "error and b disagree"),
-        (NYSTROEM | {"error": (0.1, -0.1)}, "error and b disagree"),
+        ({"error": (0.1, -0.1)}, "error must have one value per stage, 4, got 2"),
+        (NYSTROEM | {"error": (0.1, -0.1)}, "error must have one value per stage, 4, got 2"),
         ({"error": (0.1, 0.1, 0, 0)}, "error must sum to 0"),
     ],
 )

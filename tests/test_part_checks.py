@@ -188,7 +188,7 @@ class unknown_type(Part):
 
 FAULTS = {
     misspelt_slot: "see_force.. is not a slot .did you mean 'see_forces'",
-    misspelt_inner_slot: "end_step.. has the slot 'accepted_drft', which does not exist .did you mean 'accepted_drift'",
+    misspelt_inner_slot: "has the slot 'accepted_drft', which is not in SLOTS .did you mean 'accepted_drift'",
     misspelt_variable: "see_forces.. reads 'restorng', which is not defined .did you mean 'restoring'",
     variable_of_another_slot: "see_drift.. reads 'restoring', which has no value in this slot; it has i, g, j, drift",
     undeclared_variable: r"changes 'peak_force', which is not declared; write `peak_force = matrix\(\)`",

@@ -28,7 +28,8 @@ from warpdyn.foundations.core.thread_pool import as_finished, result_of
 MOST_PROCESSES, FEWEST_KERNELS = 8, 3
 # While a large kernel is compiled for a CPU, the interpreter lock is released for 3/4 of the time.
 MOST_KERNELS_OF_THREADS = 4
-ONE_BY_ONE = "kernels are compiled one by one: a process that compiled them in parallel failed"
+ONE_BY_ONE = "kernels are compiled one by one, because a process that compiled them in parallel failed"
+NO_ACTION = "The results are the same and no action is needed; this run only starts later"
 LOOKS_FOR_PARENT = 0.5  # seconds between checks that the parent process still runs
 CONFIGURATION = (bool, int, float, str, type(None))  # types of the settings of Warp that are passed to a process
 
@@ -73,7 +74,7 @@ def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> No
         processes.shutdown()
     except (BrokenExecutor, OSError) as error:
         # The other kernels are compiled when they are first launched.
-        warn_caller(f"{ONE_BY_ONE} ({error}). The results are the same; this run only starts later")
+        warn_caller(f"{ONE_BY_ONE} ({error}). {NO_ACTION}")
 
 
 @contextmanager
@@ -114,7 +115,7 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
                         result_of(task)
             except (BrokenExecutor, OSError) as error:
                 tasks.clear()
-                warn_caller(f"{ONE_BY_ONE} ({error}). The results are the same; this run only starts later")
+                warn_caller(f"{ONE_BY_ONE} ({error}). {NO_ACTION}")
 
         try:
             yield wait_for

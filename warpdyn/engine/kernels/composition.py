@@ -84,7 +84,7 @@ def compose(
     values |= {name.upper(): name == name_of(home) for name in names_in("skeletons")}
     for each in (home, *wanted):
         if hasattr(each, "names"):
-            _add(values, each.names(plan))
+            _add(values, each, each.names(plan))
     known_fields = fields(users_of(getattr(plan, "recorders", ())))
     check_parts(home, wanted, parts, slots, values.keys(), known_fields, getattr(plan, "family", ""))
     for part in wanted:
@@ -98,7 +98,7 @@ def compose(
     of_modules: dict[str, Any] = {}
     for each in (home, *wanted):
         held, bodies = namespace_of(each), bodies_of(each)
-        _add(of_modules, {name: held[name] for name in named & held.keys() - values.keys() - bodies.keys()})
+        _add(of_modules, each, {name: held[name] for name in named & held.keys() - values.keys() - bodies.keys()})
     names = {name: value for name, value in (of_modules | values).items() if name in named}
     for name in sorted(needed - names.keys() - BUILTINS):
         refuse_unknown(name, wanted, known)
@@ -151,11 +151,12 @@ def kernel_of(
     )
 
 
-def _add(values: dict[str, Any], more: Mapping[str, Any]) -> None:
-    """Add values to a dictionary; a name with two different values is an error."""
+def _add(values: dict[str, Any], part: Any, more: Mapping[str, Any]) -> None:
+    """Add the values of a part to a dictionary; a name with two different values is an error."""
     for name, value in more.items():
         if name in values and values[name] is not value and values[name] != value:
             raise ValueError(
-                f"parts of a kernel disagree on {name}: {values[name]!r} and {value!r}. Rename it in one of them"
+                f"part {name_of(part)!r} of a kernel gives {name} the value {value!r}, but another part or the "
+                f"skeleton gives {values[name]!r}: rename it in part {name_of(part)!r}"
             )
         values[name] = value

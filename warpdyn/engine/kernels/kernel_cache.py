@@ -238,7 +238,10 @@ def _takes_files(folder: Path) -> bool:
 
 
 def _discard(folder: Path, reason: str) -> None:
-    warn_caller(f"the kernel cache is damaged in {folder} ({reason}): the kernel is compiled again")
+    warn_caller(
+        f"the kernel cache is damaged in {folder} ({reason}): the kernel is compiled again, and no action is needed. "
+        "If this happens repeatedly, check the disk, or choose another folder: export WARP_CACHE_PATH=/a/folder"
+    )
     if folder.is_dir():
         shutil.rmtree(folder, ignore_errors=True)
 

@@ -83,7 +83,7 @@ def __getattr__(name: str) -> Any:
     if name == "certify":
         # A later package, which may be imported only when this function is called.
         return importlib.import_module("warpdyn.campaigns.running.certification").certify
-    raise AttributeError(f"warpdyn.laws has no {name!r}{did_you_mean(name, __all__)}")
+    raise AttributeError(f"warpdyn.laws has no {name!r}{did_you_mean(name, __all__)}; dir(wd.laws) lists its names")
 
 
 def __dir__() -> list[str]:

@@ -231,7 +231,10 @@ def _asked(cls: type[StoreyElement], name: str, p: dict[str, np.ndarray]) -> Any
         except KeyError as error:
             raise TypeError(f"{name} reads the unknown parameter {error}; known: {', '.join(p)}") from error
         except Exception as error:
-            raise TypeError(f"{name} fails for sample parameters ({type(error).__name__}: {error})") from error
+            raise TypeError(
+                f"{name} fails for sample parameters, arrays of shape [structure, storey] ({type(error).__name__}: "
+                f"{error}): compute with whole arrays, and let every value within the parameters' bounds give a result"
+            ) from error
 
 
 def _text_of(cls: type[StoreyElement]) -> str:

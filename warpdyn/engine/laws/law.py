@@ -298,7 +298,10 @@ class StoreyElement:
         found, names = cls.named_coefficients(p, row), cls.rows.get(row, ())
         if found.keys() != set(names):
             wrong = sorted(found.keys() ^ set(names))
-            raise TypeError(f"row {row!r} of {cls.name!r} reads {names}; named_coefficients differs in {wrong}")
+            raise TypeError(
+                f"row {row!r} of law {cls.name!r} names the coefficients {', '.join(names)}, but named_coefficients() "
+                f"differs in {', '.join(wrong)}: correct one of them"
+            )
         return tuple(found[name] for name in names)
 
     @staticmethod

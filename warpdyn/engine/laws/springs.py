@@ -97,7 +97,8 @@ def spring_row(rules: StoreyRules) -> Spring:
     spring: Spring = importlib.import_module(rules.module).SPRINGS[rules.name]
     if spring.coefficients != len(rules.coefficients):
         raise TypeError(
-            f"device functions {rules.name!r} read {spring.coefficients} coefficients; their law names "
-            f"{', '.join(rules.coefficients)}"
+            f"device functions {rules.name!r} read {spring.coefficients} coefficients, but their law "
+            f"names {len(rules.coefficients)} ({', '.join(rules.coefficients)}): correct `coefficients` of the "
+            f"Spring in {rules.module}, or the names in the law"
         )
     return spring

@@ -33,8 +33,8 @@ def _check_order(method: ExplicitMethod | MultistepMethod | ImplicitMethod) -> N
             errors.append(np.abs(growth - np.exp(x * complex(-ratio, np.sqrt(1 - ratio**2)))).min())
         if np.log2(errors[0] / errors[1]) < method.order + 1 - ORDER_HIDDEN:
             raise ValueError(
-                f"method {method.name!r}: it is not of order {method.order}: correct its "
-                "coefficients, or give another order="
+                f"method {method.name!r}: it is not of order {method.order}: correct its coefficients, or give another "
+                "order="
             )
 
 
@@ -77,21 +77,25 @@ class ExplicitMethod:
         a, b, c = np.array(self.a), np.array(self.b), np.array(self.c)
         problem = f"method {self.name!r}: "
         if a.shape != (b.size, b.size) or c.shape != b.shape:
-            raise ValueError(f"{problem}a, b and c disagree on the number of stages")
+            raise ValueError(
+                f"{problem}a, b and c must have one row per stage, got shapes {a.shape}, {b.shape} and {c.shape}"
+            )
         if (self.a_displacement is None) != (self.b_displacement is None):
             raise ValueError(f"{problem}give a_displacement and b_displacement, or neither of them")
         if self.is_nystroem and (self.displacement_a.shape != a.shape or self.displacement_b.shape != b.shape):
-            raise ValueError(f"{problem}a_displacement and b_displacement disagree on the number of stages")
+            raise ValueError(
+                f"{problem}a_displacement and b_displacement must have the {self.stages} stages of a and b"
+            )
         if self.error is not None and np.shape(self.error) != b.shape:
-            raise ValueError(f"{problem}error and b disagree on the number of stages")
+            raise ValueError(f"{problem}error must have one value per stage, {self.stages}, got {np.size(self.error)}")
         if np.any(np.triu(a)) or np.any(np.triu(self.displacement_a)):
-            raise ValueError(f"{problem}a must be zero on and above its diagonal, the method is explicit")
+            raise ValueError(f"{problem}a must be zero on and above its diagonal, because the method is explicit")
         if not np.allclose(a.sum(axis=1), c, rtol=0, atol=1e-14) or abs(b.sum() - 1) > 1e-14:
             raise ValueError(f"{problem}rows of a must sum to c, and b to 1")
         if self.error is not None and abs(sum(self.error)) > 1e-14:
             raise ValueError(f"{problem}error must sum to 0: it is the difference of two sets of weights")
         if not 1 <= self.order <= self.stages:
-            raise ValueError(f"{problem}{self.stages} stages cannot give the order {self.order}")
+            raise ValueError(f"{problem}order must be from 1 to the number of stages, {self.stages}, got {self.order}")
         self._check_order_conditions()
         _check_order(self)
 

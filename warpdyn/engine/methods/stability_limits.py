@@ -124,7 +124,7 @@ def stable_step_of_eigenvalues(
     if growing.any():
         raise ValueError(
             f"eigenvalues{_first(growing)} is {eigenvalues[growing][0]:.6g} 1/s: a motion that grows freely has no "
-            f"stable step (is the damping or stiffness negative?)"
+            "stable step. Check that the damping and the stiffness are not negative"
         )
     if not isinstance(method, ExplicitMethod) or method.is_nystroem:
         frequency = _above_zero("highest_frequency", highest_frequency)
@@ -241,7 +241,7 @@ def _at_least_zero(name: str, value: ArrayLike) -> np.ndarray:
     array = np.asarray(value, dtype=np.float64)
     bad = ~(np.isfinite(array) & (array >= 0))
     if bad.any():
-        raise ValueError(f"{name}{_first(bad) or ''} is {array[bad].flat[0]}; it must be finite and 0 or above")
+        raise ValueError(f"{name}{_first(bad) or ''} is {array[bad].flat[0]:g}; it must be finite and 0 or above")
     return array
 
 

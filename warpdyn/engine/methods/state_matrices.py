@@ -55,10 +55,12 @@ def _over_mass(mass: np.ndarray, name: str, matrix: np.ndarray) -> np.ndarray:
         raise ValueError(f"mass must have shape {matrix.shape[:2]} or {matrix.shape}, got {mass.shape}")
     for title, value in (("mass", mass), (name, matrix)):
         if not np.isfinite(value).all():
-            raise ValueError(f"{title}{np.argwhere(~np.isfinite(value))[0].tolist()} is not finite")
+            raise ValueError(f"{title}{np.argwhere(~np.isfinite(value))[0].tolist()} is not finite: correct it")
     try:
         if mass.ndim == 2 and (mass == 0).any():
             raise np.linalg.LinAlgError
         return matrix / mass[:, :, None] if mass.ndim == 2 else np.linalg.solve(mass, matrix)
     except np.linalg.LinAlgError:
-        raise ValueError("mass must not be singular") from None
+        raise ValueError(
+            "mass is singular: give every degree of freedom of every structure a mass above 0 kg"
+        ) from None

@@ -89,7 +89,8 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
             case ast.Return() | ast.FunctionDef() | ast.Import() | ast.ImportFrom() | ast.ClassDef():
                 add(
                     body.faults,
-                    f"has a `{type(node).__name__.lower()}` statement, which the kernel cannot contain",
+                    f"has a `{type(node).__name__.lower()}` statement, which the kernel cannot contain: write "
+                    "the slot without it",
                     node,
                 )
             case ast.Attribute(value=ast.Name(id=name)) if name in STRUCTS:
@@ -114,7 +115,7 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
             see(inside)
             root = inside.value if isinstance(inside, ast.Attribute) else inside
             if not (isinstance(root, ast.Name) and root.id in WRITTEN):
-                add(body.faults, f"sets {ast.unparse(inside)}, which is an input of the kernel", target)
+                add(body.faults, f"sets {ast.unparse(inside)}, which is an input of the kernel: set a variable", target)
 
     for statement in definition.body:
         see(statement)

@@ -74,7 +74,13 @@ def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -
         for slot, function in bodies_of(part).items():
             line = names_in_function(function, flags).reads.get(name)
             if line is not None:
-                refuse(part, slot, line, f"reads {name!r}, which this kernel does not have")
+                refuse(
+                    part,
+                    slot,
+                    line,
+                    f"reads {name!r}, which this kernel does not have: define it in names(plan) of the part, or read "
+                    "it only within an if of the part that defines it",
+                )
     raise ValueError(
         f"the skeleton reads {name!r}, which nothing defines: define it in the skeleton, or in "
         "a part that every kernel has"
@@ -92,7 +98,7 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
             refuse(part, name, 0, f"is not a slot{meant}; only functions named after a slot may have no arguments")
         for inner, line in body.slots.items():
             if inner not in slots:
-                refuse(part, name, line, f"has the slot {inner!r}, which does not exist{_meant(inner, slots)}")
+                refuse(part, name, line, f"has the slot {inner!r}, which is not in SLOTS{_meant(inner, slots)}")
         for fault, line in body.faults.items():
             refuse(part, name, line, fault)
     of_skeleton = _variables(home)
@@ -121,7 +127,7 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
                 listed = _listed((*INDICES[slot.index], *slot.reads, *slot.writes))
                 why = f"which has no value in this slot; it has {listed}, and those of COMMON in slots.py"
                 if variable not in protected:
-                    why = f"which is not defined{_meant(variable, may_read)}"
+                    why = f"which is not defined{_meant(variable, may_read)}: set it first, or declare it in declare()"
                 refuse(part, name, line, f"reads {variable!r}, {why}")
         for variable, line in body.changed.items():
             if variable in may_change or variable in set_anywhere - protected:
@@ -245,8 +251,8 @@ def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
     for other, names in borrows.items():
         if other not in by_name:
             raise ValueError(
-                f"{place_of(part, 'BORROWS')}: BORROWS names part {other!r}, which does not "
-                f"exist in this kernel; it has {', '.join(sorted(by_name))}"
+                f"{place_of(part, 'BORROWS')}: BORROWS names part {other!r}, which does not exist in this kernel; it "
+                f"has {', '.join(sorted(by_name))}"
             )
         for name in names:
             if not any(name in body.assigned for body in facts_of(by_name[other], "").values()):

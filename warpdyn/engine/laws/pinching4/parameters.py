@@ -307,10 +307,11 @@ class Pinching4(Law):
                     switches.append(name)
         if not switches:
             return None
+        zero, one = (" and ".join(f"{name}={value}" for name in switches) for value in (0, 1))
         return (
-            f"{', '.join(switches)} of 0 make{'s' * (len(switches) == 1)} Pinching4's damage a switch that rounding "
-            "throws: single records may be off by tens of percent, with any step and in OpenSees too; fractions of "
-            "many records are reliable. With an exponent of 1, damage grows gradually"
+            f"with {zero}, Pinching4's damage starts with a jump, and rounding decides when: drifts of single records "
+            "may be off by tens of percent, with any step and in OpenSees too. Use fractions of many records, or give "
+            f"{one}, with which damage grows gradually"
         )
 
 

@@ -205,7 +205,7 @@ class _Rewriting(ast.NodeTransformer):
             for attribute in attributes:
                 value = getattr(value, attribute)
         except AttributeError:
-            raise at(node, f"{self.function.name} reads {words}, which does not exist") from None
+            raise at(node, f"{self.function.name} reads {words}, which does not exist: correct the name") from None
         if isinstance(value, int | float):
             return self.visit_Constant(ast.Constant(int(value) if self.counts else value))
         if (function := device_function(value)) is not None:

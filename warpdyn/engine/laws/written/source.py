@@ -75,7 +75,7 @@ def captured(name: str, function: Callable[..., Any]) -> Captured:
         ) from None
     node = ast.parse(text).body[0]
     if not isinstance(node, ast.FunctionDef):
-        raise TypeError(f"{name} must be written with def")
+        raise TypeError(f"{name} must be written with def, not as a lambda: a kernel contains its statements")
     code = function.__code__
     ast.increment_lineno(node, code.co_firstlineno - 1)
     cells = zip(code.co_freevars, function.__closure__ or (), strict=True)
