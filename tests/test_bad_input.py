@@ -154,8 +154,14 @@ SCENES = {
         lambda: wd.HarmonicForce([1.0], INFINITE, 1.0),
         "circular_frequency [rad/s] must be a finite number of at least 0, got inf",
     ),
-    "amplitude a dof": (lambda: scene(excitation=wd.HarmonicForce([1], 1, 1)), "amplitude has 1 values for 2 degrees"),
-    "columns a dof": (lambda: scene(excitation=wd.ForceHistory([[1], [2]], 1)), "force has 1 columns for 2 degrees"),
+    "amplitude a dof": (
+        lambda: scene(excitation=wd.HarmonicForce([1], 1, 1)),
+        "amplitude has 1 value, but the structure has 2 degrees",
+    ),
+    "columns a dof": (
+        lambda: scene(excitation=wd.ForceHistory([[1], [2]], 1)),
+        "force has 1 column, but the structure has 2 degrees",
+    ),
     "state a dof": (lambda: scene(excitation=wd.FreeVibration(1, [1, 2, 3])), "displacement has 3 values for 2"),
     "no motion": (lambda: wd.Cloud([]), "motions is empty"),
     "no level": (lambda: wd.Stripes([WAVE], [], PGA), "levels must be a row of finite values above 0 g"),
@@ -289,7 +295,7 @@ RUNS = {
     "damping that feeds": (lambda: run({"structure": system(damping=-MASS)}), "damping", "would add energy"),
     "motions for other samples": (
         lambda: run({"excitation": wd.OneMotionPerStructure([WAVE], motion=[0, 0])}, structures=3),
-        "OneMotionPerStructure.motion has 2 values for 3 samples",
+        "OneMotionPerStructure.motion has 2 values, but the run has 3 structures: give one value per",
     ),
     "draw out of bounds": (
         lambda: run({"scatter": {"mass": wd.RandomFactor(wd.Normal(-1, 0.0))}}, structures=3),

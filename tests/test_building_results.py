@@ -142,7 +142,7 @@ def test_what_does_not_belong_together_is_refused(stock):
             wd.building_results(run, of, inventory, ratios)
 
     renamed = INVENTORY.assign(id=INVENTORY["id"].where(INVENTORY["id"] != "b4", "c4"))
-    refuses("made from another inventory: 1 ids differ, such as 'c4' in row 4, which was 'b4'", inventory=renamed)
+    refuses("made from another inventory: 1 different id, such as 'c4' in row 4, which was 'b4'", inventory=renamed)
     refuses("the inventory has 20 rows, but the stock was made from one with 26", inventory=INVENTORY.iloc[:20])
     refuses("no column 'id', only longitude, latitude", inventory=INVENTORY.drop(columns="id"))
     refuses("takes an inventory, got dict", inventory={}, kind=TypeError)

@@ -37,5 +37,7 @@ def test_the_ids_of_a_stock_stay_as_they_were():
     stock.check(inventory.assign(id=inventory["id"].astype(object)))  # the same ids, otherwise held
     inventory.loc[1, "id"] = "other"
     assert stock.id.tolist() == ["b0", "b2", "b1"]
-    with pytest.raises(ValueError, match=r"another inventory: 1 ids differ, such as 'other' in row 1, which was 'b1'"):
+    with pytest.raises(
+        ValueError, match=r"another inventory: 1 different id, such as 'other' in row 1, which was 'b1'"
+    ):
         stock.check(inventory)

@@ -339,7 +339,7 @@ def test_buildings_without_an_archetype_are_counted_and_named():
     inventory = table(UNKNOWN)
     with pytest.raises(ValueError, match="8 of 9 buildings have no archetype: " + ".*".join(REASONS)):
         wd.inventories.portfolio(inventory)
-    with pytest.warns(UserWarning, match="left out are 8 of 9"):
+    with pytest.warns(UserWarning, match="portfolio: 8 of 9 .*These buildings are left out"):
         stock = wd.inventories.portfolio(inventory, unknown="leave out")
     assert list(stock.portfolio.archetypes) == ["W1 high 1"]
     assert stock.rows.tolist() == [7]

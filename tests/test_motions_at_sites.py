@@ -159,7 +159,7 @@ WRONG = {
     "scale": ({"scale": -1.0}, r"scale\[0, 0, 0\] is -1.0: factors must be finite and at least 0"),
     "scale's shape": ({"scale": np.ones(3)}, r"scale has shape \(3,\), and motion has shape"),
     "site": ({"site": [[4]]}, "site must be from 0 to 3, got 4 to 4"),
-    "earthquake": ({"earthquake": [0]}, "earthquake has 1 values, and site has 3 draws"),
+    "earthquake": ({"earthquake": [0]}, "earthquake has 1 value, and site has 3 draws"),
     "names": ({"names": ["one"]}, "names has 1 values, and motion has 2 earthquakes"),
 }
 
@@ -174,7 +174,7 @@ def test_designs_that_cannot_be(what):
 
 @pytest.mark.fast
 def test_a_design_is_for_so_many_structures():
-    with pytest.raises(ValueError, match=r"MotionsAtSites\.site has 2 rows for"):
+    with pytest.raises(ValueError, match=r"MotionsAtSites\.site has 2 rows, but the run has"):
         simulate(CITY, make_design(site=[[0], [1]]), device="cpu", **SETTINGS)
     assert repr(make_design()) == (
         f"MotionsAtSites({BUILDINGS} structures at 4 sites, 3 draws of 2 earthquakes, both components)"

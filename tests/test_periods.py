@@ -67,7 +67,10 @@ def test_few_periods_bend_the_building_smoothly() -> None:
         # T2 / T1 = sqrt 2 - 1.
         ([1.0, 0.42], "no chain with these masses was found that has these periods: the nearest has"),
         ([1.0, 1.0], "periods must decrease from mode to mode, but mode 2 has 1 s after 1 s"),
-        ([1.0, 0.3, 0.2], r"period must be one to 2 periods, one per mode, got shape \(3,\)"),
+        (
+            [1.0, 0.3, 0.2],
+            r"period must be one value, or a list of at most 2 periods .s., one per mode, got shape \(3,\)",
+        ),
         (0.0, "the period of mode 1 is 0 s; it must be above 0"),
         ([1.0, np.inf], r"period\[1\] is inf"),
     ],

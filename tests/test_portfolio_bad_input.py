@@ -17,7 +17,10 @@ pytestmark = [
 BAD = {
     "no archetypes": (lambda: wd.Portfolio({}), "at least one Archetype"),
     "no mapping": (lambda: wd.Portfolio([chain(1)]), "archetypes must map names"),
-    "no archetype": (lambda: wd.Portfolio({"a": chain(1)}), "archetype 'a': it must be an Archetype, got ShearBuil"),
+    "no archetype": (
+        lambda: wd.Portfolio({"a": chain(1)}),
+        "archetype 'a': it must be an Archetype, such as Archetype.building., got ShearBuil",
+    ),
     "no name": (lambda: wd.Portfolio({3: wd.Archetype(chain(1))}), "name of an archetype must be text, got 3"),
     "count": (lambda: wd.Portfolio({"a": wd.Archetype(chain(1), 0)}), "^count must be a whole number"),
     "building": (
@@ -58,7 +61,8 @@ RUNS = {
     "excitation": ({"excitation": wd.FreeVibration(1.0)}, "OneMotionPerStructure or MotionsAtSites, got FreeVibration"),
     "structures": ({"structures": 3}, "structures= does not apply to a portfolio: remove structures, and give"),
     "histories": ({"histories": wd.Histories([0])}, "histories of a portfolio are not kept"),
-    "individual": ({"excitation": wd.OneMotionPerStructure(MOTIONS, [0, 1])}, "motion has 2 values for 25 samples"),
+    "individual": ({"excitation": wd.OneMotionPerStructure(MOTIONS, [0, 1])}, "motion has 2 values, but the run has 25 "
+    "struct"),
     "method": ({"method": "exact"}, "archetype 'low': method 'exact' does not fit storeys of law 'bilinear'"),
     "unknown method": ({"method": "euler"}, "unknown method 'euler'"),
     "recorder": ({"recorders": ("drifts",)}, "unknown recorder"),

@@ -176,9 +176,7 @@ def test_archives(tmp_path, name, content, names):
 
 def test_files_in_an_archive_that_are_no_records(tmp_path):
     file = write(tmp_path, zipped({"CE1.V2": V2, "CE1.V3": V3}), "a.zip")
-    with pytest.warns(
-        UserWarning, match=r"1 files in this archive are not records: .*a.zip/CE1.V3: this is a file of resp"
-    ):
+    with pytest.warns(UserWarning, match=r"1 file in this archive left out: .*a.zip/CE1.V3: this is a file of resp"):
         assert len(wd.records.read(file)) == 1
     with pytest.raises(ValueError, match=r"no file in this archive is a record: .*CE1.V3"):
         wd.records.read(write(tmp_path, zipped({"CE1.V3": V3}), "b.zip"))
@@ -188,7 +186,7 @@ def test_files_in_an_archive_that_are_no_records(tmp_path):
     velocity = at2.replace(b"ACCELERATION TIME SERIES IN UNITS OF G", b"VELOCITY TIME SERIES IN UNITS OF CM/S")
     assert velocity != at2
     with pytest.warns(
-        UserWarning, match=r"1 files in this archive are not records: .*p.zip/q.VT2:3: the file contains a velocity"
+        UserWarning, match=r"1 file in this archive left out: .*p.zip/q.VT2:3: the file contains a velocity"
     ):
         (motion,) = wd.records.read(write(tmp_path, zipped({"q.AT2": at2, "q.VT2": velocity}), "p.zip"))
     np.testing.assert_array_equal(motion.acceleration, wd.records.read(write(tmp_path, at2, "q.AT2"))[0].acceleration)

@@ -116,7 +116,7 @@ def test_cosmos_may_state_no_peak(tmp_path):
         # Lines of 8 values follow line 48, so the value with index 50 is the third one of line 55.
         (
             record_files.cosmos(np.where(np.arange(203) == 50, 9999.0, VALUES)),
-            r"txt:55: the value 9999 \(1 times in the file\) marks a missing value",
+            r"txt:55: the value 9999 \(1 time in the file\) marks a missing value",
         ),
     ],
 )

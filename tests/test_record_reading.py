@@ -249,7 +249,7 @@ def replaced(text: str, old: str, new: str) -> str:
             replaced(
                 record_files.at2(VALUES / 980), record_files.fortran(VALUES[9] / 980), record_files.fortran(-9999.0)
             ),
-            r"txt:6: the value -9999 \(1 times in the file\) marks a missing value, since all others are at most",
+            r"txt:6: the value -9999 \(1 time in the file\) marks a missing value, since all others are at most",
         ),
         (KNET.replace("Scale Factor", "Scale factor"), r"the header of this K-NET file lacks the line 'Scale Factor'"),
         (replaced(KNET, "N-S", "Q"), r"txt:13: the direction must be N-S, E-W, U-D or a number from 1 to 6, got 'Q'"),
@@ -292,7 +292,7 @@ def test_unit_and_step_are_compared_with_the_file(tmp_path):
     assert wd.records.read(file, step=0.01)[0].step == 0.01
     with pytest.raises(ValueError, match=r"unknown components 'up'; allowed"):
         wd.records.read(file, components="up")
-    with pytest.raises(FileNotFoundError, match="no such file"):
+    with pytest.raises(FileNotFoundError, match="there is no such file: correct the path"):
         wd.records.read(tmp_path / "none.V2")
     with pytest.raises(IsADirectoryError, match="is a directory"):
         wd.records.read(tmp_path)

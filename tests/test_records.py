@@ -97,7 +97,7 @@ def test_at2_with_a_missing_value_after_lines_of_several_lengths(tmp_path):
     lines = [".1000E-01", *[".1000E-01 -.2000E-01 .3000E-01"] * 10]
     lines[2] = ".1000E-01 -.9999E+04 .3000E-01"
     content = NEW + "NPTS= 31, DT= .01 SEC\n" + "\n".join(lines) + "\n"
-    with pytest.raises(ValueError, match=r"record\.AT2:7: the value -9999 \(1 times in the file\) marks a missing"):
+    with pytest.raises(ValueError, match=r"record\.AT2:7: the value -9999 \(1 time in the file\) marks a missing"):
         wd.records.read_at2(write(tmp_path, content))
 
 
@@ -181,7 +181,7 @@ def test_bad_at2(tmp_path, content, message):
 
 @pytest.mark.parametrize("read", [wd.records.read_at2, lambda path: wd.records.read_text(path, unit="g", step=0.01)])
 def test_missing_file(tmp_path, read):
-    with pytest.raises(FileNotFoundError, match=r"gone\.AT2: no such file"):
+    with pytest.raises(FileNotFoundError, match=r"gone\.AT2: there is no such file: correct the path"):
         read(tmp_path / "gone.AT2")
     with pytest.raises(IsADirectoryError, match=r"is a directory, not a file; wd\.records\.read_directory"):
         read(tmp_path)

@@ -287,7 +287,7 @@ MOTION = wd.GroundMotion([0.0, 1.0, -1.0], 0.1, "A")
         ((MOTION, "1"), "periods must be numbers"),
         ((MOTION, []), "periods must be one value or a 1-D array"),
         ((MOTION, [[1.0], [2.0]]), "periods must be one value or a 1-D array"),
-        ((MOTION, 1e-7), "period 1e-07 s is outside 1e-05 to 1e[+]09 steps of motion 'A', 0.1 s"),
+        ((MOTION, 1e-7), "period 1e-07 s is outside the range for motion 'A'.* give periods from 1e-06 to 1e[+]08 s"),
         ((MOTION, 1e9), "period 1e[+]09 s is outside"),
         ((MOTION, 1.0, [0.05, 1.0]), "damping_ratios must be from 0 up to but not including 1, got 1.0"),
         ((MOTION, 1.0, -0.1), "damping_ratios must be from 0"),

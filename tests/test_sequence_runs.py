@@ -234,7 +234,7 @@ def test_bad_input_is_refused_by_name():
     events = wd.EventSequence({"mainshock": MAIN, "aftershock": wd.OneMotionPerStructure([AFTER], scale=[1.0, 2.0])})
     scene = wd.Scene(building, events)
     with pytest.raises(
-        ValueError, match=r"event 'aftershock': OneMotionPerStructure\.scale has 2 values for 3 samples"
+        ValueError, match=r"event 'aftershock': OneMotionPerStructure\.scale has 2 values, but the run has 3 struct"
     ):
         wd.simulate(scene, structures=3)
     with pytest.raises(ValueError, match="histories of an EventSequence are not kept"):

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_numbers, shortened, whole_number
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
@@ -332,8 +333,8 @@ class OneMotionPerStructure(Design):
                 motion = motion.astype(np.int64)
             if not motion.size or motion.ndim != 1 or not np.issubdtype(motion.dtype, np.integer):
                 raise ValueError(
-                    "motion must be a row of whole numbers, one per sample, such as [0, 0, "
-                    f"1], got {shortened(self.motion)}"
+                    "motion must be a row of whole numbers, one per sample, such as [0, 0, 1], got "
+                    f"{shortened(self.motion)}"
                 )
             if motion.min() < 0 or motion.max() >= len(motions):
                 raise ValueError(
@@ -342,8 +343,8 @@ class OneMotionPerStructure(Design):
                 )
             if scale.ndim and scale.size != motion.size:
                 raise ValueError(
-                    f"motion has {motion.size} values and scale has {scale.size}: give one value per sample for both, "
-                    "or one factor as scale="
+                    f"motion has {amount_of(motion.size, 'value')} and scale has {scale.size}: give one value per "
+                    "sample for both, or one factor as scale="
                 )
             object.__setattr__(self, "motion", motion.astype(np.int32))
         object.__setattr__(self, "motions", motions)
@@ -357,8 +358,9 @@ class OneMotionPerStructure(Design):
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(
-                    f"OneMotionPerStructure.{name} has {np.size(values)} values for {structures} samples: "
-                    f"give {structures} values, or the same number of structures="
+                    f"OneMotionPerStructure.{name} has {amount_of(np.size(values), 'value')}, but the run has "
+                    f"{amount_of(structures, 'structure')}: give one value per structure (of a portfolio: per "
+                    f"building), or simulate(..., structures={np.size(values)})"
                 )
 
     @property

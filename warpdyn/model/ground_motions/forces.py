@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, real_number
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.excitation import (
     THE_DURATION,
@@ -184,8 +185,8 @@ class ForceHistory(_FromInitialState, SingleLoad):
         columns = self.values.shape[1]
         if columns != structure.dofs:
             raise ValueError(
-                f"ForceHistory.force has {columns} columns for {structure.dofs} degrees of freedom: give one column "
-                f"per degree of freedom, shape [time, {structure.dofs}]"
+                f"ForceHistory.force has {amount_of(columns, 'column')}, but the structure has "
+                f"{freedom_of(structure)}: give one column per degree of freedom, shape [time, {structure.dofs}]"
             )
         _check_start_fits(self, structure)
 
@@ -248,10 +249,16 @@ def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, struct
         _check_width(f"{type(load).__name__}.{prefix}{name}", values, structure, serves_all=True)
 
 
+def freedom_of(structure: Structure) -> str:
+    """Return the number of a structure's degrees of freedom as text."""
+    return amount_of(structure.dofs, "degree of freedom", "degrees of freedom")
+
+
 def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:
     """Raise a ValueError if the number of values is not that of the degrees of freedom (or 1, if `serves_all`)."""
     size = np.size(values)
     if size != structure.dofs and (size != 1 or not serves_all):
         raise ValueError(
-            f"{name} has {size} values for {structure.dofs} degrees of freedom: give one value per degree of freedom"
+            f"{name} has {amount_of(size, 'value')}, but the structure has {freedom_of(structure)}: give one value per "
+            "degree of freedom"
         )

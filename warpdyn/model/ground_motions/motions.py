@@ -12,6 +12,7 @@ import numpy as np
 from warpdyn.foundations.core.checks import checked_text, real_number, real_numbers, shortened
 from warpdyn.foundations.core.description import fingerprint, html_table
 from warpdyn.foundations.core.frozen_values import FrozenArrays
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Sampled, resampled_columns
@@ -57,14 +58,14 @@ class GroundMotion(FrozenArrays):
         acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration)
         if acceleration.ndim != 1 or acceleration.size < 2:
             raise ValueError(
-                f"motion {self.name!r}: acceleration must be one row of at least 2 values, "
-                f"got shape {acceleration.shape}"
+                f"motion {self.name!r}: acceleration must be one row of at least 2 values, got shape "
+                f"{acceleration.shape}"
             )
         bad = np.flatnonzero(~np.isfinite(acceleration))
         if bad.size:
             raise ValueError(
-                f"motion {self.name!r}: acceleration[{bad[0]}] is {acceleration[bad[0]]} "
-                f"({bad.size} of {acceleration.size} values are not finite); every value must be finite"
+                f"motion {self.name!r}: acceleration[{bad[0]}] is {acceleration[bad[0]]} ({bad.size} of "
+                f"{acceleration.size} values are not finite); every value must be finite"
             )
         acceleration.flags.writeable = False
         object.__setattr__(self, "acceleration", acceleration)
@@ -140,8 +141,8 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
     for index, motion in enumerate(motions):
         if not isinstance(motion, GroundMotion):
             raise TypeError(
-                f"motions[{index}] is a {type(motion).__name__}; every motion must be a "
-                "GroundMotion, such as those of wd.records.read(path)"
+                f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion, such as those of "
+                "wd.records.read(path)"
             )
     return motions
 
@@ -174,8 +175,8 @@ def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.nd
     """Return the indices of each level's motions, or raise a ValueError if they are invalid."""
     if len(of_levels) != levels.size:
         raise ValueError(
-            f"there are motions for {len(of_levels)} levels, but levels has {levels.size} values: give one list of "
-            "motions for each level"
+            f"there are motions for {amount_of(len(of_levels), 'level')}, but levels has {levels.size}: give one list "
+            "of motions for each level"
         )
     found = tuple(tuple(int(number) for number in of_level) for of_level in of_levels)
     for level, numbers in zip(levels, found, strict=True):

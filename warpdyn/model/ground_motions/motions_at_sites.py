@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import is_row_of_text, real_numbers, shortened, unmasked
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.designs import Design, intensities_of
 from warpdyn.model.ground_motions.excitation import Assignment, MotionTable
@@ -79,14 +80,16 @@ class MotionsAtSites(Design):
         earthquake = _indices("earthquake", drawn, 1, earthquakes, "[draw]")
         if earthquake.size != draws:
             raise ValueError(
-                f"earthquake has {earthquake.size} values, and site has {draws} draws: give one earthquake per draw"
+                f"earthquake has {amount_of(earthquake.size, 'value')}, and site has {amount_of(draws, 'draw')}: give "
+                "one earthquake per draw"
             )
         if self.names is not None and not is_row_of_text(self.names):
             raise TypeError(f"names must be a list with the name of each earthquake, got {shortened(self.names)}")
         names = tuple(map(str, range(earthquakes) if self.names is None else self.names))
         if len(names) != earthquakes:
             raise ValueError(
-                f"names has {len(names)} values, and motion has {earthquakes} earthquakes: give one name per earthquake"
+                f"names has {amount_of(len(names), 'value')}, and motion has {amount_of(earthquakes, 'earthquake')}: "
+                "give one name per earthquake"
             )
         values = {"motions": motions, "motion": motion, "scale": scale, "names": names, "earthquake": earthquake}
         # The smallest integer type for the sites, because a region has millions of structures with many draws.
@@ -120,8 +123,9 @@ class MotionsAtSites(Design):
         """Raise a ValueError if the number of structures differs from that of the rows of `site`."""
         if structures != self.structures_given:
             raise ValueError(
-                f"MotionsAtSites.site has {self.structures_given} rows for {structures} structures: give one row per "
-                "structure"
+                f"MotionsAtSites.site has {amount_of(self.structures_given, 'row')}, but the run has "
+                f"{amount_of(structures, 'structure')}: give one row per structure (of a portfolio: per "
+                f"building), or simulate(..., structures={self.structures_given})"
             )
 
     def of_structures(self, structures: np.ndarray, seed: int) -> MotionsAtSites:

@@ -114,8 +114,9 @@ def spectral_displacements(
         bad = periods[(periods < SHORTEST_PERIOD * motion.step) | (periods > LONGEST_PERIOD * motion.step)]
         if bad.size:
             raise ValueError(
-                f"period {bad[0]:g} s is outside {SHORTEST_PERIOD:g} to {LONGEST_PERIOD:g} steps of motion "
-                f"{motion.name!r}, {motion.step:g} s (for period 0, use PeakGroundAcceleration)"
+                f"period {bad[0]:g} s is outside the range for motion {motion.name!r}, which has steps of "
+                f"{motion.step:g} s: give periods from {SHORTEST_PERIOD * motion.step:g} to "
+                f"{LONGEST_PERIOD * motion.step:g} s (for period 0, use PeakGroundAcceleration)"
             )
     size = np.array([motion.acceleration.size for motion in motions])
     order = np.argsort(-size, kind="stable")  # the longest first

@@ -212,8 +212,8 @@ def _exposure_model(path: Path) -> ElementTree.Element:
     model = xml_root(path).find("exposureModel")
     if model is None:
         raise ValueError(
-            f"{path} has no <exposureModel>: it is not an exposure model of OpenQuake: give "
-            "the XML file of an exposure model, or read a CSV file with wd.inventories.from_table"
+            f"{path} has no <exposureModel>: it is not an exposure model of OpenQuake: give the XML file of an "
+            "exposure model, or read a CSV file with wd.inventories.from_table"
         )
     return model
 
@@ -225,5 +225,8 @@ def _numbers(what: str, inventory: pd.DataFrame, column: str) -> pd.Series:
     values = pd.to_numeric(inventory[column], errors="coerce")
     is_text = (values.isna() & inventory[column].notna()).to_numpy()
     if is_text.any():
-        raise ValueError(f"{what}: {named_rows(inventory, is_text, column)} have no number in the column {column}")
+        raise ValueError(
+            f"{what}: {named_rows(inventory, is_text, column)} have no number in the column {column}: correct these "
+            "rows"
+        )
     return values

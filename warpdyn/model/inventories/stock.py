@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from warpdyn.foundations.core.checks import check_kind, one_of, shortened
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import amount_of, warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
 from warpdyn.model.inventories.rules import HazusRule, Rule, named_by
 from warpdyn.model.inventories.table import named_rows
@@ -102,7 +102,7 @@ class BuildingStock:
         missing = self.rows.size and self.rows.max() >= len(inventory)
         if missing or len(inventory) != self.rows.size + self.left_out.size:
             raise ValueError(
-                f"the inventory has {len(inventory):,} rows, but the stock was made from one with "
+                f"the inventory has {amount_of(len(inventory), 'row')}, but the stock was made from one with "
                 f"{self.rows.size + self.left_out.size:,}: give that inventory"
             )
         if self.inventory_ids.equals(inventory["id"].array):
@@ -119,7 +119,7 @@ class BuildingStock:
                     "returned it"
                 )
             raise ValueError(
-                f"the stock was made from another inventory: {differs.sum():,} ids differ, such as "
+                f"the stock was made from another inventory: {amount_of(int(differs.sum()), 'different id')}, such as "
                 f"{one!r} in row {self.rows[place]}, which was {other!r}: give the inventory of this stock"
             )
 
@@ -147,7 +147,10 @@ class BuildingStock:
             )
         if np.any(cost < 0):
             named = named_rows(self.buildings(inventory), cost < 0, "replacement_cost")
-            raise ValueError(f"replacement_costs: {named} of {cost.size:,} buildings have a replacement cost below 0")
+            raise ValueError(
+                f"replacement_costs: {named} of {cost.size:,} buildings have a replacement cost below 0: correct the "
+                "costs"
+            )
         return cost
 
     def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:
@@ -239,7 +242,9 @@ def portfolio(
         problem = f"{count:,} of {len(inventory):,} buildings have no archetype: {'; '.join(named.reasons)}"
         if unknown == REFUSE or count == len(inventory):
             raise ValueError(f"portfolio: {problem}. Complete the inventory or the rule, or give unknown={LEAVE_OUT!r}")
-        warn_caller(f"portfolio: left out are {problem}")
+        warn_caller(
+            f"portfolio: {problem}. These buildings are left out; complete the inventory or the rule to include them"
+        )
     counts = np.bincount(named.code[is_known], minlength=len(named.names))
     made: dict[str, Archetype] = {}
     found_limits: dict[str, Mapping[str, float]] = {}

@@ -85,7 +85,10 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
     for meaning, name in columns.items():
         others = [other for other, its in source.items() if its == name and other != meaning]
         if others:
-            raise ValueError(f"{what}: the column {name!r} cannot be both {others[0]!r} and {meaning!r}")
+            raise ValueError(
+                f"{what}: the column {name!r} cannot be both {others[0]!r} and {meaning!r}: name another column for "
+                "one of them in columns="
+            )
     for name in NEEDED:
         if name not in source:
             raise no_column(what, name, table)
@@ -128,8 +131,8 @@ def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
     """Return an error about a missing column of a table."""
     names = [str(each) for each in table.columns]
     return ValueError(
-        f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are "
-        f"{', '.join(names)}. Rename or add the column"
+        f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}. Rename "
+        "or add the column"
     )
 
 
@@ -155,7 +158,9 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
         table.insert(min(len(COLUMNS) - 1, table.shape[1]), "number", 1.0)
     if problems:
         hint = _swapped(table)
-        raise ValueError(f"{what}: of {len(table):,} buildings " + "; ".join(problems) + hint)
+        raise ValueError(
+            f"{what}: of {len(table):,} buildings " + "; ".join(problems) + (hint or ". Correct these rows")
+        )
     nowhere = ((table["longitude"] == 0) & (table["latitude"] == 0)).to_numpy()
     if nowhere.any():
         warn_caller(

@@ -9,6 +9,7 @@ from itertools import islice
 
 import pandas as pd
 
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.files.text import check_names, check_separator
 
 
@@ -69,6 +70,6 @@ def _check_lengths(path: str | os.PathLike, columns: int, skipped: int) -> None:
         for row in rows:
             if row and len(row) != columns:
                 raise ValueError(
-                    f"line {skipped + rows.line_num} has {len(row)} values, but there are {columns} columns: correct "
-                    "the line"
+                    f"line {skipped + rows.line_num} has {amount_of(len(row), 'value')}, but there are {columns} "
+                    "columns: correct the line"
                 )

@@ -16,7 +16,10 @@ Correlation = Mapping[tuple[str, str], float]
 def check_correlation(structure: Structure, scatter: Scatter, correlation: Correlation) -> None:
     """Raise an error that names the first pair of parameters whose correlation is invalid."""
     if not isinstance(correlation, Mapping):
-        raise TypeError(f"correlation must map pairs of names to values, got {correlation!r}")
+        raise TypeError(
+            f"correlation must map pairs of names to values, such as {{('mass', 'stiffness'): 0.5}}, got "
+            f"{correlation!r}"
+        )
     if correlation and structure.is_many:
         raise ValueError(
             f"correlation of {', '.join(map(str, correlation))}: a scene with a Portfolio has no correlation; give it "

@@ -12,6 +12,7 @@ import numpy as np
 from warpdyn.foundations.core.checks import whole_number
 from warpdyn.foundations.core.description import html_table
 from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import KIND_ATTRIBUTES, KIND_OF_ARCHETYPES
 from warpdyn.model.scene.correlation import check_correlation
@@ -67,7 +68,7 @@ class Archetype:
             if length != count:
                 raise ValueError(
                     f"scatter[{key!r}] lists values of {length} buildings, but the archetype has {count}: "
-                    f"remove count=, or list {count} values"
+                    f"remove count=, or list {amount_of(count, 'value')}"
                 )
         return count
 
@@ -115,11 +116,16 @@ class Portfolio(Structure):
                 raise TypeError(f"the name of an archetype must be text, got {name!r}")
             with named(name):
                 if not isinstance(archetype, Archetype):
-                    raise TypeError(f"it must be an Archetype, got {type(archetype).__name__}")
+                    raise TypeError(
+                        f"it must be an Archetype, such as Archetype(building), got {type(archetype).__name__}"
+                    )
                 counts.append(archetype.buildings())
         object.__setattr__(self, "archetypes", FrozenMapping(dict(self.archetypes)))
         if sum(counts) > MOST_BUILDINGS:
-            raise ValueError(f"archetypes have {sum(counts)} buildings, but a portfolio has at most {MOST_BUILDINGS}")
+            raise ValueError(
+                f"archetypes have {sum(counts):,} buildings, but a portfolio has at most {MOST_BUILDINGS:,}: divide it "
+                "into several portfolios"
+            )
         object.__setattr__(self, "counts", np.array(counts))
         object.__setattr__(self, "first", np.cumsum(counts) - counts)
 

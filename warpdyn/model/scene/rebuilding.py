@@ -73,14 +73,14 @@ def _check_keys(told: object, where: str, allowed: Collection[str], needed: Coll
     if not isinstance(told, Mapping):
         keys = f" with {', '.join(needed)}" if needed else ""
         raise ValueError(
-            f"from_json(): {where} must be a JSON object{keys}, got {shortened(told)}: give "
-            "the attribute 'scene' of a run without changes"
+            f"from_json(): {where} must be a JSON object{keys}, got {shortened(told)}: give the attribute 'scene' of a "
+            "run without changes"
         )
     for key in needed:
         if key not in told:
             raise ValueError(
-                f"from_json(): {where} has no {key!r}; it has {', '.join(map(repr, told))}: "
-                "give the attribute 'scene' of a run without changes"
+                f"from_json(): {where} has no {key!r}; it has {', '.join(map(repr, told))}: give the attribute 'scene' "
+                "of a run without changes"
             )
     for key in told if allowed else ():
         if key not in allowed:
@@ -137,11 +137,11 @@ class Rebuilding:
     def motion(self, told: dict[str, Any]) -> GroundMotion:
         """Return the given ground motion whose digest is that of the description."""
         if told.get("digest") not in self.by_digest:
-            given = f"none of the {len(self.by_digest)} given motions has these samples" if self.by_digest else ""
+            given = f"none of the {len(self.by_digest)} given motions has them; " if self.by_digest else ""
             raise ValueError(
                 f"from_json(): the JSON does not contain the samples of motion {told['name']!r} ({told['samples']} at "
-                f"{told['step']:g} s, from {told['source'] or 'an array'}): "
-                f"{given or 'give motions= that have these samples'}"
+                f"{told['step']:g} s, from {told['source'] or 'an array'}): {given}give motions= that contain a motion "
+                "with these samples"
             )
         return self.by_digest[told["digest"]]
 

@@ -87,7 +87,7 @@ def read_ground_motion_field(
     if np.any(place < 0):
         unknown = values[site].astype(str)[place < 0].unique()
         raise ValueError(
-            f"{fields}: {counted(unknown)} sites are not in {sites}: give the sites file of the same calculation"
+            f"{fields}: sites that are not in {sites}: {counted(unknown)}. Give the sites file of the same calculation"
         )
     earthquakes = _events(fields, values[event], events, len(names))
     number = pd.Index(earthquakes).get_indexer(values[event])
@@ -109,8 +109,8 @@ def read_ground_motion_field(
         bad = ~(np.isfinite(given) & (given >= 0))
         if bad.any():
             raise ValueError(
-                f"{fields}: {np.count_nonzero(bad):,} values of {column} are not finite numbers of at least 0, the "
-                f"first is {values[column].iloc[int(np.argmax(bad))]} at site "
+                f"{fields}: values of {column} must be finite numbers of at least 0, but {np.count_nonzero(bad):,} of "
+                f"{bad.size:,} are not: the first is {values[column].iloc[int(np.argmax(bad))]} at site "
                 f"{values[site].iloc[int(np.argmax(bad))]}: correct the file"
             )
         name = _measure_name(column.removeprefix(PREFIX))
@@ -191,6 +191,6 @@ def _column(path: object, table: pd.DataFrame, names: tuple[str, ...] | list[str
         if name in table:
             return name
     raise ValueError(
-        f"{path}: there is no column {' or '.join(names)}; the columns are "
-        f"{', '.join(table.columns)}. Rename or add the column"
+        f"{path}: there is no column {' or '.join(names)}; the columns are {', '.join(table.columns)}. Rename or add "
+        "the column"
     )

@@ -115,8 +115,8 @@ def scale_records(
         at = np.argwhere(bad)
         shown = ", ".join(f"{values[e, p]:g} at point {p} of earthquake {e}" for e, p in at[:MOST_SHOWN])
         raise ValueError(
-            f"scale_records: {len(at):,} values of {name} are not finite numbers of at least "
-            f"0: {shown}. Correct the field"
+            f"scale_records: values of {name} must be finite numbers of at least 0, but {len(at):,} of {bad.size:,} "
+            f"are not: {shown}. Correct the field"
         )
     if isinstance(motions, list | tuple):
         pairs = [each if isinstance(each, tuple) else (each,) for each in motions]
@@ -127,8 +127,8 @@ def scale_records(
         raise ValueError("scale_records: motions is empty: give at least one GroundMotion")
     if len({len(each) for each in pairs}) != 1:
         raise ValueError(
-            "scale_records: motions must be all single motions, or all pairs of components, "
-            "such as records.pairs(motions)"
+            "scale_records: motions must be all single motions, or all pairs of components, such as "
+            "records.pairs(motions)"
         )
     flat = checked_motions([motion for pair in pairs for motion in pair])
     of_motion = measure.values(flat).reshape(len(pairs), -1)

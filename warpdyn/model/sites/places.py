@@ -36,7 +36,7 @@ def check_degrees(what: str, longitude: np.ndarray, latitude: np.ndarray) -> Non
         bad = np.flatnonzero(~(np.abs(values) <= most))
         if bad.size:
             fits = np.all(np.abs(longitude) <= 90) and np.all(np.abs(latitude) <= 180)
-            hint = ": longitude and latitude seem to be exchanged" if fits else ""
+            hint = ": longitude and latitude seem to be exchanged" if fits else ": correct these points"
             raise ValueError(
                 f"{what}: {bad.size:,} of {values.size:,} grid points have a {name} outside -{most} to {most} degrees, "
                 f"the first is point {bad[0]} with {values[bad[0]]:g}{hint}"

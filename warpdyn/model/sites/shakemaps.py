@@ -98,8 +98,8 @@ def _read_grid(
         parts.setdefault(str(element.tag), []).append(element)
     if "shakemap_grid" not in parts or "grid_data" not in parts or "grid_field" not in parts:
         raise ValueError(
-            f"{path} is not a ShakeMap: it has no <shakemap_grid> with <grid_field> and "
-            "<grid_data>. Give the file grid.xml of a ShakeMap"
+            f"{path} is not a ShakeMap: it has no <shakemap_grid> with <grid_field> and <grid_data>. Give the file "
+            "grid.xml of a ShakeMap"
         )
     columns = sorted(((_whole(path, each, "index"), each) for each in parts["grid_field"]), key=lambda pair: pair[0])
     names = [each.get("name", "").strip().upper() for _, each in columns]
@@ -124,7 +124,9 @@ def _read_grid(
         )
     for name in ("LON", "LAT"):
         if name not in names:
-            raise ValueError(f"{path}: there is no field {name}; the fields are {', '.join(names)}")
+            raise ValueError(
+                f"{path}: there is no field {name}; the fields are {', '.join(names)}. Download the map again"
+            )
     rows = dict(zip(names, values.reshape(points, -1).T, strict=True))
     units = {name: each.get("units", "") for name, (_, each) in zip(names, columns, strict=True)}
     if grid is not None:
@@ -145,7 +147,10 @@ def _converted(
         if spectral or name in ("PGA", "PGV", "MMI"):
             unit = units[name].strip().lower()
             if unit not in UNITS:
-                raise ValueError(f"{path}: {name} has the unit {units[name]!r}; allowed are {', '.join(UNITS)}")
+                raise ValueError(
+                    f"{path}: {name} has the unit {units[name]!r}; allowed are {', '.join(UNITS)}: correct the unit in "
+                    "<grid_field>, or download the map again"
+                )
             ours, factor = UNITS[unit]
             _check_values(path, name, values, factor)
             measure = f"SA({spectral[1]}.{spectral[2]})" if spectral else name
@@ -204,5 +209,6 @@ def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndar
         if rows[name].min() < low - tolerance or rows[name].max() > high + tolerance:
             raise ValueError(
                 f"{path}: {name} is from {rows[name].min():g} to {rows[name].max():g}, but <grid_specification> gives "
-                f"{low:g} to {high:g}: longitudes and latitudes may be exchanged, or values may be missing"
+                f"{low:g} to {high:g}: longitudes and latitudes may be exchanged, or values may be missing: download "
+                "the map again"
             )

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpdyn.engine.laws import Hysteretic
 from warpdyn.foundations.core.checks import one_of, real_number, whole_number
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.files.packaged import packaged_rows
 from warpdyn.model.structures.capacity.backbones import LEVEL_END, SHAPED, law_parameters
 from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
@@ -90,8 +91,8 @@ def hazus_chain(
     least, most = int(row["min_storeys"]), int(row["max_storeys"])
     if not least <= n <= most:
         raise ValueError(
-            f"Hazus type {building_type} has {least} to {most} storeys, got {n}: choose the type for {n} "
-            "storeys, such as C1L, C1M or C1H for low, medium and high concrete frames"
+            f"Hazus type {building_type} has {least} to {most} storeys, got {n}: choose the type for "
+            f"{amount_of(n, 'storey')}, such as C1L, C1M or C1H for low, medium and high concrete frames"
         )
     mass = real_number("floor_area", floor_area, above=0) * MASS_PER_AREA
     real_number("floor_area times the mass of a floor [kg]", mass)

@@ -71,7 +71,8 @@ def modal_properties(
     if not may_move_freely and eigenvalue[0] <= 0:
         raise ValueError(
             f"stiffness must be positive definite; its generalised eigenvalues are {eigenvalue[0]:.6g} to "
-            f"{eigenvalue[-1]:.6g} rad2/s2 (a part of the structure can move freely)"
+            f"{eigenvalue[-1]:.6g} rad2/s2 (a part of the structure can move freely): correct the matrix, or give "
+            "may_move_freely=True"
         )
     shape = shape.T  # [mode, dof]
     shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
@@ -191,7 +192,10 @@ def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: 
     eigenvalue, shape = np.linalg.eigh(stiffness_matrix / root[..., :, None] / root[..., None, :])
     if (eigenvalue <= 0).any():
         where = [int(i) for i in np.argwhere(eigenvalue <= 0)[0][:-1]]
-        raise ValueError(f"stiffness_matrix{where or ''} must be positive definite")
+        raise ValueError(
+            f"stiffness_matrix{where or ''} must be positive definite, but its least generalised eigenvalue is "
+            f"{eigenvalue.min():.6g} rad2/s2: correct the matrix, or restrain the part that can move freely"
+        )
     scaled = root[..., :, None] * shape
     return np.einsum("...im,...m,...jm->...ij", scaled, 2 * ratio[..., None] * np.sqrt(eigenvalue), scaled)
 
@@ -227,7 +231,7 @@ def _positive(name: str, value: np.ndarray | float) -> np.ndarray:
     bad = np.argwhere(~(np.isfinite(value) & (value > 0)))
     if len(bad):
         where = [int(i) for i in bad[0]]
-        raise ValueError(f"{name}{where or ''} is {value[tuple(bad[0])]}; it must be finite and above 0")
+        raise ValueError(f"{name}{where or ''} is {value[tuple(bad[0])]:g}; it must be finite and above 0")
     return value
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, one_of
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.model.structures.modal import chain_stiffness_matrix
 
@@ -22,7 +23,10 @@ def chain_of_periods(period: ArrayLike, mass: np.ndarray, height: np.ndarray, di
     periods = np.atleast_1d(finite_numbers("period", period))
     storeys = len(mass)
     if periods.ndim != 1 or not 1 <= periods.size <= storeys:
-        raise ValueError(f"period must be one to {storeys} periods, one per mode, got shape {np.shape(period)}")
+        raise ValueError(
+            f"period must be one value, or a list of at most {amount_of(storeys, 'period')} [s], one per mode, got "
+            f"shape {np.shape(period)}"
+        )
     for mode in np.flatnonzero(periods <= 0):
         raise ValueError(f"the period of mode {mode + 1} is {periods[mode]:g} s; it must be above 0")
     for mode in np.flatnonzero(np.diff(periods) >= 0):

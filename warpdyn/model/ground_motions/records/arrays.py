@@ -75,8 +75,8 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     others = [dimension for dimension in data.dims if dimension != "time"]
     if "time" not in data.dims or len(others) > 1:
         raise ValueError(
-            f"{label}: must have the dimension 'time' and at most one more, has {data.dims}: "
-            "select along the others by .isel(...)"
+            f"{label}: must have the dimension 'time' and at most one more, has {data.dims}: select along the others "
+            "by .isel(...)"
         )
     for text in (label, data.attrs.get("long_name", ""), data.attrs.get("standard_name", "")):
         quantity = statement_of_name(str(text)).quantity
@@ -92,11 +92,11 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
         found = "is missing" if time is None else f"has dtype {time.dtype}"
         raise ValueError(f"{label}: the coordinate 'time' must contain numbers [s], but it {found}")
     if time.attrs.get("units", "s") not in ("s", "sec", "second", "seconds"):
-        raise ValueError(f"{label}: the coordinate 'time' must be in 's', got {time.attrs['units']!r}")
+        raise ValueError(f"{label}: the coordinate 'time' must be in 's', got {time.attrs['units']!r}: convert it")
     if data.sizes["time"] < 2:
         raise ValueError(
-            f"{label}: a record needs at least 2 samples along 'time', found "
-            f"{data.sizes['time']}: check how you selected them"
+            f"{label}: a record needs at least 2 samples along 'time', found {data.sizes['time']}: check how you "
+            "selected them"
         )
     step = step_of_times(time.values.astype(np.float64), None, label)
     rows = data.transpose(..., "time").values

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from warpdyn.foundations.core.checks import one_of, true_or_false, whole_number
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import amount_of, warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.file_names import record_and_component
@@ -189,8 +189,8 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
         first += 1
     if first >= len(lines):
         raise ValueError(
-            f"{path}: a record needs at least 2 samples, found 0: give a file with lines of "
-            f"numbers, without words in them"
+            f"{path}: a record needs at least 2 samples, found 0: give a file with lines of numbers, without words in "
+            "them"
         )
     above = next((line for line in lines[first - 1 :: -1] if line.strip()), "") if first else ""
     mark = delimiter or next((mark for mark in (";" if decimal_comma else ";,") if mark in lines[first]), None)
@@ -217,9 +217,8 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
         is_rest = i == len(numbers) - 1 and other < count
         hint = "; if each line has several successive values, use wd.records.read or from_array" if is_rest else ""
         raise ValueError(
-            f"{numbers.place(i)}: {other} columns, but the first line has {count}: correct the "
-            f"line, or give "
-            f"delimiter= or header_lines={hint}"
+            f"{numbers.place(i)}: {amount_of(other, 'column')}, but the first line has {count}: correct the line, or "
+            f"give delimiter= or header_lines={hint}"
         )
     names = _names_of(above.strip(" \t#%"), count, mark)
     header = [line for line in lines[:first] if not names or line is not above]

@@ -9,6 +9,7 @@ from os import PathLike
 from pathlib import Path
 
 from warpdyn.foundations.core.checks import checked_text, one_of
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.file_names import numbered_record, records_and_components
 from warpdyn.model.ground_motions.records.components.selection import COMPONENTS, chosen_components
@@ -82,12 +83,13 @@ def read_directory(
 
 
 def _other_patterns(present: list[Path]) -> str:
-    """Return a hint with the most frequent suffix of the files in a directory; empty if no file has a suffix."""
+    """Return a hint with the most frequent suffix of the files in a directory; without such files, a general remedy."""
     suffixes = Counter(file.suffix for file in present if file.suffix)
     if not suffixes:
-        return ""
+        return ": correct path or pattern="
     suffix, count = suffixes.most_common(1)[0]
-    return f"; it contains {count} files {'*' + suffix!r}: give pattern={'*' + suffix!r} if these are the records"
+    found = amount_of(count, "file")
+    return f"; it contains {found} {'*' + suffix!r}: give pattern={'*' + suffix!r} if these are the records"
 
 
 def _parts_of(file: Path, unit: str | None, step: float | None) -> list[FileOfMotions]:

@@ -7,7 +7,7 @@ from os import PathLike
 
 import numpy as np
 
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import amount_of, warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.parsing.fixed_width import Layout, RecordText, block, layout_of_lines
@@ -57,7 +57,7 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
         motions.append(motion)
     if len(motions) != 3:
         warn_caller(
-            f"{path}: this GeoNet file has {len(motions)} components instead of 3: it may be "
+            f"{path}: this GeoNet file has {amount_of(len(motions), 'component')} instead of 3: it may be "
             "truncated. Compare it with a complete copy"
         )
     return motions

@@ -10,7 +10,7 @@ from os import PathLike
 from pathlib import Path
 
 from warpdyn.foundations.core.checks import one_of
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import amount_of, warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.at2 import read_at2_and_header
 from warpdyn.model.ground_motions.records.columns import ColumnChoice, read_columns
@@ -154,11 +154,12 @@ def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: floa
         except NotARecordError as error:
             others[str(member)] = str(error)
     if not files:
-        raise ValueError(f"{path}: no file in this archive is a record: {'; '.join(others.values()) or 'it is empty'}")
+        found = "; ".join(others.values()) or "it is empty: download it again"
+        raise ValueError(f"{path}: no file in this archive is a record: {found}")
     if others:
         first, *more = others
         rest = f". Also left out: {', '.join(more)}" if more else ""
-        warn_caller(f"{path}: {len(others)} files in this archive are not records: {others[first]}{rest}")
+        warn_caller(f"{path}: {amount_of(len(others), 'file')} in this archive left out: {others[first]}{rest}")
     return files
 
 

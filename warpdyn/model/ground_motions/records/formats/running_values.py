@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import dataclass
 from os import PathLike
 
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.headers import named_component
 from warpdyn.model.ground_motions.records.parsing.fixed_width import RecordText
@@ -103,8 +104,8 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     for i, row in zip(places, rows, strict=True):
         if len(row) > len(rows[0]) or (len(row) < len(rows[0]) and i != places[-1]):
             raise damaged(
-                f"{record.place(i)}: {len(row)} values, but the first line has {len(rows[0])}: a value is missing or "
-                "was added"
+                f"{record.place(i)}: {amount_of(len(row), 'value')}, but the first line has {len(rows[0])}: a value is "
+                "missing or was added"
             )
     numbers = NumberLines(path, [" ".join(row) for row in rows], [i + 1 for i in places])
     values = checked_values(numbers, record.text)

@@ -42,7 +42,10 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
     try:
         stream = obspy.read(io.BytesIO(data), format="SAC" if name == "SAC" else "MSEED")
     except Exception as error:  # obspy's readers raise errors of many classes
-        raise ValueError(f"{path}: obspy cannot read this {name} file: {error}") from error
+        raise ValueError(
+            f"{path}: obspy cannot read this {name} file: {error}. Download the file again, or export it in another "
+            "format"
+        ) from error
     names = [trace.id for trace in stream]
     for trace in stream:
         if names.count(trace.id) > 1:

@@ -126,4 +126,7 @@ def _unpacked(path: str | PathLike, data: bytes) -> Iterator[tuple[str, bytes]]:
 
 def _check_size(path: str | PathLike, size: int) -> None:
     if size > LARGEST_FILE:
-        raise ValueError(f"{path}: it unpacks to more than {LARGEST_FILE // 1_000_000} MB, too much for a record")
+        raise ValueError(
+            f"{path}: it unpacks to more than {LARGEST_FILE // 1_000_000} MB, too much for a record: unpack it, "
+            "and give the files of the records"
+        )

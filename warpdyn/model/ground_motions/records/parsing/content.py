@@ -68,7 +68,7 @@ def bytes_of(path: str | PathLike) -> bytes:
             "it"
         )
     if not Path(path).is_file():
-        raise FileNotFoundError(f"{path}: no such file")
+        raise FileNotFoundError(f"{path}: there is no such file: correct the path")
     data = Path(path).read_bytes()
     if not data.strip(b"\x00\x1a \t\r\n"):
         filling = " (it contains only zero bytes)" if data.strip(b"\x00") != data else ""

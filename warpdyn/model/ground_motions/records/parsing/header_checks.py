@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.text import NumberLines, check_forms, check_last_value, number
 from warpdyn.model.ground_motions.records.units import checked_step
@@ -38,8 +39,8 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
     if others.size >= FEWEST_OTHERS and peak > FARTHEST_PEAK * float(others.max()):
         count = int(np.sum(sizes == peak))
         raise ValueError(
-            f"{place_of(first)}: the value {values[first]:.10g} ({count} times in the file) marks a missing value, "
-            f"since all others are at most {others.max():g}: replace it, or get the record without gaps"
+            f"{place_of(first)}: the value {values[first]:.10g} ({amount_of(count, 'time')} in the file) marks a "
+            f"missing value, since all others are at most {others.max():g}: replace it, or get the record without gaps"
         )
 
 

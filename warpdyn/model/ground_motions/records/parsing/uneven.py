@@ -39,7 +39,9 @@ def at_equal_steps(
     for even in (float(f"{mean:.3g}"), mean):
         if np.abs(times - times[0] - even * np.arange(times.size)).max() <= max(1.01 * digits, 0.02 * even):
             if step is not None and abs(step - even) > 0.01 * even:
-                raise ValueError(f"{path}: step is {step:g} s, but the file has values at steps of {even:g} s")
+                raise ValueError(
+                    f"{path}: step is {step:g} s, but the file has values at steps of {even:g} s: remove step="
+                )
             return values, even
     if gaps.max() > max(20 * mean, LONGEST_GAP):
         at = int(np.argmax(gaps))
