@@ -197,9 +197,7 @@ def test_a_step_too_long_to_tell_a_collapse_is_said_to_be(monkeypatch):
     assert found["status"].item() == COLLAPSED
     assert found["integration_step"].item() <= 0.1 / 2 / 20.0  # half the capacity at 20 m/s
     assert found["time_of_collapse"].item() == pytest.approx(np.arcsin(0.05) / 10, rel=1e-4)
-    told = (
-        "1 of 1 samples are flagged unstable_step: in the step in which a storey passed its drift capacity, its drift"
-    )
+    told = "1 of 1 samples is flagged unstable_step: in the step in which a storey passed its drift capacity, its drift"
     for on_unstable in ("flag", "raise", "substep"):
         if on_unstable == "substep":  # of which nothing can be afforded
             monkeypatch.setattr(stability_guard, "MOST_COST", 0)

@@ -249,7 +249,7 @@ def test_capacities_are_joined_along_structures_or_motions():
     assert np.unique(joined["drawn_structure"]).tolist() == [0, 1, 2, 3]
     with pytest.raises(ValueError, match=r"are repeated.*wd\.join"):
         wd.fragility_from_capacities(xr.concat([one, two], "structure", **CONCAT))
-    with pytest.raises(ValueError, match="6 pairs of a structure and a motion of dataset 1 are in dataset 0"):
+    with pytest.raises(ValueError, match="dataset 1 and dataset 0 have 6 pairs of a structure and a motion in common"):
         wd.join([one, one])
     by_motion = wd.join([found(MOTIONS[:1], 1), found(MOTIONS[1:], 1)])
     np.testing.assert_array_equal(by_motion["motion_name"], one["motion_name"])

@@ -303,13 +303,13 @@ def test_a_step_beyond_the_stability_limit_is_flagged_and_never_a_collapse():
 def test_a_blow_up_is_diverged_and_never_a_collapse():
     # At resonance the velocity grows by F / 2m = 5e37 m/s a second: float32 ends at 3.4e38, after 7 s.
     scene = wd.Scene(make_oscillator(), wd.HarmonicForce([1e38], 10.0, 60.0), collapse_drift_ratio=1e-3)
-    with pytest.warns(UserWarning, match="2 of 2 samples diverged"):
+    with pytest.warns(UserWarning, match="2 of 2 samples are flagged diverged"):
         run = wd.simulate(scene, structures=2, dtype="float32", on_unstable="flag")  # and no shorter steps
     assert run["status"].values.tolist() == [2, 2]
     for name in ("peak_storey_drift", "peak_floor_acceleration", "input_energy", "hysteretic_energy"):
         assert np.all(np.isnan(run[name])), name
     # Finite, but thousands of storey heights: a blow-up as well. A drift that a structure may have is a collapse.
-    with pytest.warns(UserWarning, match="1 of 1 samples diverged"):
+    with pytest.warns(UserWarning, match="1 of 1 samples is flagged diverged"):
         assert wd.simulate(scene, dtype="float64", on_unstable="flag")["status"].values.tolist() == [2]
     scene = wd.Scene(make_oscillator(), wd.HarmonicForce([1.0], 10.0, 60.0), collapse_drift_ratio=1e-3)
     assert wd.simulate(scene, dtype="float64")["status"].values.tolist() == [1]

@@ -283,7 +283,7 @@ def _refuse_failed(found: Found, run: Run) -> None:
             f"{where}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may fail. Choose a smaller step= or another "
             "method="
         )
-    warn_caller(f"{where}; their capacities are NaN. Try a smaller step=")
+    warn_caller(f"{where}; their capacities are NaN. Choose a smaller step= or another method=")
 
 
 def _warn_of_resurrections(result: xr.Dataset) -> None:

@@ -23,6 +23,8 @@ from warpdyn.model.scene.sobol_points import SobolPoints
 from warpdyn.model.structures.physics import physics_problem
 from warpdyn.model.structures.structure import Structure
 
+REMEDY = "narrow its scatter or use a distribution that stays within bounds"
+REMEDY_OF_COMBINATIONS = "narrow the scatter of these parameters, or correct their GivenValues"
 BYTES_OF_A_POINT = 24  # per variable: SciPy's permutations, its points and a copy
 
 
@@ -129,15 +131,14 @@ class Sampler:
             what = f"the given {name}" if is_given else f"the drawn {name}"
             problem = parameter.first_violation(what, values, axes[: values.ndim], structures, taken)
             if problem:
-                remedy = "narrow its scatter or use a distribution that stays within bounds"
-                raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else remedy}")
+                raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else REMEDY}")
         if not is_all:
             return
         everything = {**self.structure.parameters, **drawn}
         problem = self.structure.storey_law.problem(everything) or physics_problem(everything)
         if problem:
             shifted = f" (structure 0 of this message is structure {structures[0]})" if structures[0] else ""
-            raise ValueError(f"drawn{shifted}: {problem}")
+            raise ValueError(f"drawn{shifted}: {problem}; {REMEDY_OF_COMBINATIONS}")
 
     def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
         """Return correlated standard normal values, shape [variable, structure].

@@ -119,39 +119,48 @@ class StabilityFindings:
                 "all; on_unstable='substep' divides only the steps of these samples"
             )
 
+    def _are(self, count: int, total: int | None = None) -> str:
+        """Return "1 of 20 samples is" or "3 of 20 samples are"; the total is by default that of all samples."""
+        return f"{count} of {self.samples if total is None else total} samples {'is' if count == 1 else 'are'}"
+
     def warn(self, on_unstable: str) -> None:
         """Warn of steps beyond the limit, of failed samples, and of energy that is out of balance."""
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
             stable = f"A step of at most {self.least:.3g} s" if self.least > 0 else "No step"
+            advice = "on_unstable='substep' divides only the steps of these samples"
+            advice = advice if self.least > 0 else "use method='rk4', which is stable below a limit, or add damping"
             messages.append(
-                f"{beyond}; their status is unstable_step and their demands are NaN. {stable} is stable for all"
+                f"{beyond}; their status is unstable_step and their demands are NaN. {stable} is stable for all; "
+                f"{advice}"
             )
         elif self.beyond:
             messages.append(
-                f"{beyond}: each of them takes the fewest stable steps instead, up to {self.most:.3g} times as many"
+                f"{beyond}: each of them takes the fewest stable steps instead, up to {self.most:.3g} times as many. "
+                "No action is needed"
             )
         reasons = {
-            DIVERGED: "diverged: their state is not finite, or a storey drifts by a thousand times its height",
-            UNSTABLE_STEP: "are flagged unstable_step: the step is too long for the memory of their storey law",
+            DIVERGED: "flagged diverged: the state is not finite, or a storey drifts by a thousand times its height",
+            UNSTABLE_STEP: "flagged unstable_step: the step is too long for the memory of the storey law",
         }
         leaping = (
-            "are flagged unstable_step: in the step in which a storey passed its drift capacity, its drift "
+            "flagged unstable_step: in the step in which a storey passed its drift capacity, its drift "
             "changed by more than half of the capacity, which may be a numerical blow-up and not a collapse"
         )
         counts = [(self.failed[code], reason) for code, reason in reasons.items()] + [(self.leaping, leaping)]
         messages += [
-            f"{count} of {self.samples} samples {reason}; their demands are NaN. Try a shorter step"
+            f"{self._are(count)} {reason}; demands of such samples are NaN. Try a shorter step= (or longest_step=), or "
+            "another method=; if they fail at every step, check the parameters of the structure"
             for count, reason in counts
             if count
         ]
         if self.failed[NOT_CONVERGED]:
             messages.append(
-                f"{self.failed[NOT_CONVERGED]} of {self.samples} samples are flagged not_converged: method "
-                f"{self.method!r} found no equilibrium at the end of a step; their demands are NaN. If the force of a "
-                "storey law jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted, the "
-                "step has no solution, and a shorter step does not help. Use an explicit method: "
+                f"{self._are(self.failed[NOT_CONVERGED])} flagged not_converged: method {self.method!r} found no "
+                "equilibrium at the end of a step; demands of such samples are NaN. If the force of a storey law "
+                "jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted, the step has "
+                "no solution, and a shorter step does not help. Use an explicit method: "
                 f'method="{FALLBACK}"'
             )
         if self.too_long:
@@ -163,12 +172,14 @@ class StabilityFindings:
         if self.off:
             messages.append(
                 f"the estimated error of {self.off} of {self.samples} samples is larger than {self.error:g}: "
-                "`estimated_relative_error_of_sample` names them"
+                "`estimated_relative_error_of_sample` gives the error of each. Give a shorter step= or longest_step=, "
+                "or do not use these samples singly"
             )
         if self.sensitive:
             messages.append(
-                f"{self.sensitive} of {self.samples} samples are `sensitive`: a motion scaled by 1.001 changes their "
-                f"peaks by more than {self.error:g}, and another step may do so, too"
+                f"{self._are(self.sensitive)} `sensitive`: a motion scaled by 1.001 changes their peaks by more than "
+                f"{self.error:g}, and another step may do so, too. Use shares and medians of many samples, not these "
+                "single ones"
             )
         if self.unreliable or self.unchecked:
             not_checked = f", {self.unchecked} were not checked" if self.unchecked else ""
@@ -177,10 +188,10 @@ class StabilityFindings:
             )
             earlier = " in this event or an earlier one" if self.event else ""
             messages.append(
-                f"{self.unreliable} of {self.checked} samples are `unreliable`{not_checked}: at half the step, with "
-                "the motion unchanged or times 1.001, a peak drift changes by more than "
-                f"{100 * LARGEST_CHANGE:g} %{earlier}. Use shares and medians of many samples, not single ones. "
-                f"A shorter longest_step= may help; {advice}"
+                f"{self._are(self.unreliable, self.checked)} `unreliable`{not_checked}: at half the step, with the "
+                f"motion unchanged or times 1.001, a peak drift changes by more than {100 * LARGEST_CHANGE:g} "
+                f"%{earlier}. Use shares and medians of many samples, not single ones. A shorter longest_step= may "
+                f"help; {advice}"
             )
         if self.blank:
             messages.append(
@@ -196,7 +207,8 @@ class StabilityFindings:
         if self.unsure:
             messages.append(
                 f"the energy balance of {self.unsure} of {self.samples} samples is off by more than "
-                f"{100 * LARGEST_ENERGY_ERROR:g} %: the step is too long for them to be accurate"
+                f"{100 * LARGEST_ENERGY_ERROR:g} %, so their demands may be wrong. Give a shorter step= "
+                "or longest_step=, or estimate the errors of the drifts with checked_share=0.1"
             )
         for text in messages:
             warn_caller(self.event + text)

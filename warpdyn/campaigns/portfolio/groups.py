@@ -10,11 +10,11 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Dynamics
 from warpdyn.campaigns.integration.model import central_vibration, dynamics_of, plan_of
-from warpdyn.campaigns.integration.sampler import Sampler
+from warpdyn.campaigns.integration.sampler import REMEDY_OF_COMBINATIONS, Sampler
 from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.campaigns.integration.time_grid import default_step
 from warpdyn.engine.methods.table import METHODS, Method, check_fits
-from warpdyn.foundations.core.messages import collected_warnings, warn_caller
+from warpdyn.foundations.core.messages import amount_of, collected_warnings, warn_caller
 from warpdyn.model.scene.portfolio import Portfolio, named
 from warpdyn.model.scene.scatter import GivenValues
 from warpdyn.model.scene.scene import Scene
@@ -48,7 +48,8 @@ class Group:
         """Put a description of the buildings before the messages of errors and warnings."""
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
-        who = f"{self.buildings.size} buildings of {self.scene.structure.dofs} storeys (archetype{many} {shown})"
+        count, storeys = amount_of(self.buildings.size, "building"), amount_of(self.scene.structure.dofs, "storey")
+        who = f"{count} of {storeys} (archetype{many} {shown})"
         caught: list[tuple[str, type[Warning]]] = []
         try:
             with collected_warnings() as caught:
@@ -180,7 +181,7 @@ def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.nd
         values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
         problem = building.storey_law.problem(values) or physics_problem(values)
         if problem:
-            raise ValueError(f"drawn: {problem}")
+            raise ValueError(f"drawn: {problem}; {REMEDY_OF_COMBINATIONS}")
     return values
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
-from warpdyn.foundations.core.messages import tell, warn_caller
+from warpdyn.foundations.core.messages import amount_of, tell, warn_caller
 
 # By RK4 in float32, one CPU core takes 0.8 ns (elastic) to 2.3 ns (Bouc-Wen) for a step of a storey; about ten times as
 # long for laws with deterioration, in float64 and by implicit methods. 5 ns is right within a factor of about ten. A
@@ -38,9 +38,10 @@ def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
     workers = CORES_OF_A_GPU * len(run.execution.devices) if run.execution.is_gpu else run.execution.cores
     seconds = total * run.model.plan.dofs * SECONDS_OF_A_STEP / workers
     if seconds > TOLD:
+        freedom = amount_of(run.model.plan.dofs, "degree of freedom", "degrees of freedom")
         tell(
-            f"{run.samples:,} samples take {total:.3g} steps of {run.model.plan.dofs} degrees of freedom: in the order "
-            f"of {_spoken(seconds)} on {', '.join(run.execution.devices)} (rough estimate)"
+            f"{run.samples:,} samples take {total:.3g} steps of {freedom}: in the order of {_spoken(seconds)} on "
+            f"{', '.join(run.execution.devices)} (rough estimate)"
         )
 
 

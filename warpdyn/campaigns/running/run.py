@@ -192,7 +192,10 @@ class Run:
         """Report how many structures an earlier call has finished."""
         done = sum(len(part.regions[place]) for part in parts for place in part.reports)
         if done:
-            tell(f"{path}: resumes after the {done} of {self.structures} structures that an earlier run has finished")
+            tell(
+                f"{path}: resumes after the {done} of {self.structures} structures that an earlier run has finished. "
+                "To start again, give overwrite=True"
+            )
 
     def _check_limits(self, parts: list[Part]) -> None:
         """With on_unstable="raise", raise an error if a step of any sample is beyond its limit."""

@@ -59,7 +59,9 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
     """
     check_dataset("select_event", run, advice="give the result of simulate() for an EventSequence", argument="run")
     if "event" not in run.dims or "im_level_design" not in run.coords:
-        raise ValueError("the dataset has no events: it is not the result of simulate() for an EventSequence")
+        raise ValueError(
+            "select_event: the dataset has no events: give the result of simulate() for an EventSequence as run"
+        )
     names = run["event"].values.tolist()
     one_of("name of an event of the run", name, names)
     place = names.index(name)

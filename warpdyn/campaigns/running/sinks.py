@@ -49,7 +49,8 @@ class Memory:
         check_memory(
             f"the dataset of {sum(part.samples for part in parts):,} samples (structures times motions)",
             sum(part.samples * part.layout.bytes_per_sample for part in parts),
-            f'give path="{path}", which writes the samples to a file block by block, or record less',
+            f'give path="{path}", which writes the samples to a file block by block, or remove recorders from '
+            "Scene(recorders=...)",
         )
 
     def given_to(self, part: Part, place: int) -> dict[str, Any]:

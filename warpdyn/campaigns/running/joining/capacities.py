@@ -11,6 +11,7 @@ import xarray as xr
 
 from warpdyn.campaigns.running.joining.attributes import check_comparable, check_start_times, joined_attributes
 from warpdyn.campaigns.running.joining.identity import Identities, number_of
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.model.ground_motions.motions import motion_numbers
 
 
@@ -40,7 +41,7 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
         if found.attrs.get("demand") != first.attrs.get("demand"):
             raise ValueError(
                 f"join: the capacities of dataset {place} are of {found.attrs.get('demand')!r}, and those of dataset 0 "
-                f"of {first.attrs.get('demand')!r}"
+                f"of {first.attrs.get('demand')!r}: join capacities of one demand="
             )
     check_comparable(datasets)
     check_start_times(datasets)
@@ -100,7 +101,8 @@ def _check_duplicates(drawn: list[np.ndarray], motions: list[np.ndarray]) -> Non
         shared = [seen[pair] for pair in pairs if pair in seen]
         if shared:
             raise ValueError(
-                f"join: {len(shared)} pairs of a structure and a motion of dataset {place} are in dataset {shared[0]} "
-                "too, and would count twice: remove one of them, or run capacities() with another seed="
+                f"join: dataset {place} and dataset {shared[0]} have {amount_of(len(shared), 'pair')} of a structure "
+                "and a motion in common, which would count twice: remove one of them, or run capacities() with another "
+                "seed="
             )
         seen |= dict.fromkeys(pairs, place)
