@@ -186,7 +186,7 @@ def test_openquake_damages(tmp_path):
     with pytest.raises(ValueError, match="unknown loss_type 'bricks'"):
         wd.write_openquake_damages(results, path, loss_type="bricks")
     failed = results.assign(probability_none=results["probability_none"].where(results["id"] != "002"))
-    with pytest.raises(ValueError, match="all samples of 1 buildings failed, such as '002'"):
+    with pytest.raises(ValueError, match="all samples of 1 building failed, such as '002'"):
         wd.write_openquake_damages(failed, path)
 
 
@@ -306,7 +306,7 @@ def test_other_tables_are_refused_before_a_file_is_made(name, tmp_path):
     with pytest.raises(ValueError, match=f"{name}: the table has no probabilities of damage"):
         write(RESULTS.drop(columns=[f"probability_{state}" for state in STATES]), tmp_path / file)
     nowhere = RESULTS.assign(latitude=RESULTS["latitude"].where(RESULTS["id"] != "001"))
-    with pytest.raises(ValueError, match=f"{name}: 1 buildings have no longitude and latitude, such as '001'"):
+    with pytest.raises(ValueError, match=f"{name}: 1 building without longitude and latitude, such as '001'"):
         write(nowhere, tmp_path / file)
     with pytest.raises(FileNotFoundError, match="there is no folder"):
         write(RESULTS, tmp_path / "none" / file)

@@ -17,10 +17,8 @@ pytestmark = pytest.mark.fast
 # What the engine 3.15 exported of its own test case 18, cut to five levels and two sites.
 OPENQUAKE = (
     "#,,,,,,,\"generated_by='OpenQuake engine 3.15.0-gite40420dd8d', start_date='2022-05-13T12:42:07', "
-    "checksum=2967670219, kind='mean', investigation_time=1.0, imt='SA(0.2)'\"\n"
-    "lon,lat,depth,poe-0.0010197,poe-0.0101972,poe-0.0178450,poe-0.0305915,poe-0.3059150\n"
-    "-123.23738,49.27479,0.00000,3.417221E-02,3.090177E-03,9.733151E-04,2.144403E-04,0.000000E+00\n"
-    "-123.23282,49.26162,0.00000,3.388751E-02,3.008998E-03,9.390406E-04,2.045477E-04,0.000000E+00\n"
+    "checksum=2967670219, kind='mean', investigation_time=1.0, "
+    "imt='SA(0.2)'\"\nlon,lat,depth,poe-0.0010197,poe-0.0101972,poe-0.0178450,poe-0.0305915,poe-0.3059150\n-123.23738,49.27479,0.00000,3.417221E-02,3.090177E-03,9.733151E-04,2.144403E-04,0.000000E+00\n-123.23282,49.26162,0.00000,3.388751E-02,3.008998E-03,9.390406E-04,2.045477E-04,0.000000E+00\n"
 )
 # From the example outputs of the USGS's nshmp-haz, cut to some levels.
 USGS = (
@@ -156,7 +154,7 @@ def test_a_level_curve_gives_its_largest_intensity():
 
 REFUSED = {
     "one point": (([0.1], [1e-2]), "at least 2 points"),
-    "unequal": (([0.1, 0.2], [1e-2]), "2 intensities and 1 annual rates"),
+    "unequal": (([0.1, 0.2], [1e-2]), "intensity has 2 values and annual_rate has 1: give one rate"),
     "rising": (([0.1, 0.2, 0.3], [1e-3, 1e-2, 1e-4]), r"goes from 0.001 at 0.1 g to 0.01 at 0.2 g"),
     "no order": (([0.1, 0.1, 0.3], [1e-2, 1e-3, 1e-4]), "0.1 is followed by 0.1"),
     "zero": (([0.1, 0.2, 0.3], [1e-2, 1e-3, 0.0]), r"annual_rate\[2\] is 0.*remove points"),
@@ -329,7 +327,7 @@ def test_logic_trees():
     assert tree.rate_of(0.2) == pytest.approx(0.25 * low.rate_of(0.2) + 0.75 * high.rate_of(0.2), rel=1e-14)
     for branches, weights, words in (
         ([low, high], [0.5, 0.4], "sum up to 1, got a sum of 0.9"),
-        ([low, high], [1.0], "2 curves and 1 weights"),
+        ([low, high], [1.0], "2 curves and 1 weight: give"),
         ([low, wd.HazardCurve(*POINTS, units="m s-2")], [0.5, 0.5], "the same measure and unit"),
         ([], [], "at least one"),
     ):

@@ -204,7 +204,7 @@ def test_another_tool_s_file_is_read_in_si(tmp_path):
         ("ftps2", "", "is in ''"),
         ("PFA-1-1", "PFA-1", "names must be"),
         ("PID-2-1", "PID-1-1", "twice"),  # pandas names the second PID-1-1.1
-        ("0.0061", "6.1 mm", "'PID-2-1': could not convert"),
+        ("0.0061", "6.1 mm", "'PID-2-1' must contain numbers: could not convert"),
     ],
 )
 def test_what_pelicun_would_take_wrongly_is_refused(tmp_path, old, new, message):

@@ -92,11 +92,11 @@ def test_remarks_name_what_limits_the_results(fitted: xr.Dataset, tmp_path: Path
     told = " ".join(Page(wd.report(bad, tmp_path / "page.html")).remarks)
     for words in (
         "3 of 40 samples failed in the integration and have no demands. This is more than 1%",
-        "In 1 samples the energies do not balance within 2% of the energy supplied (largest error 0.5)",
-        "4 samples are unreliable",
-        "2 samples are sensitive",
+        "In 1 sample the energies do not balance within 2% of the energy supplied (largest error 0.5)",
+        "4 samples flagged unreliable",
+        "2 samples flagged sensitive",
         "No sample was run again with a finer step",
-        "1 samples needed shorter steps",
+        "1 sample needed shorter steps",
         "'extensive' is not a regular fit: separated",
     ):
         assert words in told, words

@@ -190,7 +190,7 @@ def test_impossible_margins_are_refused():
         ({"design_category": "D"}, "design category 'D'.*'Dmin', 'Dmax'"),
         ({"record_set": "far field"}, "record set"),
         ({"period": [1.0, 2.0], "ductility": [3.0, 3.0, 3.0]}, "one per archetype"),
-        ({"names": ["a", "b"]}, "2 names for 1 archetypes: give one"),
+        ({"names": ["a", "b"]}, "names has 2 values for 1 archetype: give one"),
     ):
         with pytest.raises(ValueError, match=words):
             wd.collapse_margin(2.0, 1.0, **given | wrong)

@@ -48,4 +48,4 @@ def __getattr__(name: str) -> object:
         return _named(name)
     from warpdyn.foundations.core.near_misses import did_you_mean
 
-    raise AttributeError(f"warpdyn has no {name!r}{did_you_mean(name, __all__)}")
+    raise AttributeError(f"warpdyn has no {name!r}{did_you_mean(name, __all__)}; dir(warpdyn) lists its names")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import LinAlgError, eigh
 
-from warpdyn.foundations.core.checks import finite_numbers, real_number
+from warpdyn.foundations.core.checks import finite_numbers, real_number, shortened
 
 LARGEST_FREQUENCY = 1e9  # rad/s; sines of larger arguments have no digits left
 
@@ -61,11 +61,13 @@ def harmonic_response(
     if abs(frequency) > LARGEST_FREQUENCY:
         raise ValueError(f"frequency must be at most {LARGEST_FREQUENCY:g} rad/s, got {frequency:g}")
     if time.ndim != 1 or time.size < 2 or time[0] < 0 or time[-1] <= time[0]:
-        raise ValueError(f"time must be at least 2 rising instants from 0 s on, got shape {time.shape}")
+        raise ValueError(f"time must be a row of at least 2 increasing values [s] from 0 on, got {shortened(time)}")
     step = (time[-1] - time[0]) / (time.size - 1)
     uneven = np.abs(time - (time[0] + step * np.arange(time.size)))
     if uneven.max() > 1e-9 * step + 8 * np.spacing(time[-1]):
-        raise ValueError(f"time must be uniform: time[{uneven.argmax()}] is {uneven.max():.3g} s off steps of {step} s")
+        raise ValueError(
+            f"time must be uniform: time[{uneven.argmax()}] is {uneven.max():.3g} s off steps of {step:g} s"
+        )
     shape, omega, system = _modal_state(mass, damping, stiffness)
     force = shape.T @ amplitude
     # Sine and cosine are scaled by the force, so that the load does not determine the norm of the exponent.
@@ -177,7 +179,10 @@ def _matrices(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> l
         if matrix.shape != (len(mass), len(mass)):
             raise ValueError(f"{name} must be of shape [{len(mass)}, {len(mass)}], as mass is, got {matrix.shape}")
         if name != "damping" and not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * np.abs(matrix).max()):
-            raise ValueError(f"{name} must be symmetric")
+            raise ValueError(
+                f"{name} must be symmetric, but differs from its transpose by up to "
+                f"{np.abs(matrix - matrix.T).max():.6g}"
+            )
     return matrices
 
 
@@ -190,9 +195,11 @@ def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -
     try:
         eigenvalue, shape = eigh(stiffness, mass)
     except LinAlgError:
-        raise ValueError("mass must be positive definite") from None
+        raise ValueError("mass must be positive definite: give every degree of freedom a mass above 0 kg") from None
     if eigenvalue[0] <= 0:
-        raise ValueError(f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]}")
+        raise ValueError(
+            f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2"
+        )
     omega = np.sqrt(eigenvalue)
     system = np.block([[np.zeros_like(mass), np.diag(omega)], [-np.diag(omega), -shape.T @ damping @ shape]])
     return shape, omega, system

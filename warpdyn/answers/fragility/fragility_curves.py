@@ -203,15 +203,14 @@ def _warn(
                 "Scene(collapse_drift_ratio=...)"
             )
     if len(counts.valid) == 1:
-        found.append("the run has only one record, so the variance among records is unknown: no intervals")
+        found.append("the run has only one record, so the variance among records is unknown: no intervals. Add records")
     for state, name in enumerate(states):
         if outcome[-1, state] not in (FITTED, UNDETERMINED):
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)
             if np.isinf(limits.values[:, state]).all() and outcome[-1, state] == NO_EXCEEDANCE:
                 advice += (
                     ". Only collapse exceeds its infinite limit: give Scene(collapse_drift_ratio=...), or give the "
-                    "building "
-                    "a drift_capacity or drift_ratio_capacity"
+                    "building a drift_capacity or drift_ratio_capacity"
                 )
             what = f" has no lognormal fit: {FIT_MEANINGS[outcome[-1, state]]}"
             if outcome[-1, state] == PENALISED:

@@ -159,7 +159,9 @@ def fragility_posterior(
 def _warn(limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, remarks: list[str]) -> None:
     found = [*remarks]
     if len(counts.valid) == 1:
-        found.append("the run has only one record: its samples count as independent, although they are correlated")
+        found.append(
+            "the run has only one record: its samples count as independent, although they are correlated: add records"
+        )
     for state, name in enumerate(limits.states):
         if outcome[state] != FITTED:
             advice = levels_to_add(counts.levels, counts.total[-1, state], counts.trials, counts.units)

@@ -11,7 +11,7 @@ from scipy.special import ndtr, ndtri
 
 from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.foundations.core.checks import finite_numbers, one_of
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import amount_of, warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
@@ -151,12 +151,14 @@ def collapse_margin(
     if np.any(periods < 0.25):
         warn_caller(
             f"the shortest period is {periods.min():g} s, but FEMA P-695 takes periods of at least 0.25 s, also for "
-            "the "
-            "design intensity: give period=np.maximum(period, 0.25) and the design_intensity at this period"
+            "the design intensity: give period=np.maximum(period, 0.25) and the design_intensity at this period"
         )
     labels = np.arange(1, median.size + 1) if names is None else np.array(list(names), dtype=str)
     if labels.shape != median.shape:
-        raise ValueError(f"there are {labels.size} names for {median.size} archetypes: give one name per archetype")
+        raise ValueError(
+            f"names has {amount_of(labels.size, 'value')} for {amount_of(median.size, 'archetype')}: give "
+            "one name per archetype"
+        )
 
     shape = spectral_shape_factor(periods, ductilities, design_category, record_set=record_set)
     ratio = median / design

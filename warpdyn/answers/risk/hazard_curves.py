@@ -14,7 +14,7 @@ from warpdyn.answers.risk.hazard.measures import units_of_hazard
 from warpdyn.answers.risk.hazard.plausible import warn_of_implausible_hazard
 from warpdyn.foundations.core.checks import check_kind, checked_text, finite_numbers, real_number, real_numbers
 from warpdyn.foundations.core.frozen_values import FrozenArrays
-from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.messages import amount_of, warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.measures.names import same_measure, warn_unless_compared
 
@@ -71,15 +71,15 @@ class HazardCurve(FrozenArrays):
         intensity *= factor
         if intensity.size != rate.size:
             raise ValueError(
-                f"the hazard curve has {intensity.size} intensities and {rate.size} annual "
-                "rates: give one rate per intensity"
+                f"intensity has {amount_of(intensity.size, 'value')} and annual_rate has {rate.size}: give one rate "
+                "per intensity"
             )
         if intensity.size < 2:
             raise ValueError("a hazard curve needs at least 2 points, got 1: add the rate at another intensity")
         for i in np.flatnonzero(np.diff(intensity) <= 0):
             raise ValueError(
-                f"intensity must increase, but {intensity[i]:g} is followed by "
-                f"{intensity[i + 1]:g}: sort the points by intensity"
+                f"intensity must increase, but {intensity[i]:g} is followed by {intensity[i + 1]:g}: sort the points "
+                "by intensity"
             )
         for i in np.flatnonzero(np.diff(rate) > 0):
             raise ValueError(
@@ -284,7 +284,8 @@ class HazardLogicTree(FrozenArrays):
         values = _positive_points("weights", weights)
         if values.size != len(branches):
             raise ValueError(
-                f"the logic tree has {len(branches)} curves and {values.size} weights: give one weight per curve"
+                f"the logic tree has {amount_of(len(branches), 'curve')} and {amount_of(values.size, 'weight')}: give "
+                "one weight per curve"
             )
         if abs(values.sum() - 1) > WEIGHT_TOLERANCE:
             raise ValueError(f"the weights of a logic tree must sum up to 1, got a sum of {values.sum():.9g}")

@@ -199,10 +199,12 @@ def _warn_of_far_intensity(function: str, intensity: float, tree: HazardLogicTre
     if first <= intensity <= last:
         return
     factors = OFTEN_GIVEN.get(tree.units, {})
-    meant = [
-        f"{intensity:g} {u} would be {f * intensity:.3g}" for u, f in factors.items() if first <= f * intensity <= last
-    ]
-    hint = f"; {', '.join(meant)} {tree.units}" if meant else ": check its unit, or give a hazard curve that reaches it"
+    meant = [f"if it is in {u}, give {f * intensity:.3g}" for u, f in factors.items() if first <= f * intensity <= last]
+    hint = (
+        f": {', or '.join(meant)} [{tree.units}]"
+        if meant
+        else ": check its unit, or give a hazard curve that reaches it"
+    )
     warn_caller(
         f"{function}: design_intensity is {intensity:g} {tree.units}, and the points of the hazard curve go from "
         f"{first:.3g} to {last:.3g} {tree.units}{hint}"

@@ -51,8 +51,8 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
     described = (nrml.child(path, model, "description").text or "").strip()
     if not states:
         raise ValueError(
-            f"{path}: the element limitStates is empty; it must contain the names of the "
-            "damage states: correct the file"
+            f"{path}: the element limitStates is empty; it must contain the names of the damage states: correct the "
+            "file"
         )
     if len(set(states)) < len(states):
         raise ValueError(
@@ -121,7 +121,7 @@ def _continuous(
     if not greatest > least:
         raise ValueError(
             f"{path}: function {function.get('id')!r} has maxIML {greatest / factor:g}, which must be above minIML, "
-            f"{least / factor:g}"
+            f"{least / factor:g}: correct the file"
         )
     if attributes.get(NO_DAMAGE, 0) >= greatest:
         raise ValueError(

@@ -251,15 +251,15 @@ def read_consequences(
         states = [name for name in row if name not in named]
         if not states:
             raise ValueError(
-                f"{path} has no column for a damage state; it has {', '.join(row)}. Add a "
-                "column per damage state, such as slight"
+                f"{path} has no column for a damage state; it has {', '.join(row)}. Add a column per damage state, "
+                "such as slight"
             )
         found[risk_id] = {state: _csv_number(path, f"{state} of {risk_id!r}", row[state], most=1) for state in states}
         _check_order(f"{path}: {risk_id!r}", found[risk_id])
     if not found:
         raise ValueError(
             f"{path} has no consequence {consequence!r} for loss type {loss_type!r} by earthquakes; it has "
-            f"{'; '.join(others) or 'no rows'}"
+            f"{'; '.join(others) or 'no rows'}. Choose one of these by consequence= and loss_type="
         )
     return found
 
@@ -280,8 +280,8 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
         for name in needed:
             if name not in (reader.fieldnames or ()):
                 raise ValueError(
-                    f"{path} has no column {name!r}; it has "
-                    f"{', '.join(reader.fieldnames or ()) or 'no columns'}. Rename or add the column"
+                    f"{path} has no column {name!r}; it has {', '.join(reader.fieldnames or ()) or 'no columns'}. "
+                    "Rename or add the column"
                 )
         rows = list(reader)
     except csv.Error as error:
@@ -314,5 +314,5 @@ def _csv_number(path: object, what: str, word: str, *, above: float | None = Non
         bound = (
             f" above {above:g}" if above is not None else "" if most is None else f" from 0 to {most:g} (2 % is 0.02)"
         )
-        raise ValueError(f"{path}: {what} must be a finite number{bound}, got {word!r}")
+        raise ValueError(f"{path}: {what} must be a finite number{bound}, got {word!r}: correct the file")
     return value

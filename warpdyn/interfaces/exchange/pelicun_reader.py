@@ -13,6 +13,7 @@ import pandas as pd
 import xarray as xr
 
 from warpdyn.foundations.core.checks import one_of, whole_number
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.output_variables import DAMPING, MEASURE, PERIOD, label_of_levels
 from warpdyn.foundations.core.units import STANDARD_GRAVITY, unit_attributes
 from warpdyn.foundations.files.text import check_names, check_separator, read_csv_text
@@ -70,7 +71,7 @@ def read_pelicun_demands(
     try:
         table = pd.read_csv(io.StringIO(text), index_col=0, dtype=str, keep_default_na=False)
     except (pd.errors.ParserError, pd.errors.EmptyDataError) as error:
-        raise ValueError(f"{FUNCTION}: {path} is not CSV: {' '.join(str(error).split())}") from None
+        raise ValueError(f"{FUNCTION}: {path} is not CSV: {' '.join(str(error).split())}. Export it again") from None
     rows = [row for row in table.index if str(row).strip().lower() == "units"]
     if len(rows) > 1 or (not rows and units is None):
         raise ValueError(
@@ -91,8 +92,8 @@ def read_pelicun_demands(
         kind = kind.upper()
         if not (place.isdigit() and along.isdigit()):
             raise ValueError(
-                f"{FUNCTION}: {path} has a column {name!r}; names must be "
-                "[event-]TYPE-location-direction, such as 1-PID-1-1: rename the column"
+                f"{FUNCTION}: {path} has a column {name!r}; names must be [event-]TYPE-location-direction, such as "
+                "1-PID-1-1: rename the column"
             )
         family = kind.partition("_")[0]
         if int(along) != direction or family not in FACTORS:
@@ -110,12 +111,14 @@ def read_pelicun_demands(
             )
         if unit not in FACTORS[family]:
             allowed = ", ".join(FACTORS[family])
-            raise ValueError(f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; units of {kind} are {allowed}")
+            raise ValueError(
+                f"{FUNCTION}: {path}: column {name!r} is in {unit!r}; units of {kind} are {allowed}: convert it"
+            )
         by_place = found.setdefault(kind, {})
         if int(place) in by_place:
             raise ValueError(
-                f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} "
-                "twice: remove one of these columns"
+                f"{FUNCTION}: {path} has {kind} at location {place} of direction {direction} twice: remove one of "
+                "these columns"
             )
         by_place[int(place)] = _numbers(path, name, table[name], family != "RID") * FACTORS[family][unit]
     if not found:
@@ -141,14 +144,16 @@ def _numbers(path: object, name: object, column: pd.Series, is_magnitude: bool) 
     try:
         values = np.array([float(word) for word in words])
     except ValueError as error:
-        raise ValueError(f"{FUNCTION}: {path}: column {name!r}: {error}") from None
+        raise ValueError(
+            f"{FUNCTION}: {path}: column {name!r} must contain numbers: {error}. Correct the file"
+        ) from None
     bad = np.isinf(values) | (is_magnitude & (values < 0))
     if bad.any():
         row = int(bad.argmax())
         raise ValueError(
-            f"{FUNCTION}: {path}: column {name!r} has {bad.sum()} impossible values, the first is {values[row]:g} of "
-            f"sample {column.index[row]}; they must be finite{' and at least 0' if is_magnitude else ''}: "
-            "correct the file"
+            f"{FUNCTION}: {path}: column {name!r} has {amount_of(int(bad.sum()), 'impossible value')}, the first is "
+            f"{values[row]:g} of sample {column.index[row]}; they must be "
+            f"finite{' and at least 0' if is_magnitude else ''}: correct the file"
         )
     return values
 

@@ -7,6 +7,7 @@ import xarray as xr
 
 from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.integration.stability_guard import LARGEST_CHANGE, LARGEST_ENERGY_ERROR
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, OK, STATUS_MEANINGS
 from warpdyn.interfaces.reports.markup import Part, heading, paragraph, remark, table
 from warpdyn.interfaces.reports.summary import names_of_storeys
@@ -65,30 +66,31 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
         off = int(np.count_nonzero(error > LARGEST_ENERGY_ERROR))
         if off:
             found.append(
-                f"In {off:,} samples the energies do not balance within {LARGEST_ENERGY_ERROR:.0%} of the energy "
-                f"supplied (largest error {error.max():.2g}). Their demands may be wrong, too."
+                f"In {amount_of(off, 'sample')} the energies do not balance within {LARGEST_ENERGY_ERROR:.0%} of the "
+                f"energy supplied (largest error {error.max():.2g}). Their demands may be wrong, too."
             )
     if "unreliable" in run:
         count = int(np.count_nonzero(run["unreliable"].values == 1))
         if count:
             found.append(
-                f"{count:,} samples are unreliable: a peak drift changes by more than {LARGEST_CHANGE:.0%} if the step "
-                "is halved, with the motion unchanged or multiplied by 1.001. Use shares and medians of many samples, "
-                "not single samples."
+                f"{amount_of(count, 'sample')} flagged unreliable: a peak drift changes by more than "
+                f"{LARGEST_CHANGE:.0%} if the step is halved, with the motion unchanged or multiplied by 1.001. Use "
+                "shares and medians of many samples, not single samples."
             )
     if "sensitive" in run:
         count = int(np.count_nonzero(run["sensitive"].values == 1))
         if count:
             found.append(
-                f"{count:,} samples are sensitive: increasing the motion by 0.1 % changes their peaks by more than the "
-                "target error, so no step can guarantee their results."
+                f"{amount_of(count, 'sample')} flagged sensitive: increasing the motion by 0.1 % changes their peaks "
+                "by more than the target error, so no step can guarantee these results. Use shares and medians of many "
+                "samples."
             )
     if "estimated_relative_error" not in run and "estimated_relative_error_of_sample" not in run:
         found.append("No sample was run again with a finer step: checked_share= estimates the error of the step.")
     steps = run["integration_step"].values[status == OK] if "step" in run.attrs else np.array([])
     shorter = int(np.count_nonzero(steps < 0.999 * float(np.min(run.attrs.get("step", 0)))))
     if shorter:
-        found.append(f"{shorter:,} samples needed shorter steps than the others to remain stable.")
+        found.append(f"{amount_of(shorter, 'sample')} needed shorter steps than the others to remain stable.")
     return found + _fit_remarks(run)
 
 

@@ -9,6 +9,7 @@ import pandas as pd
 
 from warpdyn.answers.fragility.building_results import PROBABILITY, STANDARD_ERROR, damage_states
 from warpdyn.foundations.core.checks import check_kind
+from warpdyn.foundations.core.messages import amount_of
 
 ROWS_AT_A_TIME = 2**16  # number of rows converted to text at a time: about 10 MB
 ROUNDING = 1e-9  # averages of probabilities may exceed 1 by rounding
@@ -47,7 +48,7 @@ def checked_results(function: str, results: object, *names: str) -> tuple[pd.Dat
     is_missing = results[["longitude", "latitude"]].isna().any(axis=1).to_numpy()
     if is_missing.any():
         raise ValueError(
-            f"{function}: {is_missing.sum():,} buildings have no longitude and latitude, such as "
+            f"{function}: {amount_of(int(is_missing.sum()), 'building')} without longitude and latitude, such as "
             f"{results['id'].iloc[is_missing.argmax()]!r}: drop them by .dropna(subset=['longitude', 'latitude'])"
         )
     longitude, latitude = (_numbers(function, results, name) for name in ("longitude", "latitude"))

@@ -14,6 +14,7 @@ from warpdyn import __version__
 from warpdyn.answers.fragility.building_results import PROBABILITY
 from warpdyn.campaigns.reductions.limits import NO_DAMAGE
 from warpdyn.foundations.core.checks import one_of
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.interfaces.exchange.regional.building_table import checked_results
 from warpdyn.interfaces.exchange.text_files import check_same_format, checked_path, write_in_place
 
@@ -59,7 +60,7 @@ def write_openquake_damages(
     unknown = table[PROBABILITY + states[0]].isna().to_numpy()
     if unknown.any():
         raise ValueError(
-            f"{_FUNCTION}: all samples of {unknown.sum():,} buildings failed, such as "
+            f"{_FUNCTION}: all samples of {amount_of(int(unknown.sum()), 'building')} failed, such as "
             f"{table['id'].iloc[unknown.argmax()]!r}: drop them by "
             f"results[results[{PROBABILITY + states[0]!r}].notna()]"
         )
