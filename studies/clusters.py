@@ -59,7 +59,10 @@ def main() -> None:
             whole = run if whole is None else whole
             for name in whole.data_vars:
                 if not np.array_equal(whole[name].values, run[name].values, equal_nan=whole[name].dtype.kind == "f"):
-                    raise SystemExit(f"{name} differs with {count} workers")
+                    raise SystemExit(
+                        f"{name} of a run with {count} workers differs from the run in this process: results must not "
+                        "depend on workers. Please report this with your versions of warpdyn and dask"
+                    )
     assert whole is not None
     samples, size = whole.sizes["sample"], bytes_of(path)
     print(f"{samples:,} histories, {size / samples:.0f} bytes each on disk; the same bits in all runs")
@@ -67,8 +70,8 @@ def main() -> None:
         least, processor = (min(each) for each in zip(*taken_by, strict=True))
         name = f"{count} workers" if count else "this process"
         print(
-            f"{name:<13} {least:6.2f} s, {samples / least:8,.0f} histories/s; "
-            f"{processor:6.2f} s of processors, {samples / processor:8,.0f} histories/s of each"
+            f"{name:<13} {least:6.2f} s, {samples / least:8,.0f} histories/s; {processor:6.2f} s of processors, "
+            f"{samples / processor:8,.0f} histories/s of each"
         )
 
 

@@ -98,7 +98,10 @@ def run_warpdyn(
     run = wd.simulate(scene, longest_step=longest_step, dtype=dtype, device="cpu", threads=1)
     seconds = (time.process_time() - started) / run.sizes["sample"]
     if int((run["status"] != 0).sum()):
-        raise RuntimeError(f"{int((run['status'] != 0).sum())} histories failed")
+        raise RuntimeError(
+            f"{int((run['status'] != 0).sum())} of {run.sizes['sample']} histories failed or collapsed, so their peaks "
+            "cannot be compared: choose a shorter longest_step="
+        )
     peaks = run["peak_storey_drift_ratio"].values
     return seconds, peaks.reshape(len(buildings) * copies, len(pairs), 2, -1)
 
@@ -204,7 +207,9 @@ def main() -> None:
     try:
         load_opensees()
     except ImportError as error:
-        raise SystemExit(f"this study compares with OpenSeesPy, which cannot be imported: {error}") from error
+        raise SystemExit(
+            f"this study compares with OpenSeesPy, which cannot be imported ({error}): pip install openseespy"
+        ) from error
     chosen = np.unique(np.linspace(0, len(BUILDINGS) - 1, arguments.buildings).round().astype(int))
     pairs = wd.records.pairs(wd.records.near_field())[: arguments.pairs]
     found = measure([BUILDINGS[i] for i in chosen], pairs, arguments.copies)

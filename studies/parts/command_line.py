@@ -42,7 +42,7 @@ def file_in(folder: Path, name: str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise SystemExit(f"cannot write {folder / name}: {error}; choose another folder") from error
+        raise SystemExit(f"cannot write {folder / name}: {error}; choose another folder by --out") from error
     return check_writable(folder / name)
 
 

@@ -21,7 +21,7 @@ def devices_of(case: Case) -> list:
     try:
         return jax.devices("cpu" if case.device == "cpu" else "gpu")
     except RuntimeError as error:
-        raise Missing(f"JAX has no GPU here: {error}") from error
+        raise Missing(f"JAX finds no device of this kind ({error}); for a GPU install jax[cuda12]") from error
 
 
 def drifts(displacement):

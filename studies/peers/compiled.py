@@ -27,13 +27,15 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
     """
     path = shutil.which(compiler)
     if path is None:
-        raise Missing(f"no {compiler} on the PATH")
+        raise Missing(f"{compiler} is not on the PATH; install it, or add its folder to PATH")
     target = Path(_FOLDER.name) / ("-".join(map(str, (source, *macros.values()))) + ".so")
     defined = [f"-D{name}={value}" for name, value in macros.items()]
     command = [path, *flags, "-shared", *defined, "-o", str(target), str(Path(__file__).with_name(source))]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
-        raise RuntimeError(f"{compiler} failed: {done.stderr.strip()[-500:]}")
+        raise RuntimeError(
+            f"{compiler} cannot compile {source}; correct the source or its flags: {done.stderr.strip()[-500:]}"
+        )
     return ctypes.CDLL(str(target))
 
 

@@ -57,5 +57,8 @@ def run(case: Case) -> tuple[float, np.ndarray, str]:
     )
     if error:
         library.error_text.restype = ctypes.c_char_p
-        raise RuntimeError(f"CUDA: {library.error_text(error).decode()}")
+        raise RuntimeError(
+            f"the CUDA kernel of {case.samples} samples failed: {library.error_text(error).decode()}; if memory is "
+            "short, choose fewer samples"
+        )
     return seconds.value, results, f"{registers.value} registers, {local.value} bytes of local memory"

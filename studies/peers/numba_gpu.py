@@ -18,7 +18,7 @@ THREADS_OF_A_BLOCK = 128
 def measure(case: Case) -> Measured:
     """Return the time of the kernel and the peak drifts."""
     if not cuda.is_available():
-        raise Missing("numba finds no GPU")
+        raise Missing("numba finds no GPU; it needs an NVIDIA GPU, its driver and the CUDA toolkit")
     *tables, scale, acceleration = case.arrays()
     given = [cuda.to_device(np.ascontiguousarray(table.T)) for table in tables]
     given += [cuda.to_device(scale), cuda.to_device(acceleration)]

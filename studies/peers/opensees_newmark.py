@@ -39,7 +39,10 @@ def measure(case: Case) -> Measured:
             seconds += time.process_time() - started
             ops.wipe()  # writes the envelope
             if failed:
-                raise RuntimeError(f"analyze returned {failed} at sample {sample}")
+                raise RuntimeError(
+                    f"OpenSees' analyze() returned {failed} for sample {sample} at a step of {case.step:g} s: it did "
+                    "not converge; choose a shorter step for the case"
+                )
             largest = np.loadtxt(envelope, ndmin=2)[2]  # after the least and the largest: the largest absolute
             peaks[sample] = largest.reshape(case.storeys, -1)[:, 0]  # one for each of a storey's materials, all alike
     return Measured(seconds, peaks, "one run, one process")

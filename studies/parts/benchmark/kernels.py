@@ -54,7 +54,10 @@ def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) 
     run = run_quietly(scene, **terms)
     # The peers' samples are laid out by the same rule.
     if not np.array_equal(run["structure"], ensemble.structure):
-        raise RuntimeError("the samples of Stripes are not ordered by structure, then level")
+        raise RuntimeError(
+            "the samples of Stripes are not ordered by structure, then level, as those of draw_ensemble() are: adapt "
+            "draw_ensemble() to the order of warpdyn"
+        )
     in_kernels, whole = [], []
     while len(whole) < LEAST_RUNS or (sum(in_kernels) < IN_KERNELS_FOR and sum(whole) < TIMED_FOR):
         started = time.perf_counter()
