@@ -54,7 +54,10 @@ def main() -> None:
         target = Path(folder) / "lines"
         done = subprocess.run([sys.executable, "-m", "pytest", "--validation", str(target)], cwd=ROOT, check=False)
         if done.returncode:
-            raise SystemExit("a claim does not hold, or a test failed (see above), so that no table was written")
+            raise SystemExit(
+                "a claim does not hold, or a test failed (see above), so that no table was written: correct it, or the "
+                "bound of the claim"
+            )
         rows = rows_of(target.read_text(encoding="utf-8").splitlines())
     text = io.StringIO()
     text.write(f"# warpdyn {version('warpdyn')}, {processor()}, {datetime.date.today():%Y-%m-%d}\n")

@@ -162,7 +162,10 @@ SCENES = {
         lambda: scene(excitation=wd.ForceHistory([[1], [2]], 1)),
         "force has 1 column, but the structure has 2 degrees",
     ),
-    "state a dof": (lambda: scene(excitation=wd.FreeVibration(1, [1, 2, 3])), "displacement has 3 values for 2"),
+    "state a dof": (
+        lambda: scene(excitation=wd.FreeVibration(1, [1, 2, 3])),
+        "displacement has 3 values, but the structure has 2",
+    ),
     "no motion": (lambda: wd.Cloud([]), "motions is empty"),
     "no level": (lambda: wd.Stripes([WAVE], [], PGA), "levels must be a row of finite values above 0 g"),
     "negative level": (lambda: wd.Stripes([WAVE], [-0.1, 0.2], PGA), "levels must be", "above 0 g", "-0.1"),

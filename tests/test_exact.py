@@ -151,7 +151,7 @@ def test_bad_input_is_named():
         (3, [0, 100.0], r"amplitude must be of shape \[3\]"),
         (4, np.inf, r"frequency \[rad/s\] must be a finite number"),
         (6, np.array([0, 0.1, 0.3]), r"time\[1\] is 0.05 s off"),
-        (6, np.array([0.2, 0.1]), "rising"),
+        (6, np.array([0.2, 0.1]), "at least 2 increasing values"),
     ):
         arguments = [*harmonic[:place], value, *harmonic[place + 1 :]]
         with pytest.raises(ValueError, match=message):

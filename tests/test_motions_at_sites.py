@@ -160,7 +160,7 @@ WRONG = {
     "scale's shape": ({"scale": np.ones(3)}, r"scale has shape \(3,\), and motion has shape"),
     "site": ({"site": [[4]]}, "site must be from 0 to 3, got 4 to 4"),
     "earthquake": ({"earthquake": [0]}, "earthquake has 1 value, and site has 3 draws"),
-    "names": ({"names": ["one"]}, "names has 1 values, and motion has 2 earthquakes"),
+    "names": ({"names": ["one"]}, "names has 1 value, and motion has 2 earthquakes"),
 }
 
 

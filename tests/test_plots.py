@@ -216,7 +216,7 @@ def test_histories_end_at_the_collapse():
     assert [text.get_text() for text in displacement.get_legend().get_texts()][:2] == ["floor 1", "floor 2"]
     assert [text.get_text() for text in drift.get_legend().get_texts()][:2] == ["storey 1", "storey 2"]
     assert not any("collapse" in str(line.get_label()) for line in plots.histories(RUN, 0).axes[0].lines)
-    with pytest.raises(ValueError, match=r"plots\.histories: history=2 does not exist; it may be 0 to 1"):
+    with pytest.raises(ValueError, match=r"plots\.histories: history=2 does not exist; give 0 to 1"):
         plots.histories(RUN, 2)
     linear = plots.histories(RUN.drop_vars("storey_force"), 0)
     assert len(linear.axes) == 1

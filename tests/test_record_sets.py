@@ -103,7 +103,11 @@ def test_time_without_units_is_in_seconds():
 @pytest.mark.parametrize(
     ("data", "variable", "message"),
     [
-        (labelled(), "velocity", r"no variable 'velocity'; variables with the dimension 'time' are \['acceleration'\]"),
+        (
+            labelled(),
+            "velocity",
+            r"variable='velocity' is not in the dataset; give one of .* 'time': \['acceleration'\]",
+        ),
         (
             labelled().assign(two=lambda d: d.acceleration),
             None,

@@ -321,7 +321,7 @@ def test_ground_motion_fields(tmp_path):
         wd.sites.read_ground_motion_field(fields, sites)
     sites.write_text(MESH)
     for old, new, message in (
-        ("0,3.0E-01", "0,-3.0E-01", "not finite numbers of at least 0, the first is -0.3 at site p2"),
+        ("0,3.0E-01", "0,-3.0E-01", "finite numbers of at least 0, but 1 of 3 are not: the first is -0.3 at site p2"),
         ("20.0,p2", "20.0,p9", r"sites that are not in .*: 1 \(p9\)"),
         ("20.0,p2", "20.0,p1", "site p1 has event 0 twice"),
         ("gmv_", "", "no columns gmv_<measure>"),

@@ -98,7 +98,9 @@ def fragility_posterior(
     draws, seed = whole_number("draws", draws, 100, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
     if priors is not None and not isinstance(priors, Mapping):
-        raise TypeError(f"priors must map 'median' or 'dispersion' to a distribution, got {shortened(priors)}")
+        raise TypeError(
+            f"priors must map 'median' or 'dispersion' to a distribution of scipy.stats, got {shortened(priors)}"
+        )
     priors = {} if priors is None else dict(priors)
     for name, distribution in priors.items():
         one_of("prior", name, tuple(PRIORS))

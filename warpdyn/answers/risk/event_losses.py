@@ -146,7 +146,8 @@ def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, fai
         if not size or not least or np.any(total % size):
             raise ValueError(
                 f"{_FUNCTION}: earthquakes have {least:,} to {most:,} samples of {size:,} buildings; each building of "
-                "a portfolio must have the same number of draws, and at least one, of each earthquake"
+                "a portfolio must have the same number of draws, and at least one, of each earthquake: correct "
+                "earthquake= of MotionsAtSites"
             )
     elif least < most or (counts is not None and most != sum(counts.values())):
         raise ValueError(
@@ -161,7 +162,6 @@ def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, fai
         raise ValueError(
             f"{_FUNCTION}: {failed[place]:,} of {total[place]:,} {units} failed in {along} "
             f"{counted[along].values[place].item()!r}; at most {100 * LARGEST_EXCLUDED_FRACTION:g} % may fail: "
-            "simulate with "
-            "a smaller step= or another method="
+            "simulate with a smaller step= or another method="
         )
     return total // size if along == EARTHQUAKE else np.ones_like(total)

@@ -278,7 +278,7 @@ class HazardLogicTree(FrozenArrays):
             )
         branches = tuple(curves)
         if not branches:
-            raise ValueError("a logic tree needs at least one hazard curve")
+            raise ValueError("a logic tree needs at least one hazard curve: give HazardLogicTree([curve])")
         for each in branches:
             check_kind("HazardLogicTree", "HazardCurves", each, HazardCurve, argument="curves")
         values = _positive_points("weights", weights)
@@ -288,13 +288,16 @@ class HazardLogicTree(FrozenArrays):
                 "one weight per curve"
             )
         if abs(values.sum() - 1) > WEIGHT_TOLERANCE:
-            raise ValueError(f"the weights of a logic tree must sum up to 1, got a sum of {values.sum():.9g}")
+            raise ValueError(
+                f"the weights of a logic tree must sum up to 1, got a sum of {values.sum():.9g}: give weights / "
+                "sum(weights)"
+            )
         first = branches[0]
         for each in branches[1:]:
             if each.units != first.units or same_measure(each.measure, first.measure) is False:
                 raise ValueError(
                     f"all curves of a logic tree must have the same measure and unit, got {first.measure!r} in "
-                    f"{first.units} and {each.measure!r} in {each.units}"
+                    f"{first.units} and {each.measure!r} in {each.units}: convert or remove one of them"
                 )
             warn_unless_compared("HazardLogicTree: two curves", each.measure, first.measure)
         values /= values.sum()

@@ -117,6 +117,9 @@ def portfolio_losses(
 
 def _checked_values(names: Sequence[str], given: Mapping[str, float]) -> np.ndarray:
     if not isinstance(given, Mapping):
-        raise TypeError(f"{_FUNCTION}: replacement_values must map each archetype to its value, got {given!r}")
+        raise TypeError(
+            f"{_FUNCTION}: replacement_values must map each archetype to its value, such as {{'houses': 1e6}}, got "
+            f"{given!r}"
+        )
     check_archetypes(_FUNCTION, names, given, "replacement_values")
     return np.array([real_number(f"replacement value of {name!r}", given[name], above=0) for name in names])

@@ -209,7 +209,10 @@ def _design_of(scene: Scene) -> Design:
     if scene.structure.is_many:
         raise TypeError("capacities() needs a scene of one structure, got a Portfolio: give the scene of one archetype")
     if not isinstance(design, Cloud | Stripes):
-        raise TypeError(f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}")
+        raise TypeError(
+            f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}: give "
+            "Scene(building, Cloud(motions, measure))"
+        )
     if isinstance(design, Stripes):
         design.check_scaled_to_all("capacities")
     if design.measure.power == 0:

@@ -145,7 +145,10 @@ def limits_by_archetype(
 ) -> tuple[list[str], np.ndarray]:
     """Return the damage states, with no damage first, and the limits, shape [archetype, damage_state - 1]."""
     if not isinstance(limits, Mapping):
-        raise TypeError(f"limits must map each archetype to its limits, got {type(limits).__name__}")
+        raise TypeError(
+            f"limits must map each archetype to its limits, such as {{'houses': {{'slight': 0.005}}}}, got "
+            f"{type(limits).__name__}"
+        )
     unknown = [name for name in limits if name not in names]
     if unknown:
         raise ValueError(

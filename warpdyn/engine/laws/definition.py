@@ -179,7 +179,10 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
     p = _sample(cls)
     derived = _asked(cls, "derived", p)
     if not isinstance(derived, dict):
-        raise TypeError(f"derived must return a dictionary of coefficients, got {type(derived).__name__}")
+        raise TypeError(
+            f"derived must return a dictionary of coefficients, such as {{'yield_drift': p['yield_force'] / "
+            f"p['stiffness']}}, got {type(derived).__name__}"
+        )
     check_shapes(derived, p["stiffness"].shape)
     if cls.is_device and "stiffest" not in {name for each in cls.__mro__[:-3] for name in vars(each)}:
         raise TypeError("a device must define stiffest(p), its largest tangent stiffness [N/m]")

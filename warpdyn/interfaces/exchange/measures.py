@@ -36,7 +36,7 @@ def _openquake(text: str) -> tuple[str, IntensityMeasure]:
         raise ValueError(f"measure must be a name, such as 'SA(0.3)', got {text!r}")
     found = measure_named(text)
     if found is None or not found.kind or found.components not in COMPONENTS:
-        raise ValueError(f"OpenQuake has no intensity measure {text!r}; measure= may be {_ALLOWED}")
+        raise ValueError(f"OpenQuake has no intensity measure {text!r}; give measure= as one of {_ALLOWED}")
     name = f"SA({found.parameters[1]})" if found.kind == "SA" else found.kind
     if found.parameters and found.parameters[0] != DAMPING:
         raise ValueError(

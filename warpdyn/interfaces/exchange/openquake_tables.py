@@ -68,7 +68,8 @@ def write_taxonomy_mapping(
         total = sum(weights.values())
         if abs(total - 1) > SUM_TOLERANCE:
             raise ValueError(
-                f"{TAXONOMIES}: the sum of the weights of taxonomy {taxonomy!r} is {total:.9g}; it must be 1"
+                f"{TAXONOMIES}: the sum of the weights of taxonomy {taxonomy!r} is {total:.9g}; it must be 1: divide "
+                "the weights by their sum"
             )
     check_same_table(TAXONOMIES, path, heads, overwrite)
     return write_text(path, _csv_text(rows))
@@ -285,7 +286,9 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
                 )
         rows = list(reader)
     except csv.Error as error:
-        raise ValueError(f"{function}: {path} is not CSV: line {reader.line_num}: {error}") from None
+        raise ValueError(
+            f"{function}: {path} is not CSV: line {reader.line_num}: {error}. Export it again, or correct the line"
+        ) from None
     for place, row in enumerate(rows, 2):
         if None in row or None in row.values():
             raise ValueError(

@@ -154,7 +154,7 @@ def _chosen_history(function: str, dataset: xr.Dataset, history: int, *names: st
     if "history" in dataset.dims:
         count = dataset.sizes["history"]
         if whole_number("history", history, 0) >= count:
-            raise ValueError(f"plots.{function}: history={history} does not exist; it may be 0 to {count - 1}")
+            raise ValueError(f"plots.{function}: history={history} does not exist; give 0 to {count - 1}")
         dataset = dataset.isel(history=history)
     if not np.isfinite(dataset["displacement"].values).any():
         raise ValueError(

@@ -312,8 +312,8 @@ def substeps_of(interval: float, step: float | None, target: float, what: str) -
         count = max(1.0, np.ceil(interval / target * (1 - 1e-9)))
         if count > MOST_STEPS:
             raise ValueError(
-                f"{what}, {interval:g} s, would need {count:.3g} steps of {target:.3g} s, more than {MOST_STEPS}: make "
-                "it shorter, or give a longer step= to simulate()"
+                f"{what}, {interval:g} s, would need {count:.3g} steps of {target:.3g} s, more than {MOST_STEPS}: "
+                "check that both are in seconds, or give a longer step= to simulate()"
             )
         return int(count)
     count = max(1.0, np.round(interval / step))

@@ -160,7 +160,7 @@ def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame
     if is_none.any():
         warn_caller(
             f"{what}: {is_none.sum():,} of {len(table):,} rows have 0 buildings, by rounding, and are removed with "
-            "their costs"
+            "their costs. To keep them, give these rows a number above 0"
         )
     return table[~is_none]
 

@@ -59,7 +59,7 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
         raise ValueError(
             f"{source}: {bad.sum():,} of {len(found):,} rows have no place on Earth, the first is row {row} with "
             f"longitude {found[longitude].iloc[row]} and latitude {found[latitude].iloc[row]}: longitudes must be "
-            "from -180 to 180 degrees, latitudes from -90 to 90"
+            "from -180 to 180 degrees, latitudes from -90 to 90. Correct these rows"
         )
     of_units = _joined(source, found, [names[key] for key in keys])
     if not of_units.is_unique:

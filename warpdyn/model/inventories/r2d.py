@@ -136,12 +136,13 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
         cause = "longitude and latitude are exchanged in the properties" if is_exchanged else "the properties are wrong"
         warn_caller(
             f"{path}: of {len(table):,} buildings {_some_ids(table, is_far)} have {names[0]} and {names[1]} more than "
-            f"{FARTHEST / 1000:g} km away from their geometries: {cause}. The coordinates of the geometries are used"
+            f"{FARTHEST / 1000:g} km away from their geometries: {cause}. The coordinates of the geometries are used; "
+            "correct the properties if those are wrong"
         )
     if is_missing.any():
         warn_caller(
             f"{path}: of {len(table):,} buildings {_some_ids(table, is_missing)} have no number as {names[0]} or "
-            f"{names[1]}: the coordinates of their geometries are used"
+            f"{names[1]}: the coordinates of their geometries are used. No action is needed if the geometries are right"
         )
     for axis, name in enumerate(names):
         table[name] = np.where(is_far | is_missing, drawn[:, axis], told[:, axis])

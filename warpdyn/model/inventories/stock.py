@@ -218,7 +218,8 @@ def portfolio(
     """
     if not isinstance(inventory, pd.DataFrame) or "id" not in inventory:
         raise TypeError(
-            f"portfolio() takes an inventory, as from the readers of wd.inventories, got {type(inventory).__name__}"
+            f"portfolio() takes an inventory, got {type(inventory).__name__}: give the result of a reader, such as "
+            "wd.inventories.from_table(table)"
         )
     for argument, given in {"scatter": scatter, "correlation": correlation, "archetypes": archetypes}.items():
         if given is not None and not isinstance(given, Mapping):

@@ -57,7 +57,10 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
             )
         table = table.to_dataframe().reset_index()
     if not isinstance(table, pd.DataFrame):
-        raise TypeError(f"from_table() takes a pandas DataFrame or an xarray Dataset, got {type(table).__name__}")
+        raise TypeError(
+            f"from_table() takes a pandas DataFrame or an xarray Dataset, got {type(table).__name__}: for a file give "
+            "pandas.read_csv(path)"
+        )
     return checked_inventory("from_table", table, {} if columns is None else columns)
 
 

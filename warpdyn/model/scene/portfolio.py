@@ -53,7 +53,9 @@ class Archetype:
         if not isinstance(self.building, ShearBuilding):
             given = self.building
             got = f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
-            raise TypeError(f"building must be a ShearBuilding, got {got}")
+            raise TypeError(
+                f"building must be a ShearBuilding, got {got}: give Archetype(wd.ShearBuilding(...), count)"
+            )
         if self.count is not None:
             whole_number("count", self.count, 1, MOST_BUILDINGS)
         check_scatter(self.building, self.scatter)
@@ -109,7 +111,10 @@ class Portfolio(Structure):
 
     def __post_init__(self) -> None:
         if not isinstance(self.archetypes, Mapping) or not self.archetypes:
-            raise TypeError(f"archetypes must map names to at least one Archetype, got {self.archetypes!r}")
+            raise TypeError(
+                f"archetypes must map names to at least one Archetype, such as {{'houses': Archetype(building)}}, got "
+                f"{self.archetypes!r}"
+            )
         counts = []
         for name, archetype in self.archetypes.items():
             if not isinstance(name, str) or not name:

@@ -49,7 +49,10 @@ BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]) -> dict[str, Any]:
     """Return the arguments of the Scene that the JSON describes; see `Scene.from_json` for arguments and errors."""
     if not isinstance(text, str):
-        raise TypeError(f"from_json() takes the text of a dataset's attribute 'scene', got {type(text).__name__}")
+        raise TypeError(
+            f"from_json() takes the text of a dataset's attribute 'scene', got {type(text).__name__}: give "
+            "run.attrs['scene']"
+        )
     try:
         told = json.loads(text)
     except json.JSONDecodeError as error:

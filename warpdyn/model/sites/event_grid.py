@@ -95,7 +95,8 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
     components = len(motions[0])
     if any(len(each) != components for each in motions):
         raise ValueError(
-            f"{file}: some motions have one component and others two: all motions need the same number of components"
+            f"{file}: some motions have one component and others two: all motions need the same number of components. "
+            "Complete the files of motions"
         )
     motion = record[:, :, None] * components + np.arange(components, dtype=np.int32)
     same = (record == record[:1]).all(axis=0)

@@ -73,7 +73,7 @@ def read_stations(
     if others:
         raise ValueError(
             f"{file}: {names[0]} has {counts[names[0]]} rows, but {counted(others)} of {len(names):,} points have "
-            "other numbers of rows: the file of each point needs one row per earthquake"
+            "other numbers of rows: the file of each point needs one row per earthquake. Complete the files"
         )
     return file, names, (longitude, latitude), [read[name] for name in names]
 

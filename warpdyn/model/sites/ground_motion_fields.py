@@ -101,7 +101,8 @@ def read_ground_motion_field(
     if silent:
         first = names[np.setdiff1d(np.arange(len(names)), place)[0]]
         warn_caller(
-            f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: 0 is used as their intensity"
+            f"{fields}: {silent:,} of {len(names):,} sites ({first}, ...) have no value: 0 is used as their intensity. "
+            "Complete the file if they were shaken"
         )
     made = {}
     for column in measures:

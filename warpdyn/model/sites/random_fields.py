@@ -64,7 +64,10 @@ def correlated_fields(
     """
     check_kind("correlated_fields", "a DataArray of medians", median, xr.DataArray, argument="median")
     if set(median.dims) != {"earthquake", "point"}:
-        raise ValueError(f"correlated_fields: median must have the dimensions earthquake and point, got {median.dims}")
+        raise ValueError(
+            f"correlated_fields: median must have the dimensions earthquake and point, got {median.dims}: use "
+            "median.rename(...)"
+        )
     check_kind("correlated_fields", "a SpatialCorrelation", correlation, SpatialCorrelation, argument="correlation")
     draws = whole_number("draws", draws, 1)
     median = median.transpose("earthquake", "point")
@@ -80,8 +83,7 @@ def correlated_fields(
         earthquake, point = np.argwhere(~(np.isfinite(values) & (values > 0)))[0].tolist()
         raise ValueError(
             f"correlated_fields: the median is {values[earthquake, point]:g} at point {point} of earthquake "
-            f"{earthquake}; "
-            "it must be finite and above 0, because its logarithm is used"
+            f"{earthquake}; it must be finite and above 0, because its logarithm is used"
         )
     longitude, latitude = median["longitude"].values, median["latitude"].values
     count = earthquakes * draws

@@ -120,4 +120,7 @@ class EspositoIervolino2012(SpatialCorrelation):
 
 def _check_period(period: float, least: float, most: float) -> None:
     if not least <= real_number("period", period, least=0) <= most:
-        raise ValueError(f"the model is for periods from {least:g} to {most:g} s, got {period:g} s")
+        raise ValueError(
+            f"period is {period:g} s, but the model is for {least:g} to {most:g} s: choose a period in this range, or "
+            "another model"
+        )

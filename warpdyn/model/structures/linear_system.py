@@ -70,14 +70,17 @@ class LinearSystem(Structure):
             if difference.max() > 1e-12 * np.abs(matrix).max():
                 row, column = np.unravel_index(difference.argmax(), difference.shape)
                 raise ValueError(
-                    f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} "
-                    f"but [{column}, {row}] is {matrix[column, row]:g}; both must be equal"
+                    f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} but [{column}, {row}] is "
+                    f"{matrix[column, row]:g}; both must be equal"
                 )
             matrix.flags.writeable = False
             matrices[name] = matrix
         dofs = matrices["mass"].shape[0]
         if not 1 <= dofs <= MAXIMUM_DOFS:
-            raise ValueError(f"a linear system has 1 to {MAXIMUM_DOFS} degrees of freedom, got {dofs}")
+            raise ValueError(
+                f"a linear system has 1 to {MAXIMUM_DOFS} degrees of freedom, got {dofs}: eliminate some by static "
+                "condensation"
+            )
         smallest, largest = np.linalg.eigvalsh(matrices["mass"])[[0, -1]]
         if smallest <= 1e-13 * abs(largest):
             raise ValueError(
@@ -88,7 +91,7 @@ class LinearSystem(Structure):
         if smallest < -1e-12 * abs(largest):
             raise ValueError(
                 f"damping has a negative eigenvalue ({smallest:g} N s/m), so that it would add energy: all eigenvalues "
-                "must be at least 0"
+                "must be at least 0. Correct the matrix"
             )
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(matrices)
         # Scatter can only scale a matrix: these are the bounds of the factor.

@@ -57,7 +57,10 @@ def modal_properties(
         _check_symmetric(name, value)
     least, *_, most = np.linalg.eigvalsh(matrix)[[0, -1]]
     if least <= len(matrix) * np.finfo(float).eps * most:
-        raise ValueError(f"mass must be positive definite; its least eigenvalue is {least:.6g} kg")
+        raise ValueError(
+            f"mass must be positive definite, but its least eigenvalue is {least:.6g} kg: give every degree of freedom "
+            "mass"
+        )
     influence = np.ones(len(matrix)) if influence is None else unmasked("influence", influence, np.float64)
     if influence.shape != (len(matrix),) or not np.isfinite(influence).all() or not influence.any():
         raise ValueError(f"influence must be finite, not all 0, and of shape [{len(matrix)}], got {influence}")
@@ -66,13 +69,14 @@ def modal_properties(
         what = "negative" if eigenvalue[0] < 0 else "all 0"
         raise ValueError(
             f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
-            "some may be 0 (rigid-body modes), but none may be negative, and at least one must be above 0"
+            "some may be 0 (rigid-body modes), but none may be negative, and at least one must be above 0. Correct the "
+            "matrix"
         )
     if not may_move_freely and eigenvalue[0] <= 0:
         raise ValueError(
             f"stiffness must be positive definite; its generalised eigenvalues are {eigenvalue[0]:.6g} to "
-            f"{eigenvalue[-1]:.6g} rad2/s2 (a part of the structure can move freely): correct the matrix, or give "
-            "may_move_freely=True"
+            f"{eigenvalue[-1]:.6g} rad2/s2 (a part of the structure can move freely): correct the matrix, or restrain "
+            "this part"
         )
     shape = shape.T  # [mode, dof]
     shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)

@@ -32,7 +32,7 @@ def chain_of_periods(period: ArrayLike, mass: np.ndarray, height: np.ndarray, di
     for mode in np.flatnonzero(np.diff(periods) >= 0):
         raise ValueError(
             f"periods must decrease from mode to mode, but mode {mode + 2} has {periods[mode + 1]:g} s after "
-            f"{periods[mode]:g} s"
+            f"{periods[mode]:g} s: sort them with the longest first"
         )
     shape = np.ones(storeys)
     if distribution == "linear_mode":

@@ -172,7 +172,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         if several not in (1, self.storeys):
             raise ValueError(_unequal("law", several, longest, self.storeys))
         if not 1 <= self.storeys <= MAXIMUM_STOREYS:
-            raise ValueError(f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}")
+            raise ValueError(
+                f"a shear building has 1 to {MAXIMUM_STOREYS} storeys, got {self.storeys}: combine storeys"
+            )
         for name, array in arrays.items():
             taken = None
             if name in BUILDING_PARAMETERS:

@@ -80,7 +80,10 @@ def levels_for(
     design = scene.excitation
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
         given = "a Portfolio" if scene.structure.is_many else f"a {type(design).__name__}"
-        raise TypeError(f"levels_for() takes a scene of one structure under a Cloud or Stripes of motions, got {given}")
+        raise TypeError(
+            "levels_for() takes a scene of one structure under a Cloud or Stripes of motions, got "
+            f"{given}: give Scene(building, Cloud(motions, measure))"
+        )
     if isinstance(design, Stripes):
         design.check_scaled_to_all("levels_for")
     # Structures that the user lists belong to the run; the pilot uses median values instead.
@@ -115,15 +118,14 @@ def _moments(capacity: np.ndarray, states: list[str], design: Cloud | Stripes) -
     known = np.isfinite(median)
     if not known.any():
         raise ValueError(
-            f"levels_for: fewer than half of the pairs of structure and motion exceed a limit of "
-            f"{', '.join(map(repr, states))}, even at the highest level: "
-            "check that the limits are in the unit of the demand"
+            "levels_for: fewer than half of the pairs of structure and motion exceed a limit of "
+            f"{', '.join(map(repr, states))}, even at the highest level: check that the limits are in the unit of the "
+            "demand"
         )
     for state in np.flatnonzero(~known):
         warn_caller(
             f"levels_for: fewer than half of the pairs exceed the limit of damage state {states[state]!r}, so the "
-            "levels "
-            f"[{design.intensity_units}] are for the other states only: check its limit, or remove it"
+            f"levels [{design.intensity_units}] are for the other states only: check its limit, or remove it"
         )
     finite = np.where(np.isfinite(logarithm), logarithm, np.nan)[:, known]
     return median[known], np.maximum(np.nanstd(finite, axis=0), LEAST_DISPERSION)

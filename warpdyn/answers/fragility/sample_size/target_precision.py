@@ -99,7 +99,8 @@ def fragility_to(
     if not isinstance(design, Cloud | Stripes) or scene.structure.is_many:
         raise TypeError(
             "fragility_to() takes a scene of one structure under a Cloud or Stripes of motions, got a "
-            f"{type(scene.structure).__name__} under {type(design).__name__}"
+            f"{type(scene.structure).__name__} under {type(design).__name__}: give Scene(building, Cloud(motions, "
+            "measure))"
         )
     if isinstance(design, Stripes):
         design.check_scaled_to_all("fragility_to")
@@ -112,8 +113,7 @@ def fragility_to(
     if isinstance(limits, Mapping) and any(isinstance(limit, Mapping) for limit in limits.values()):
         raise ValueError(
             "fragility_to() needs limits of one demand, named by demand=; for limits of several demands use "
-            "fragility() for "
-            "a run on stripes"
+            "fragility() for a run on stripes"
         )
     motions = len(design.motions)
     if motions < 3:

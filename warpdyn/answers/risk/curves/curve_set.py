@@ -199,7 +199,9 @@ def _parameters(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> tu
     check_dataset(function, curves, *keys, advice=ADVICE, argument="curves")
     median, dispersion = (curves[key].values.astype(np.float64) for key in keys)
     if median.shape != (len(names),) or dispersion.shape != median.shape:
-        raise ValueError(f"{function}: fragility_median and fragility_dispersion must have the dimension damage_state")
+        raise ValueError(
+            f"{function}: fragility_median and fragility_dispersion must have the dimension damage_state: {ADVICE}"
+        )
     for name, theta, beta in zip(names, median, dispersion, strict=True):
         if not (0 < theta < np.inf and 0 < beta < np.inf):
             raise ValueError(

@@ -27,8 +27,8 @@ def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
     for i in np.flatnonzero(excess > CROSSING):
         warn_caller(
             f"the fragility curves of {curves.names[i]!r} and {curves.names[i + 1]!r} cross: the heavier state is "
-            f"likelier by up to {100 * excess[i]:.2g} %; {consequence}. fragility(..., estimator='ordinal') fits "
-            "curves that do not cross"
+            f"likelier by up to {100 * excess[i]:.2g} %; {consequence}. Use fragility(..., estimator='ordinal'), which "
+            "fits curves that do not cross"
         )
 
 

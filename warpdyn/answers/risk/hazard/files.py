@@ -39,22 +39,22 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
     known = measure_named(measure)
     if known is None or not known.kind:
         raise ValueError(
-            f"{path}: warpdyn does not know the intensity measure {measure!r}; it reads "
-            f"{', '.join(OPENQUAKE_UNITS)}, with the period of SA as in SA(0.3). For another measure, give "
-            "the points to HazardCurve(intensity, annual_rate, units=..., measure=...)"
+            f"{path}: warpdyn does not know the intensity measure {measure!r}; it reads {', '.join(OPENQUAKE_UNITS)}, "
+            "with the period of SA as in SA(0.3). For another measure, give the points to HazardCurve(intensity, "
+            "annual_rate, units=..., measure=...)"
         )
     units, factor = known.from_openquake()
     rows = _csv_lines(path, lines[1:])
     if not rows:
         raise ValueError(
-            f"{path}: the file ends after its first line; the names of the columns and one "
-            "line per site must follow: export the curve again"
+            f"{path}: the file ends after its first line; the names of the columns and one line per site must follow: "
+            "export the curve again"
         )
     columns = [(i, name[4:]) for i, name in enumerate(rows[0]) if name.startswith("poe-")]
     if not columns or not {"lon", "lat"} <= set(rows[0]):
         raise ValueError(
-            f"{path}, line 2: the columns must be lon, lat, ... and poe-<intensity>, got "
-            f"{rows[0][:5]}: export the curve again"
+            f"{path}, line 2: the columns must be lon, lat, ... and poe-<intensity>, got {rows[0][:5]}: export the "
+            "curve again"
         )
     place = _row_of_site(path, rows[0], rows[1:], site, first_line=3)
     row, where = rows[1 + place], f"{path}, line {3 + place}"
@@ -136,7 +136,8 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
         ) from error
     if twice:
         raise ValueError(
-            f"{path} has {twice} twice, perhaps for several sites or ground conditions: request one curve per measure"
+            f"{path} has {twice} twice, perhaps for several sites or ground conditions: give a file with one curve per "
+            "measure"
         )
     wanted = spectral_name(measure) if measure else None
     if wanted is None and len(found) == 1:
@@ -172,8 +173,8 @@ def _row_of_site(
         names = [row[header.index("name")] for row in rows] if "name" in header else []
         if site not in names:
             raise ValueError(
-                f"{path} has no site {site!r}; it has {', '.join(names[:8]) or 'no names'}: "
-                "give one of these, or site=(longitude, latitude)"
+                f"{path} has no site {site!r}; it has {', '.join(names[:8]) or 'no names'}: give one of these, or "
+                "site=(longitude, latitude)"
             )
         if names.count(site) > 1:
             raise ValueError(

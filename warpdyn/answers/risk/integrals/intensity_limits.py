@@ -48,7 +48,7 @@ class IntensityLimits:
         if not found.maximum > found.minimum:
             raise ValueError(
                 f"{function}: the attribute {MAXIMUM!r} of the curves is {found.maximum:g}; it must be above the "
-                f"attribute {MINIMUM!r}, {found.minimum:g}"
+                f"attribute {MINIMUM!r}, {found.minimum:g}: correct curves.attrs"
             )
         return found
 

@@ -49,7 +49,10 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
             or a coefficient of variation is negative or too large for a beta distribution.
     """
     if not isinstance(ratios, Mapping):
-        raise TypeError(f"{function}: loss_ratios{where} must map each damage state to its loss ratio, got {ratios!r}")
+        raise TypeError(
+            f"{function}: loss_ratios{where} must map each damage state to its loss ratio, such as {{'slight': 0.02}}, "
+            f"got {ratios!r}"
+        )
     _check_named(function, f"loss_ratios{where}", "damage states", states, ratios)
     means: list[float] = []
     deviations: list[float] = []
@@ -59,8 +62,8 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
         if isinstance(given, Sequence) and not isinstance(given, str):
             if len(given) != 2:
                 raise ValueError(
-                    f"{what} must be a mean, such as 0.1, or a mean and a coefficient of "
-                    f"variation, such as (0.1, 0.5), got {given!r}"
+                    f"{what} must be a mean, such as 0.1, or a mean and a coefficient of variation, such as (0.1, "
+                    f"0.5), got {given!r}"
                 )
             mean, variation = (real_number(what, value, least=0) for value in given)
         else:
@@ -75,8 +78,8 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
             )
         if means and mean < means[-1]:
             raise ValueError(
-                f"{what} is {mean:g}, below that of the lighter state before it "
-                f"({means[-1]:g}): correct the ratios, or sort the damage states with the lightest first"
+                f"{what} is {mean:g}, below that of the lighter state before it ({means[-1]:g}): correct the ratios, "
+                "or sort the damage states with the lightest first"
             )
         means.append(mean)
         deviations.append(variation * mean)
@@ -89,8 +92,8 @@ def ratios_of_archetypes(
     """Return the loss ratios of each archetype, given for each archetype or once for all."""
     if not isinstance(given, Mapping):
         raise TypeError(
-            f"{function}: loss_ratios must map damage states to loss ratios, such as "
-            f"{{'slight': 0.02}}, or archetypes to such mappings, got {given!r}"
+            f"{function}: loss_ratios must map damage states to loss ratios, such as {{'slight': 0.02}}, or archetypes "
+            f"to such mappings, got {given!r}"
         )
     if not any(isinstance(each, Mapping) for each in given.values()):
         return [checked_ratios(function, cast("Ratios", given), states)] * len(names)

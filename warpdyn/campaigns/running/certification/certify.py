@@ -45,7 +45,9 @@ def certify(
         True
     """
     if not isinstance(law, Law | Device):
-        raise TypeError(f"certify takes a law with its parameters, such as wd.laws.Elastic(), got {law!r}")
+        raise TypeError(
+            f"certify() takes a law with its parameters, got {law!r}: give an object such as wd.laws.Elastic()"
+        )
     storeys = _storeys(law, stiffness, drift)
     return certificate(repr(law), storeys, device)
 

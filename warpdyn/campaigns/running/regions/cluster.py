@@ -156,7 +156,7 @@ class OnCluster:
         from distributed import TimeoutError as TimedOut
 
         if not self.client.nthreads():
-            say("the cluster has no workers yet: waiting for the first one")
+            say("the cluster has no workers yet, and the run waits for one: start workers, or press Ctrl-C")
         while not self.client.nthreads():
             stop_if_asked()
             try:
@@ -210,7 +210,10 @@ def workers_of(cluster: object, device: object, threads: int | None) -> OnCluste
     if cluster.asynchronous:
         raise TypeError("cluster must be a Client that waits for results: remove asynchronous=True")
     if cluster.status != "running":
-        raise ValueError(f"cluster must be a Client that is connected to its scheduler; it is {cluster.status}")
+        raise ValueError(
+            f"cluster must be a Client that is connected to its scheduler; it is {cluster.status}: give a new "
+            "Client(address)"
+        )
     if device is not None and (not isinstance(device, str) or device == "cuda"):
         raise ValueError(
             f"device must be one device with cluster=, as 'cpu' or 'cuda:0', got {device!r}: a worker has one device, "

@@ -67,10 +67,16 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
         if variable is None and len(candidates) != 1:
             raise ValueError(f"give variable=: {len(candidates)} variables have the dimension 'time': {candidates}")
         if variable is not None and variable not in data.data_vars:
-            raise ValueError(f"no variable {variable!r}; variables with the dimension 'time' are {candidates}")
+            raise ValueError(
+                f"variable={variable!r} is not in the dataset; give one of those with the dimension 'time': "
+                f"{candidates}"
+            )
         data = data[variable or candidates[0]]
     if not isinstance(data, xr.DataArray):
-        raise TypeError(f"from_dataset() takes an xarray Dataset or DataArray, got {type(data).__name__}")
+        raise TypeError(
+            f"from_dataset() takes an xarray Dataset or DataArray, got {type(data).__name__}: for an array use "
+            "wd.records.from_array(values, step, unit)"
+        )
     label = str(data.name or "motion")
     others = [dimension for dimension in data.dims if dimension != "time"]
     if "time" not in data.dims or len(others) > 1:

@@ -89,7 +89,7 @@ def _motion_of(trace: Any, place: str, unit: str | None, record: str) -> GroundM
         why = "the K-NET file's scale factor" if "knet" in stats else "remove_response(output='ACC')"
         raise ValueError(
             f"{place}: obspy gives these values in m/s2, by {why}, but unit={unit!r} is given, so all values would be "
-            f"wrong by a factor of {factor:.6g}: leave out unit"
+            f"wrong by a factor of {factor:.6g}: remove unit="
         )
     calibration = float(stats.calib)
     values = np.asarray(trace.data, dtype=np.float64)
@@ -116,8 +116,8 @@ def _refuse_other_quantities(trace: Any, place: str) -> None:
     found = found or _SAC_QUANTITIES.get(int(stats.get("sac", {}).get("idep", 5)))
     if found:
         raise ValueError(
-            f"{place}: its values are {found}, not accelerations: stream.remove_response(inventory, output='ACC') or "
-            "stream.differentiate() gives accelerations"
+            f"{place}: its values are {found}, not accelerations: convert them by stream.remove_response(inventory, "
+            "output='ACC') or stream.differentiate()"
         )
     if stats.get("_format") in _CALIBRATED_TO_DISPLACEMENT and float(stats.calib) != 1.0:
         raise ValueError(

@@ -33,7 +33,9 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
     x, y = checked_curve(displacement, capacity)
     peak = _peak(y)
     if peak < 2:
-        raise ValueError("the capacity curve needs a yield point and, after it, another point that is not lower")
+        raise ValueError(
+            "the capacity curve needs a yield point and, after it, another point that is not lower: add such a point"
+        )
     given_peak = peak - (x.size - np.size(displacement))  # index in the caller's curve, which may lack the origin
     x, y = x[: peak + 1], y[: peak + 1]
     end, top = x[-1], y[-1]
@@ -122,5 +124,7 @@ def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndar
     if x[0] > 0:
         x, y = np.append(0.0, x), np.append(0.0, y)
     if y.max() == 0 or y.size < 3:
-        raise ValueError("the capacity curve needs a yield point and, after it, another point that is not lower")
+        raise ValueError(
+            "the capacity curve needs a yield point and, after it, another point that is not lower: add such a point"
+        )
     return x, y

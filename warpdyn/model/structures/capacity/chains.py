@@ -190,6 +190,6 @@ def _checked_points(displacement: ArrayLike, capacity: ArrayLike, law: str) -> t
             raise ValueError(
                 f"the capacity curve rises again at point {point + given}, from {y[point - 1]:g} to {y[point]:g}, "
                 f"after falling from point {peak + given}: only the last point may be higher than the point before, by "
-                "at most 1 %"
+                "at most 1 %. Correct the curve, or remove the points after the fall"
             )
     return x, y

@@ -77,7 +77,7 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
             raise ValueError(
                 f"{record.place(at)}: expected the header of the next channel, 'Uncorrected accelerogram' or "
                 f"'Corrected accelerogram', got {record.lines[at].strip()[:60]!r}: lines are missing or were added "
-                "above"
+                "above. Get another copy of the file, or correct it"
             )
         motion, at = _channel(record, at, volume, step)
         motions.append(motion)

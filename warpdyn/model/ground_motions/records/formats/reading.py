@@ -159,7 +159,10 @@ def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: floa
     if others:
         first, *more = others
         rest = f". Also left out: {', '.join(more)}" if more else ""
-        warn_caller(f"{path}: {amount_of(len(others), 'file')} in this archive left out: {others[first]}{rest}")
+        warn_caller(
+            f"{path}: {amount_of(len(others), 'file')} in this archive left out: {others[first]}{rest}. No action is "
+            "needed if these are not records"
+        )
     return files
 
 
@@ -208,7 +211,7 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
         shown = next((line.strip()[:60] for line in record.lines if line.strip()), "")
         raise NotARecordError(
             f"{path}: the format is unknown: its first line is {shown!r}, and no two lines of numbers follow. "
-            "wd.records.read_text reads text in columns"
+            "For text in columns use wd.records.read_text(path, unit=...)"
         )
     if unit is None:
         # Archives of PEER also contain a table of spectra.

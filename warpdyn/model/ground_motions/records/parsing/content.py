@@ -64,8 +64,8 @@ def bytes_of(path: str | PathLike) -> bytes:
         raise ValueError("path is empty: give the name of a file")
     if Path(path).is_dir():
         raise IsADirectoryError(
-            f"{path}: is a directory, not a file; wd.records.read_directory(path, pattern='*.AT2') reads the files in "
-            "it"
+            f"{path}: is a directory, not a file; to read the files in it, use wd.records.read_directory(path, "
+            "pattern='*.AT2')"
         )
     if not Path(path).is_file():
         raise FileNotFoundError(f"{path}: there is no such file: correct the path")
