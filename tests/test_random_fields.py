@@ -150,8 +150,8 @@ def test_what_cannot_be_drawn(what):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: wd.sites.JayaramBaker2009(11.0), "periods from 0 to 10 s"),
-        (lambda: wd.sites.EspositoIervolino2012(3.0), "periods from 0.1 to 2 s"),
+        (lambda: wd.sites.JayaramBaker2009(11.0), "model is for 0 to 10 s"),
+        (lambda: wd.sites.EspositoIervolino2012(3.0), "model is for 0.1 to 2 s"),
         (lambda: wd.sites.EspositoIervolino2012(1.0, "Japan"), "unknown region 'Japan'"),
     ],
 )

@@ -221,7 +221,7 @@ def test_intensities_and_dispersions_in_another_unit_are_told():
     hazard = wd.HazardCurve([0.03, 0.1, 0.3, 1, 3], [4e-2, 8e-3, 8e-4, 3e-5, 4e-7], measure="PGV", units="m/s")
     given = curves({"complete": (2.0, 0.35)}, units="m s-1", measure="PGV")
     with pytest.warns(
-        UserWarning, match=r"design_intensity is 80 m s-1, .* from 0.03 to 3 m s-1: if it is in cm/s, give 0.8 .m s-1."
+        UserWarning, match=r"design_intensity is 80 m s-1, .* from 0.03 to 3 m s-1: if it is in cm/s, give 0.8"
     ):
         wd.check_risk_target(given, hazard, 80)
     with pytest.warns(UserWarning, match="% of the rate comes from") as caught:

@@ -97,7 +97,7 @@ CASES = {
     "buildings of an archetype": (lambda: wd.Archetype(BUILDING, 10**10), "count must be .* at most 2147483647"),
     "buildings of a portfolio": (
         lambda: wd.Portfolio({name: wd.Archetype(BUILDING, 2 * 10**9) for name in "ab"}),
-        "archetypes have 4000000000 buildings",
+        "archetypes have 4,000,000,000 buildings",
     ),
     "fields": (
         lambda: wd.sites.correlated_fields(FIELD, MODEL, between=0.3, within=0.5, draws=10**9),
