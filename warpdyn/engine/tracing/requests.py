@@ -66,12 +66,12 @@ def request(kind: str, rows: int, *values: Any) -> Traced:
     )
     place = next(same, len(asked))
     if place == len(asked):
-        read = _read(node for array in inputs for node in array)
+        read = _requests_below(node for array in inputs for node in array)
         asked.append(Request(kind, inputs, rows, max((asked[each].level + 1 for each in read), default=0)))
     return Traced.inputs(lambda row, result: f"{PREFIX}{place}[{result}, s]", 1, rows)
 
 
-def _read(nodes: Iterable[Node]) -> set[int]:
+def _requests_below(nodes: Iterable[Node]) -> set[int]:
     """Return the places of the requests whose results some values depend on."""
     waiting, seen, found = list(nodes), set[Node](), set[int]()
     while waiting:

@@ -108,7 +108,7 @@ class StructureValues(NamedTuple):
         fields: Values of the fields of the kernels' struct, shape [row] or [].
         vibration: Period [s], slowest decay [1/s] and stable step [s].
         refused: Whether a value is out of its bounds.
-        requests: What separate kernels compute.
+        requests: Values that separate kernels compute.
     """
 
     fields: Mapping[str, np.ndarray]
