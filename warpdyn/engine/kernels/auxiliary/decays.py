@@ -17,6 +17,9 @@ from warpdyn.engine.tracing.requests import DECAY, request
 MOST_ITERATIONS = 100  # a pair of eigenvalues takes about 3
 UNUSUAL_SHIFT_EVERY = 10  # iterations after which shifts that do not converge are replaced
 NUMBERS_AT_A_TIME = 2**24  # numbers in the matrices of a launch
+# Matrices of neighbouring threads are adjacent in memory. The distance of the elements of a matrix is an odd multiple of
+# LANES numbers: if it were a power of 2, the elements would displace each other in the cache of a CPU.
+LANES = 32
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -71,7 +74,7 @@ def reduce_to_hessenberg(a: wp.array3d(dtype=wp.float64), s: int):
                 length = wp.sqrt(upper * upper + lower * lower)
                 cosine = upper / length
                 sine = lower / length
-                for j in range(size):
+                for j in range(column, size):
                     above = a[row - 1, j, s]  # separately: a pair would refer to the array
                     below = a[row, j, s]
                     a[row - 1, j, s] = cosine * above + sine * below
@@ -253,7 +256,8 @@ def launch_decays(*arrays: wp.array, device: str) -> None:
     """
     (storeys, count), kernel = arrays[0].shape, loaded(find_decays, device)
     at_a_time = min(count, max(1, NUMBERS_AT_A_TIME // (2 * storeys) ** 2))
-    matrix = wp.empty((2 * storeys, 2 * storeys, at_a_time), dtype=wp.float64, device=device)
+    length = (-(-at_a_time // LANES) | 1) * LANES
+    matrix = wp.empty((2 * storeys, 2 * storeys, length), dtype=wp.float64, device=device)
     for begin in range(0, count, at_a_time):
         inputs = [begin, *arrays[:-1], matrix, arrays[-1]]
         threads = min(at_a_time, count - begin)
