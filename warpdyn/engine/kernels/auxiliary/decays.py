@@ -17,8 +17,8 @@ from warpdyn.engine.tracing.requests import DECAY, request
 MOST_ITERATIONS = 100  # a pair of eigenvalues takes about 3
 UNUSUAL_SHIFT_EVERY = 10  # iterations after which shifts that do not converge are replaced
 NUMBERS_AT_A_TIME = 2**24  # numbers in the matrices of a launch
-# Matrices of neighbouring threads are adjacent in memory. The distance of the elements of a matrix is an odd multiple of
-# LANES numbers: if it were a power of 2, the elements would displace each other in the cache of a CPU.
+# The distance in memory between the elements of a matrix is an odd multiple of LANES numbers. If it were a power of 2,
+# the elements would displace each other in the cache of a CPU.
 LANES = 32
 EPSILON = float(np.finfo(float).eps)
 
@@ -117,7 +117,7 @@ def shift_twice(
     y0: wp.float64,
     w0: wp.float64,
 ):
-    """Apply one double QR step to the block from `first` to `last`; the shifts have the sum x0 + y0 and so on."""
+    """Apply a double QR step to the block from `first` to `last`; shifts: eigenvalues of [[y0, w0], [1, x0]]."""
     zero = wp.float64(0.0)
     p, q, r = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
     m = int(last - 2)
