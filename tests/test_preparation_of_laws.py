@@ -125,6 +125,7 @@ def check_agreement(row, found, expected):
         for name, row in ROWS
         for damping in DAMPINGS
         if damping != "rayleigh_tangent" or row != "gap"  # gaps need another damping
+        if damping != "storey" or name != "elastic"  # linear buildings need the eigenvalues of full matrices
     ],
 )
 def test_recorded_computation_agrees_with_the_host(name, row, damping):
