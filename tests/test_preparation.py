@@ -2,15 +2,12 @@
 
 import numpy as np
 import pytest
-import warp as wp
+from prepared_structures import by_host, check_rows, prepared
 
 import warpdyn as wd
-from warpdyn.campaigns.integration import packing
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.preparation import preparation
-from warpdyn.campaigns.preparation.traced_structures import traced_structures
-from warpdyn.engine.kernels.plan import structs
 from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, conditions
 from warpdyn.engine.tracing.nodes import constant
 from warpdyn.model.scene.sobol_points import BITS, SobolPoints
@@ -51,22 +48,6 @@ def at_sites(motions):
     )
 
 
-def prepared(run, first, count):
-    """Return what the kernels compute of some structures: fields, vibration, refusals and extremes."""
-    found = traced_structures(run)
-    fields = {
-        name: wp.full((*rows, count), np.nan, dtype=wp.float64, device="cpu") for name, rows in found.rows.items()
-    }
-    vibration = wp.full((3, count), np.nan, dtype=wp.float64, device="cpu")
-    counts = wp.zeros(1, dtype=wp.int32, device="cpu")
-    extremes = wp.array([0.0, np.inf], dtype=wp.float64, device="cpu")
-    struct = structs("float64").Structure()
-    for name, array in fields.items():
-        setattr(struct, name, array)
-    found.prepare(first, count, struct, vibration, counts, extremes)
-    return {name: array.numpy() for name, array in fields.items()}, vibration.numpy(), counts.numpy()[0], extremes
-
-
 @pytest.mark.parametrize(
     ("law", "damping", "sampling"),
     [
@@ -78,17 +59,13 @@ def prepared(run, first, count):
 def test_structures_agree_with_the_host(law, damping, sampling):
     how, where = Integration(method="rk4", dtype="float64"), Execution(device="cpu")
     run = build_run(scene(building(law, damping), sampling), STRUCTURES, how, where, seed=3)
-    drawn, vibration = run.draw(np.arange(STRUCTURES))
-    expected = packing.pack_structures(run.model, run.model.dynamics.parameters_of(drawn), None, vibration.rayleigh)
+    expected, vibration = by_host(run)
     first = 7
-    fields, found, refused, extremes = prepared(run, first, STRUCTURES - first)
+    fields, found, refused, extremes = prepared(run, first, STRUCTURES)
     assert refused == 0
-    assert fields.keys() == expected.keys()
-    for name, values in expected.items():
-        np.testing.assert_allclose(fields[name], values[..., first:], rtol=ROUNDING, err_msg=name)
-    for row, values in enumerate((vibration.period, vibration.decay, vibration.stable_step)):
-        np.testing.assert_allclose(found[row], values[first:], rtol=ROUNDING)
-    np.testing.assert_allclose(extremes.numpy(), [found[0].max(), found[2].min()], rtol=0)
+    of_part = {name: values[..., first:] for name, values in expected.items()}, vibration[:, first:]
+    check_rows((fields, found), of_part, rounding=ROUNDING)
+    np.testing.assert_array_equal(extremes, [found[0].max(), found[2].min()])
 
 
 def test_structures_out_of_bounds_are_counted():

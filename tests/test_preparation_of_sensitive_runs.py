@@ -7,8 +7,6 @@ import pytest
 
 import warpdyn as wd
 from warpdyn.campaigns.accuracy import precision, reliability
-from warpdyn.campaigns.integration.run import build_run
-from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.preparation import preparation
 
 STRUCTURES, DIVISIONS = 40, 20
@@ -32,8 +30,8 @@ def by_kernels(monkeypatch):
     return prepare
 
 
-def scene_of(law):
-    """Return buildings that yield far."""
+def scene_of(law, levels):
+    """Return buildings that yield far at the last of some levels."""
     building = wd.ShearBuilding(
         mass=[2e4] * 2, stiffness=[2e7] * 2, height=[3.0] * 2, law=law, damping="rayleigh", damping_ratio=0.05
     )
@@ -44,14 +42,17 @@ def scene_of(law):
         "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.3)),
         "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.4), per="storey"),
     }
-    return wd.Scene(building, wd.Stripes(motions, [0.9], wd.PeakGroundAcceleration()), spread, recorders=("drift",))
+    return wd.Scene(
+        building, wd.Stripes(motions, [0.3, 0.9][-levels:], wd.PeakGroundAcceleration()), spread, recorders=("drift",)
+    )
 
 
-def test_runs_agree_with_the_host_in_every_division(by_kernels, monkeypatch):
+@pytest.mark.parametrize("levels", [1, 2])
+def test_runs_agree_with_the_host_in_every_division(levels, by_kernels, monkeypatch):
     # Some samples are run again in float64, and some are unreliable.
     monkeypatch.setattr(precision, "MOST_YIELD_DRIFTS", 20.0)
     monkeypatch.setattr(reliability, "LARGEST_CHANGE", 0.002)
-    scene = scene_of(HYSTERETIC)
+    scene = scene_of(HYSTERETIC, levels)
     settings = {"structures": STRUCTURES, "device": "cpu", "dtype": "float32", "step": 0.005}
     with pytest.warns(UserWarning, match="were run again in float64") as by_host_warned:
         by_host = wd.simulate(scene, **settings)
@@ -75,13 +76,3 @@ def test_runs_agree_with_the_host_in_every_division(by_kernels, monkeypatch):
         assert found == parts
         for name in whole.variables:
             assert whole[name].values.tobytes() == divided[name].values.tobytes(), name
-
-
-@pytest.mark.parametrize("levels", [1, 2])
-def test_the_host_prepares_several_samples_of_a_sensitive_structure(levels, by_kernels):
-    by_kernels()
-    scene = scene_of(HYSTERETIC)
-    design = wd.Stripes(scene.excitation.motions, [0.3, 0.9][:levels], wd.PeakGroundAcceleration())
-    scene = wd.Scene(scene.structure, design, scene.scatter, recorders=("drift",))
-    run = build_run(scene, STRUCTURES, Integration(), Execution(device="cpu"))
-    assert (preparation.preparation_of(run) is None) == (levels > 1)

@@ -7,10 +7,16 @@ from collections.abc import Mapping
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.engine.kernels.auxiliary.decays import slowest_decays
 from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
 from warpdyn.engine.kernels.output_table import HISTORY
 from warpdyn.engine.laws.devices.parameters import damper_values, kind_of_dampers, steepest_damping
-from warpdyn.engine.methods.stability_limits import stable_step, stable_step_of_eigenvalues, stable_step_of_yielding
+from warpdyn.engine.methods.stability_limits import (
+    amplifies_undamped,
+    stable_step,
+    stable_step_of_eigenvalues,
+    stable_step_of_yielding,
+)
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
 from warpdyn.engine.tracing.arrays import may_be_true
@@ -24,6 +30,9 @@ from warpdyn.model.structures.physics import (
     physics_of,
 )
 from warpdyn.model.structures.shear_building import ShearBuilding
+
+# Damping rate of a storey without dashpots [1/s]: the frequencies of a chain need stiffnesses above 0.
+LEAST_RATE = 1e-20
 
 
 class ChainDynamics(Dynamics):
@@ -63,14 +72,23 @@ class ChainDynamics(Dynamics):
             # Up to 1 m/s, the force C |v|^a of a damper with an exponent a below 1 is at least C |v|, that of a linear
             # damper. So the decay is computed with the coefficient C.
             slope = 0.0 if self.viscous_dampers == "none" else parameters["damper_coefficient"]
-            matrix, elastic = inherent.matrix(parameters, rayleigh, slope), chain_stiffness_matrix(effective)
-            eigenvalues = state_eigenvalues(mass, matrix, elastic)
-            decay = slowest_decay(eigenvalues)
-            if self.viscous_dampers == "power":
-                matrix = inherent.matrix(parameters, rayleigh, steepest_damping(parameters))
+            steepest = steepest_damping(parameters) if self.viscous_dampers == "power" else slope
+            if self.forces.is_linear or inherent.has_own_matrix or amplifies_undamped(method):
+                matrix, elastic = inherent.matrix(parameters, rayleigh, slope), chain_stiffness_matrix(effective)
                 eigenvalues = state_eigenvalues(mass, matrix, elastic)
-            rate = highest_damping_rate(mass, matrix)
-            stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
+                decay = slowest_decay(eigenvalues)
+                if self.viscous_dampers == "power":
+                    matrix = inherent.matrix(parameters, rayleigh, steepest)
+                    eigenvalues = state_eigenvalues(mass, matrix, elastic)
+                rate = highest_damping_rate(mass, matrix)
+                stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
+            else:
+                # The limit of yielding structures, below, is that of all oscillators with at most this frequency and
+                # rate. Each motion of the elastic structure is one of them.
+                decay = slowest_decays(mass, effective, rayleigh[0], inherent.all_dashpots(parameters, rayleigh, slope))
+                dashpots = np.maximum(inherent.all_dashpots(parameters, rayleigh, steepest), LEAST_RATE * mass)
+                rate = rayleigh[0] + circular_frequencies(mass, dashpots)[:, -1] ** 2
+                stable = np.full_like(rate, np.inf)
         else:
             # Classical damping: each mode is a separate oscillator, and no complex eigenvalues are needed.
             ratios = inherent.ratios(parameters, frequency, rayleigh)

@@ -79,7 +79,7 @@ class Dynamics(ABC):
         counts_reversals: Whether each load reversal damages a storey, also a reversal caused by rounding.
         is_sensitive: Whether a small change of the step or the motion may change peak drifts a lot.
         couples_modes: Whether damping couples the undamped modes.
-        needs_eigenvalues: Whether decay and stability need the eigenvalues of full matrices.
+        needs_eigenvalues: Whether decay and stability may need the eigenvalues of full matrices.
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
         is_packed_in_parts: Whether structures can be packed separately.

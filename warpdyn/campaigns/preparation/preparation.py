@@ -266,15 +266,11 @@ class Preparation:
 def preparation_of(run: Run) -> Preparation | None:
     """Return the preparation of a run on its devices, or None if the host prepares it.
 
-    The host prepares small runs, runs on a CPU, sequences of events, and several samples of each sensitive structure,
-    because it chooses some of them for further runs.
+    The host prepares small runs, runs on a CPU and sequences of events, and what cannot be recorded (see
+    `NotTraceableError`): full matrices, exact methods and motions that depend on the number of the sample.
     """
-    dynamics, events = run.model.dynamics, run.model.scene.excitation.event_names
-    # The host draws sensitive structures anyway. Seconds of 2^18 samples of 3 storeys, prepared by the host and by
-    # kernels (H200, 16 cores), with one sample for each structure: hysteretic 0.62 and 0.40, peak-oriented
-    # Ibarra-Medina-Krawinkler 0.68 and 0.45; with 16 samples: 0.26 and 0.28, 0.35 and 0.35.
-    is_chosen = (dynamics.is_sensitive or dynamics.counts_reversals) and run.samples > run.structures
-    if not is_large_on_gpu(run) or len(events) > 1 or is_chosen or run.integration.on_unstable != "substep":
+    events = run.model.scene.excitation.event_names
+    if not is_large_on_gpu(run) or len(events) > 1 or run.integration.on_unstable != "substep":
         return None
     try:
         return Preparation(run)

@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
-from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.dynamics import Arrays, Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings, guard, structures_of_a_range
+from warpdyn.campaigns.integration.time_grid import build_schedule
 from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.preparation.preparation import Preparation, PreparedBlock
 from warpdyn.engine.kernels.queues import Queue
@@ -162,7 +163,7 @@ class PreparedEnsemble(Ensemble):
             first += count
         return block.structures, launches
 
-    def _on_host(self, samples: np.ndarray, *, divides: bool = True) -> tuple[Ensemble, Any]:
+    def _on_host(self, samples: np.ndarray, *, divides: bool = True) -> tuple[Ensemble, Vibration]:
         """Return some of the samples and the vibration of their structures, prepared on the host.
 
         Args:
@@ -170,11 +171,15 @@ class PreparedEnsemble(Ensemble):
             divides: Whether steps are divided as far as the accuracy and stability of the samples require.
         """
         place, row = np.unique(samples // self._each, return_inverse=True)
-        whole, vibration = self.run.events(self.range.start + place, self.queue)[0]
-        findings = StabilityFindings(whole.size, self.run.integration.method)
-        shorten_steps(whole, vibration, findings, divides=self.run.integration.divides_steps)
+        structures = self.range.start + place
+        drawn, vibration = self.run.draw(structures)
+        row = row if drawn else np.zeros_like(row)  # one structure serves all
+        assignment = self.assignment.select(samples)
+        schedule = build_schedule(self.scene, self.timeline, vibration, assignment, row)
+        held = drawn, vibration.rayleigh, assignment, row, schedule
+        part = Ensemble(self.model, structures, *held, self.sample[samples], self.queue)
+        findings = StabilityFindings(part.size, self.run.integration.method)
+        shorten_steps(part, vibration, findings, divides=self.run.integration.divides_steps)
         if divides:
-            guard(whole, vibration, "substep", findings)
-        chosen = row * self._each + samples % self._each
-        part = whole.select(chosen)
-        return part, vibration.select(whole.row[chosen])
+            guard(part, vibration, "substep", findings)
+        return part, vibration

@@ -12,7 +12,7 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.integration.stability_guard import stable_substeps
 from warpdyn.campaigns.integration.time_grid import divided, intervals_with_tail, steps_of_window, tail_of
 from warpdyn.engine.kernels.preparing.samples import SamplePreparation, SampleValues
-from warpdyn.engine.kernels.preparing.structures import DECAY, PERIOD, STABLE_STEP
+from warpdyn.engine.kernels.preparing.structures import PERIOD, SLOWEST_DECAY, STABLE_STEP
 from warpdyn.engine.tracing.arrays import Traced
 from warpdyn.engine.tracing.nodes import Node, apply, constant
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
@@ -25,7 +25,7 @@ def traced_samples(run: Run) -> SamplePreparation:
         NotTraceableError: If a function of the preparation cannot be recorded.
     """
     model, scene = run.model, run.model.scene
-    period, decay, stable = (_given(f"vibration[{row}, s]") for row in (PERIOD, DECAY, STABLE_STEP))
+    period, decay, stable = (_given(f"vibration[{row}, s]") for row in (PERIOD, SLOWEST_DECAY, STABLE_STEP))
     interval, before, intervals = (_given(name) for name in ("interval", "substeps", "intervals"))
     tail, window = tail_of(scene, period, decay)
     run_intervals = intervals_with_tail(intervals, tail, interval)

@@ -10,8 +10,8 @@ import numpy as np
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.engine.kernels.preparing.structures import Draws, StructurePreparation, StructureValues
 from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, conditions, nodes_of
-from warpdyn.engine.tracing.frequencies import asked_frequencies
 from warpdyn.engine.tracing.nodes import Node, apply, constant, given
+from warpdyn.engine.tracing.requests import requests
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.model.scene.scatter import GivenValues, only_at, storeys_with
 from warpdyn.model.scene.sobol_points import BITS
@@ -26,8 +26,8 @@ def traced_structures(run: Run) -> StructurePreparation:
     """
     model, sampler, structure = run.model, run.sampler, run.model.scene.structure
     dynamics, values_of_nominal = model.dynamics, structure.nominal_values
-    if model.needs_step or dynamics.needs_eigenvalues:
-        raise NotTraceableError("the preparation needs the eigenvalues of matrices")
+    if model.needs_step:
+        raise NotTraceableError("the host computes the propagators of exact methods")
     nominal, flat = _nominal(values_of_nominal)
     normals: Any = Traced.inputs(lambda variable, row: f"z[{variable}]", len(sampler.variables), 1)
     listed: list[np.ndarray] = []
@@ -50,13 +50,13 @@ def traced_structures(run: Run) -> StructurePreparation:
         problem = structure.storey_law.problem(everything) or physics_problem(everything)
         if problem:
             raise NotTraceableError(problem)
-    with asked_frequencies() as chains:
+    with requests() as asked:
         parameters = {name: drawn.get(name, values[None]) for name, values in nominal.items()}
         period, decay, stable, rayleigh = dynamics._vibration(parameters, model.method)
         packed = dynamics.pack(parameters, rayleigh)
     fields = {name: nodes_of(values)[..., 0] for name, values in packed.items()}
     vibration = [nodes_of(each).ravel()[0] for each in (period, decay, stable)]
-    values_of = StructureValues(fields, vibration, _any(refused), chains)
+    values_of = StructureValues(fields, vibration, _any(refused), asked)
     draws = Draws(
         model.scene.sampling,
         key_of(model.seed),

@@ -70,6 +70,12 @@ def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray
 
 
 @cache
+def amplifies_undamped(method: Method) -> bool:
+    """Return whether a method amplifies undamped motions at every step."""
+    return stability_limit(method, 0.0) == 0
+
+
+@cache
 def relaxation_limit(method: Method) -> float:
     """Return the largest step times rate at which a method does not amplify z' = -rate z (the memory of a law).
 

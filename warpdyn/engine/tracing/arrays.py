@@ -253,7 +253,7 @@ def _accumulated(name: str, values: Any, axis: int) -> Traced:
     nodes = np.moveaxis(nodes_of(values), axis, 0)
     found = nodes.copy()
     for place in range(1, len(found)):
-        found[place] = _mapped(name, Traced(_boxed(found[place - 1])), Traced(_boxed(found[place])))
+        found[place, ...] = _mapped(name, Traced(_boxed(found[place - 1])), Traced(_boxed(found[place])))
     return Traced(np.moveaxis(found, 0, axis))
 
 

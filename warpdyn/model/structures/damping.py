@@ -38,6 +38,7 @@ class Damping:
     is_of_springs: ClassVar[bool] = False  # dashpots in proportion to the storeys' stiffness without P-Delta
     is_uneven: ClassVar[bool] = False  # couples undamped modes even without gravity
     follows_tangent: ClassVar[bool] = False  # dashpots in proportion to the tangent stiffness
+    has_own_matrix: ClassVar[bool] = False  # whether `own_matrix` returns a matrix
 
     def __init__(self, modes: tuple[int, int] | None = None, storeys: tuple[int, int] | None = None) -> None:
         self.modes, self.storeys = modes, storeys
@@ -105,18 +106,21 @@ class Damping:
         """Return the dashpot coefficients that kernels read, shape [structure, storey]; None: no dashpots."""
         return self.dashpots(parameters, of_stiffness)
 
-    def matrix(self, parameters: Arrays, rayleigh: np.ndarray, dampers: np.ndarray | float) -> np.ndarray:
-        """Return the damping matrices [N s/m], shape [structure, storey, storey].
+    def all_dashpots(self, parameters: Arrays, rayleigh: np.ndarray, dampers: np.ndarray | float) -> np.ndarray:
+        """Return the coefficients of inherent dashpots and dampers [N s/m], shape [structure, storey].
 
         Args:
             parameters: Parameter values.
             rayleigh: The result of `rayleigh`.
             dampers: Derivative of viscous dampers' forces by velocity [N s/m], shape [structure, storey], or 0.
         """
-        mass = parameters["mass"]
         inherent = self.dashpots(parameters, rayleigh[1])
-        dashpots = np.broadcast_to((0.0 if inherent is None else inherent) + dampers, mass.shape)
-        matrix = chain_stiffness_matrix(dashpots)
+        return np.broadcast_to((0.0 if inherent is None else inherent) + dampers, parameters["mass"].shape)
+
+    def matrix(self, parameters: Arrays, rayleigh: np.ndarray, dampers: np.ndarray | float) -> np.ndarray:
+        """Return the damping matrices [N s/m], shape [structure, storey, storey]; arguments: see `all_dashpots`."""
+        mass = parameters["mass"]
+        matrix = chain_stiffness_matrix(self.all_dashpots(parameters, rayleigh, dampers))
         matrix += rayleigh[0][:, None, None] * mass[:, :, None] * np.eye(mass.shape[1])
         own = self.own_matrix(parameters)
         if own is not None:
@@ -262,6 +266,7 @@ class ModalDamping(RatioDamping):
     """Damping with the same ratio in every mode."""
 
     kernel = "modal"
+    has_own_matrix = True
 
     def ratios(self, parameters: Arrays, frequency: np.ndarray, rayleigh: np.ndarray) -> np.ndarray:
         """Return the building's damping ratio for every mode."""

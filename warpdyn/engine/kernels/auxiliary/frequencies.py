@@ -14,9 +14,9 @@ import warp as wp
 
 from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.kernels.arguments import lane_rows
-from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.kernel_cache import block_size, loaded
 from warpdyn.engine.tracing.arrays import is_traced
-from warpdyn.engine.tracing.frequencies import traced_frequencies
+from warpdyn.engine.tracing.requests import FREQUENCIES, request
 
 # Each division waits for the result of the last one. More lanes than fit in the registers were measured to be faster.
 LANES_OF_CHAINS = 64
@@ -141,6 +141,14 @@ def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
     return find_frequencies
 
 
+def launch_frequencies(mass: wp.array, stiffness: wp.array, frequency: wp.array, device: str) -> None:
+    """Queue the kernel on the present stream of a device; arrays of shape [storey, structure], one chain per thread."""
+    storeys, count = mass.shape
+    kernel = loaded(frequencies_kernel(most_storeys(storeys), 1), device)
+    inputs = [storeys, mass, stiffness, frequency]
+    wp.launch(kernel, dim=count, inputs=inputs, device=device, block_dim=block_size(device))
+
+
 def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
     """Return the natural circular frequencies of many shear chains.
 
@@ -152,7 +160,7 @@ def circular_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
         Circular frequencies [rad/s], ascending, shape [structure, mode], in Fortran order.
     """
     if is_traced(mass, stiffness):
-        return traced_frequencies(mass, stiffness)
+        return request(FREQUENCIES, mass.shape[1], mass, stiffness)  # type: ignore[return-value] # used as an array
     structures, storeys = mass.shape
     arrays = [lane_rows(storeys, structures, LANES_OF_CHAINS, 1.0) for _ in range(3)]
     for array, values in zip(arrays, (mass, stiffness), strict=False):

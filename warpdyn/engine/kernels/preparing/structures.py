@@ -1,8 +1,9 @@
 """The kernels that draw structures and pack them for the kernels of histories.
 
 The first kernel draws the parameters, and writes the masses and stiffnesses of chains whose frequencies are needed.
-Another kernel finds the frequencies. The last kernel draws the same parameters again, checks them, and writes all
-results: to draw them twice takes less time than to store them.
+Another kernel finds the frequencies. If the damping couples modes, a second pair of kernels writes the dashpots and
+finds the slowest decay. The last kernel draws the same parameters again, checks them, and writes all results: to draw
+them several times takes less time than to store them.
 """
 
 import functools
@@ -13,16 +14,18 @@ import numpy as np
 import warp as wp
 
 from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
-from warpdyn.engine.kernels.auxiliary.frequencies import frequencies_kernel, most_storeys
+from warpdyn.engine.kernels.auxiliary.decays import find_decays, launch_decays
+from warpdyn.engine.kernels.auxiliary.frequencies import frequencies_kernel, launch_frequencies, most_storeys
 from warpdyn.engine.kernels.build import GPU_UNROLL
 from warpdyn.engine.kernels.plan import DTYPES, structs
 from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel, launch
-from warpdyn.engine.tracing.frequencies import PREFIX, Chains
 from warpdyn.engine.tracing.nodes import Node, apply, constant
 from warpdyn.engine.tracing.program import Program
+from warpdyn.engine.tracing.requests import DECAY, FREQUENCIES, PREFIX, Request
 from warpdyn.foundations.core.random_numbers import Purpose
 
-PERIOD, DECAY, STABLE_STEP = range(3)  # rows of the array of vibrations
+SOLVERS = {FREQUENCIES: launch_frequencies, DECAY: launch_decays}
+PERIOD, SLOWEST_DECAY, STABLE_STEP = range(3)  # rows of the array of vibrations
 LONGEST_PERIOD, LEAST_STABLE_STEP = range(2)  # places in the array of extremes
 
 POINTS = {
@@ -105,13 +108,13 @@ class StructureValues(NamedTuple):
         fields: Values of the fields of the kernels' struct, shape [row] or [].
         vibration: Period [s], slowest decay [1/s] and stable step [s].
         refused: Whether a value is out of its bounds.
-        chains: Chains whose frequencies are needed.
+        requests: Values that separate kernels compute.
     """
 
     fields: Mapping[str, np.ndarray]
     vibration: Sequence[Node]
     refused: Node
-    chains: Sequence[Chains]
+    requests: Sequence[Request]
 
 
 class StructurePreparation:
@@ -131,14 +134,17 @@ class StructurePreparation:
     ) -> None:
         self.draws, self.nominal, self.given, self.values, self.dtype = draws, nominal, given, values, dtype
         self.rows = {name: nodes.shape for name, nodes in values.fields.items()}
-        self._kernels = self._kernel_of_chains(), self._kernel_of_structures()
+        self._kernels = [*map(self._kernel_of_requests, self._levels()), self._kernel_of_structures()]
         self._inputs: dict[str, list[Any]] = {}  # by device
 
     @property
     def kernels(self) -> list[wp.Kernel]:
         """The kernels that `prepare` launches."""
-        of_frequencies = [frequencies_kernel(most_storeys(chain.mass.size), 1) for chain in self.values.chains]
-        return [*(each.kernel for each in self._kernels), *of_frequencies]
+        solving = [
+            find_decays if each.kind == DECAY else frequencies_kernel(most_storeys(each.rows), 1)
+            for each in self.values.requests
+        ]
+        return [*(each.kernel for each in self._kernels), *solving]
 
     def prepare(self, first: int, count: int, structures: Any, vibration: Any, counts: Any, extremes: Any) -> None:
         """Queue the kernels on the present stream of the device of the arrays.
@@ -155,18 +161,18 @@ class StructurePreparation:
         if device not in self._inputs:
             self._inputs[device] = self._brought(device)
         inputs = [first, count, np.uint64(self.draws.key), *self._inputs[device]]
-        of_chains, of_structures = self._kernels
-        chains, frequencies = [], []
-        for chain in self.values.chains:
-            shape = chain.mass.size, count
-            chains += [wp.empty(shape, dtype=wp.float64, device=device) for _ in range(2)]
-            frequencies.append(wp.empty(shape, dtype=wp.float64, device=device))
-        launch(of_chains.kernel, count, [*inputs, *of_chains.arguments(device), *chains], device)
-        for place, chain in enumerate(self.values.chains):
-            kernel = frequencies_kernel(most_storeys(chain.mass.size), 1)
-            arguments = [chain.mass.size, chains[2 * place], chains[2 * place + 1], frequencies[place]]
-            launch(kernel, count, arguments, device)
-        outputs = [*frequencies, structures, vibration, counts, extremes]
+        *of_requests, of_structures = self._kernels
+        results = [wp.empty((each.rows, count), dtype=wp.float64, device=device) for each in self.values.requests]
+        for of_inputs, answered in zip(of_requests, self._levels(), strict=True):
+            read = {
+                place: [wp.empty((array.size, count), dtype=wp.float64, device=device) for array in request.inputs]
+                for place, request in answered.items()
+            }
+            own = [*results, *(array for arrays in read.values() for array in arrays)]
+            launch(of_inputs.kernel, count, [*inputs, *of_inputs.arguments(device), *own], device)
+            for place, request in answered.items():
+                SOLVERS[request.kind](*read[place], results[place], device=device)
+        outputs = [*results, structures, vibration, counts, extremes]
         launch(of_structures.kernel, count, [*inputs, *of_structures.arguments(device), *outputs], device)
 
     def _brought(self, device: str) -> list[Any]:
@@ -176,15 +182,28 @@ class StructurePreparation:
         arrays += [(values, wp.float64) for values in self.given]
         return [wp.array(np.ascontiguousarray(values), dtype=dtype, device=device) for values, dtype in arrays]
 
-    def _kernel_of_chains(self) -> PreparingKernel:
-        program, arguments = Program(), dict[str, str]()
-        for place, chain in enumerate(self.values.chains):
-            for kind, nodes in zip(("mass", "stiffness"), chain, strict=True):
-                arguments[f"{kind}_{place}"] = TABLE
-                for storey, node in enumerate(nodes):
+    def _levels(self) -> list[dict[int, Request]]:
+        """Return the requests of each level by their places; requests of a level depend on those of lower levels."""
+        levels: list[dict[int, Request]] = []
+        for place, request in enumerate(self.values.requests):
+            levels += [{} for _ in range(request.level + 1 - len(levels))]
+            levels[request.level][place] = request
+        return levels
+
+    def _kernel_of_requests(self, level: dict[int, Request]) -> PreparingKernel:
+        """Return the kernel that writes the inputs of the requests of a level."""
+        program, arguments = Program(), self._results()
+        for place, request in level.items():
+            for number, nodes in enumerate(request.inputs):
+                arguments[f"input_{place}_{number}"] = TABLE
+                for row, node in enumerate(nodes):
                     text = program.name_of(node)
-                    program.add(f"{kind}_{place}[{storey}, s] = {text}")
-        return self._kernel("prepare_chains", program, arguments)
+                    program.add(f"input_{place}_{number}[{row}, s] = {text}")
+        return self._kernel("prepare_requests", program, arguments)
+
+    def _results(self) -> dict[str, str]:
+        """Return the arguments for the results of requests, {name: type}."""
+        return {f"{PREFIX}{place}": TABLE for place in range(len(self.values.requests))}
 
     def _kernel_of_structures(self) -> PreparingKernel:
         values, program, largest = self.values, Program(), np.finfo(np.float32).max
@@ -212,8 +231,7 @@ class StructurePreparation:
         program.add(f"    wp.atomic_max(extremes, {LONGEST_PERIOD}, {period})")
         program.add(f"if {stable} < extremes[{LEAST_STABLE_STEP}]:")
         program.add(f"    wp.atomic_min(extremes, {LEAST_STABLE_STEP}, {stable})")
-        arguments = {f"{PREFIX}{place}": TABLE for place in range(len(values.chains))}
-        arguments |= {
+        arguments = self._results() | {
             "structures": "Structure",
             "vibration": TABLE,
             "counts": INTEGERS,
