@@ -93,7 +93,7 @@ def options(plan: Plan) -> dict[str, object]:
     # Kernels that record histories run few samples. Compile them with the flags of the other kernels, so that Warp does
     # not precompile its headers a second time.
     gains = (plan.lanes > 1 and plan.max_unroll > 1) or plan.recorders == ("history",)
-    # In kernels of storeys of several laws, one of which has many values, LLVM unrolls loops over lanes. Measured in
+    # If the storeys have several laws, and one law has many values, LLVM unrolls the loops over lanes. Measured in
     # float64 with isolators below storeys of two laws: without fused products, kernels take 0.9 and 1.5 times as long.
     fuses = has_few_values or not is_mixed(plan.law)
     return module_options(plan.max_unroll, in_registers and is_small and gains, fuses)
