@@ -1,11 +1,12 @@
 """Speed of warpdyn on this machine, compared with hand-written code and installed programs.
 
-    python studies/benchmark.py --out results [--device cpu] [--quick]
+    python studies/benchmark.py --out results [--device cpu] [--quick] [--method stoermer]
 
 Measures the kernels (laws x storeys x number types x recorders x devices) and peers with the same task, whose peak
 drifts must agree with warpdyn's; the main job from its scene to a file, split into its parts; the scaling over samples,
 CPU threads and GPUs; and the first compile. Writes benchmark.nc and benchmark.png. Peers are in studies/peers; missing
-peers are listed.
+peers are listed. With --method, only kernels by this method and the peers compared with them are measured, and
+benchmark_METHOD.nc is written.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from parts.benchmark.job import PARTS, measure_job
 from parts.benchmark.kernels import compile_kernels, measure_kernels
 from parts.benchmark.machine import available_devices, gpus, processor, versions
 from parts.benchmark.peers import measure_peers
-from parts.benchmark.report import print_report
+from parts.benchmark.report import print_kernels, print_report
 from parts.benchmark.scaling import measure_starts, scale_gpus, scale_samples, scale_threads
 from parts.command_line import file_in, save_figures
 
@@ -123,6 +124,33 @@ def label_starts(starts: list[dict[str, Any]]) -> xr.Dataset:
     return xr.Dataset(columns, coords=coordinates)
 
 
+def measure_method(devices: list[str], size: dict[str, Any], method: str) -> xr.Dataset:
+    """Measure the kernels by one method, and the peers that are compared with them."""
+    first = first_of_each_kind(devices)
+    kernels = [case for case in cases.kernel_cases(first, size) if case["method"] == method]
+    peers = [case for case in cases.peer_cases(first, size) if (case["method"] or "rk4") == method]
+    compile_kernels(kernels)
+    rows = measure_kernels(kernels) + measure_peers(peers, size["peer_seconds"])
+    return label_rows(rows).assign_attrs(describe(devices))
+
+
+def first_of_each_kind(devices: list[str]) -> list[str]:
+    """Return the CPU and the first GPU, if they are among the devices; else the first device."""
+    return [device for device in devices if device in ("cpu", "cuda:0")] or devices[:1]
+
+
+def describe(devices: list[str]) -> dict[str, Any]:
+    """Return the attributes of a dataset: its title, the programs and the machine."""
+    return {
+        "Conventions": "CF-1.11",
+        "title": "Speed of warpdyn and of its peers on one machine",
+        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} studies/benchmark.py",
+        "source": versions(),
+        "processor": processor(),
+        "gpu": gpus(devices),
+    }
+
+
 def build_dataset(devices: list[str], size: dict[str, Any]) -> xr.Dataset:
     """Measure everything and return it as one dataset."""
     seconds: dict[str, float] = {}
@@ -133,7 +161,7 @@ def build_dataset(devices: list[str], size: dict[str, Any]) -> xr.Dataset:
         seconds[f"seconds_{name}"] = time.perf_counter() - started
         return found
 
-    first = [device for device in devices if device in ("cpu", "cuda:0")] or devices[:1]
+    first = first_of_each_kind(devices)
     kernels, peers = cases.kernel_cases(first, size), cases.peer_cases(first, size)
     for case in (case for device in first for case in cases.law_cases(device, size)):
         (kernels if case["peer"] == "warpdyn" else peers).append(case)
@@ -148,16 +176,7 @@ def build_dataset(devices: list[str], size: dict[str, Any]) -> xr.Dataset:
     jobs = timed("jobs", lambda: [measure_job(*job) for job in histories])
     starts = timed("starts", lambda: measure_starts(first))
     dataset = xr.merge([label_rows(rows), label_jobs(jobs), label_starts(starts)])
-    dataset.attrs = {
-        "Conventions": "CF-1.11",
-        "title": "Speed of warpdyn and of its peers on one machine",
-        "history": f"{datetime.datetime.now(datetime.UTC):%Y-%m-%dT%H:%M:%SZ} studies/benchmark.py",
-        "source": versions(),
-        "processor": processor(),
-        "gpu": gpus(devices),
-        **seconds,
-    }
-    return dataset
+    return dataset.assign_attrs(describe(devices) | seconds)
 
 
 def main() -> None:
@@ -166,15 +185,24 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--device", nargs="+", help="devices, such as cpu or cuda:0 [the CPU and all GPUs]")
     parser.add_argument("--quick", action="store_true", help="a few small cases: to see that all of it runs")
+    parser.add_argument("--method", choices=cases.KERNEL_METHODS, help="measure only kernels by this method")
     arguments = parser.parse_args()
     available = available_devices()
     devices = arguments.device or available
     for device in devices:
         if device not in available:
             parser.error(f"no device {device!r} here; available: {', '.join(available)}")
+    size = cases.QUICK if arguments.quick else cases.FULL
+    if arguments.method:
+        target = file_in(arguments.out, f"benchmark_{arguments.method}.nc")
+        result = measure_method(devices, size, arguments.method)
+        netcdf.write(result, target)
+        print_kernels(result)
+        print(f"wrote {target}")
+        return
     target = file_in(arguments.out, "benchmark.nc")
     build_scene()  # missing records are reported now, not after minutes
-    result = build_dataset(devices, cases.QUICK if arguments.quick else cases.FULL)
+    result = build_dataset(devices, size)
     netcdf.write(result, target)
     save_figures({"benchmark": draw(result)}, arguments.out)
     print_report(result)

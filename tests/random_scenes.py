@@ -4,6 +4,8 @@ python tests/random_scenes.py                          all 10,000 scenes with th
 python tests/random_scenes.py --processes 16           the same on 16 processors
 python tests/random_scenes.py --cases 0:8              the scenes of the first eight cases
 python tests/random_scenes.py --methods all            with three methods in turn instead of the default method
+python tests/random_scenes.py --methods stoermer       with one method instead of the default method
+python tests/random_scenes.py --divided                runs each scene again in small blocks; the bits must not change
 
 A case is one law, device, damping and number of storeys: 60 random buildings, each under 4 random motions, so 240
 scenes. First periods are from 0.03 to 5 s and all buildings of a case share a run, so that its step follows the middle
@@ -11,7 +13,7 @@ of them. Every fourth building whose damping allows it stands on isolators. Laws
 branch get random values of these. The correct peak drifts are those of RK4 in float64 at two fine steps; a sample for
 which these differ by more than 1 % has no answer and is not counted. A sample is wrong if its peak drifts are off by
 more than 5 % of the largest of its storeys, although its status is ok. The script lists the wrong samples that neither
-a flag (`unreliable`) nor the energy balance (off by more than 2 %) names.
+a flag (`unreliable`) nor the energy balance (off by more than 2 %) names, and variables that differ between divisions.
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ import time
 import warnings
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from multiprocessing import get_context
+from unittest.mock import patch
 
 import numpy as np
 from combination_cases import springs_of_laws
@@ -47,6 +51,7 @@ ON_ISOLATORS = 4
 NOMINAL = {"m": 1.25e-3, "N": 500.0, "N m-1": 4e5}  # of the buildings that the values of `springs_of_laws` are of
 METHODS_A_BUILDING = 3  # with `--methods all`
 LONGEST_RECORD = 20.0  # s
+SMALL_BLOCK = 52  # samples: 13 buildings, so that other samples share the vectors of a processor
 
 
 def random_values(random, law):
@@ -218,8 +223,22 @@ def scene_of_case(number):
         return text, wd.Scene(building, motions, scatter=scatter, recorders=("drift", "energy"))
 
 
-def count_case(number, methods="default"):
-    """Run the scenes of one case; return the text, the counts, and a line for each wrong sample that nothing names."""
+def differing(scene, whole, **settings):
+    """Return the names of variables whose bits change if a run is divided among small blocks and two threads."""
+    with patch("warpdyn.campaigns.running.blocks.CPU_BLOCK", SMALL_BLOCK):
+        divided, _ = run(scene, threads=2, **settings)
+    assert set(divided.variables) == set(whole.variables)
+    return [name for name in whole.variables if whole[name].values.tobytes() != divided[name].values.tobytes()]
+
+
+def count_case(number, methods="default", *, is_divided=False):
+    """Run the scenes of one case; return the text, the counts, and a line for each wrong sample that nothing names.
+
+    Args:
+        number: Number of the case.
+        methods: "default", "all" (three methods that fit, in turn) or a method.
+        is_divided: Whether each scene runs a second time in small blocks; a line names variables whose bits differ.
+    """
     counts, listed = Counter(), []
     started = time.perf_counter()
     try:
@@ -233,6 +252,8 @@ def count_case(number, methods="default"):
         fitting = fitting_methods(scene.structure.storey_law.forces(), scene.structure.damping)
         fitting = [name for name in fitting if METHODS[name].kind != "exact"]
         chosen = [fitting[(METHODS_A_BUILDING * number + k) % len(fitting)] for k in range(METHODS_A_BUILDING)]
+    elif methods != "default":
+        chosen = [methods]
     for method in chosen:
         try:
             found, _ = run(scene, method=method)
@@ -249,6 +270,7 @@ def count_case(number, methods="default"):
         counts.update(
             {
                 "scenes": is_ok.size,
+                f"  of these by {found.attrs['method']}": is_ok.size,
                 "failed with a status": int((~is_ok).sum()),
                 "without an answer (two fine steps in float64 differ by more than 1 %)": int((is_ok & ~settled).sum()),
                 "flagged": int((is_ok & flagged).sum()),
@@ -264,6 +286,10 @@ def count_case(number, methods="default"):
             f"{text}, {found.attrs['method']}, sample {sample}: error {error[sample]:.3f}"
             for sample in np.flatnonzero(silent)
         ]
+        if is_divided:
+            names = differing(scene, found, method=method)
+            counts["scenes run in small blocks, too"] += is_ok.size
+            listed += [f"{text}, {found.attrs['method']}: divided runs differ in {', '.join(names)}"] if names else []
     return f"{text}: {time.perf_counter() - started:.0f} s", counts, listed
 
 
@@ -272,14 +298,16 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--processes", type=int, default=1, help="processes, each with one case at a time")
     parser.add_argument("--cases", default=f"0:{CASES}", help="first case and the one after the last, such as 0:42")
-    parser.add_argument("--methods", choices=("default", "all"), default="default")
+    parser.add_argument("--methods", choices=("default", "all", *METHODS), default="default")
+    parser.add_argument("--divided", action="store_true", help="run each scene again in small blocks")
     parser.add_argument("--seconds", type=float, default=np.inf, help="start no further case after so many seconds")
     given = parser.parse_args()
     numbers = range(*map(int, given.cases.split(":")))
     counts, listed, started = Counter(), [], time.perf_counter()
     with ProcessPoolExecutor(given.processes, mp_context=get_context("spawn")) as pool:
         waiting = iter(numbers)
-        under_way = [pool.submit(count_case, n, given.methods) for n in itertools.islice(waiting, 2 * given.processes)]
+        count = partial(count_case, methods=given.methods, is_divided=given.divided)
+        under_way = [pool.submit(count, n) for n in itertools.islice(waiting, 2 * given.processes)]
         while under_way:
             text, counted, lines = under_way.pop(0).result()
             print(text, {k.strip(): v for k, v in counted.items() if v}, *lines, sep="\n    ", flush=True)
@@ -287,7 +315,7 @@ def main():
             listed += lines
             number = next(waiting, None) if time.perf_counter() - started < given.seconds else None
             if number is not None:
-                under_way.append(pool.submit(count_case, number, given.methods))
+                under_way.append(pool.submit(count, number))
     for what, number in counts.items():
         print(f"{number:8d}  {what}")
     print(*listed, sep="\n")

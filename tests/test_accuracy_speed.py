@@ -161,6 +161,13 @@ def test_a_failed_sample_is_an_infinite_error() -> None:
     assert np.isnan(table[1]).all()
 
 
+@pytest.mark.fast
+def test_every_method_has_a_colour_and_a_marker() -> None:
+    registry = importlib.import_module("warpdyn.engine.methods.table").METHODS
+    assert sorted(figures.LOOKS) == sorted(registry)
+    assert len(set(figures.LOOKS.values())) == len(registry)
+
+
 def test_file_and_figures_are_written(result: xr.Dataset, tmp_path: Path) -> None:
     study.netcdf.write(result, tmp_path / "accuracy_speed.nc")
     with xr.open_dataset(tmp_path / "accuracy_speed.nc") as dataset:

@@ -7,8 +7,10 @@ import importlib.util
 import io
 import shutil
 import sys
+import warnings
 from collections.abc import Iterator
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -19,6 +21,9 @@ import xarray as xr
 from conftest import ROOT
 from matplotlib import image
 from matplotlib.figure import Figure
+from method_sources import thorough_unless
+
+import warpdyn as wd
 
 needs_compiler = pytest.mark.skipif(shutil.which("g++") is None, reason="the C++ peer is compiled by g++")
 STUDIES = ROOT / "studies"
@@ -78,6 +83,34 @@ def test_cpp_integrates_the_same_building(study: ModuleType, law: str) -> None:
         assert row["peak_drift_difference"] < 1e-10  # rounding of 200 steps, summed in another order. Seen: 1e-14
 
 
+@needs_compiler
+@pytest.mark.parametrize(
+    ("law", "storeys"),
+    [("elastic", 1), thorough_unless(False, "bilinear", 1), thorough_unless(False, "bilinear", 5)],
+)
+def test_cpp_by_stoermer_integrates_the_same_building(study: ModuleType, law: str, storeys: int) -> None:
+    """With warpdyn's extrapolation of the velocity; and at the start the motion and its rate are 0, as in the peer."""
+    peer = importlib.import_module("peers.cpp_stoermer")
+    time = study.cases.STEP * np.arange(401)
+    waves = (np.sin(9 * time) + np.sin(28 * time)) * np.minimum(time, 1) ** 4
+    motion = wd.GroundMotion(waves, study.cases.STEP, "two sines")
+    ensemble = replace(study.cases.draw_ensemble(storeys, 8, 400), motion=motion)
+    chosen = np.arange(8)
+    scene = study.cases.build_scene(ensemble, law, "drift", chosen)
+    with warnings.catch_warnings(action="ignore"):
+        settings = {"method": "stoermer", "dtype": "float64", "step": study.cases.STEP, "device": "cpu"}
+        own = wd.simulate(scene, structures=8, **settings)
+    terms = {"law": law, "dtype": "float64", "device": "cpu", "substeps": 1, "recorders": "drift"}
+    case = study.cases.build_peer_case(ensemble, terms, chosen)
+    options = peer.macros_of(case) | {"ADAMS_BASHFORTH": 1}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(peer, "macros_of", lambda _: options)
+        found = peer.measure(case).peak_storey_drift
+    # Rounding of 400 steps. Seen: 1e-13.
+    np.testing.assert_allclose(found, own["peak_storey_drift"].values, rtol=1e-10)
+    assert found.max() > 0.01  # the yield drift
+
+
 @whole_study
 def test_peers_that_are_there_agree(result: tuple[xr.Dataset, Path, str]) -> None:
     dataset = result[0]
@@ -85,6 +118,9 @@ def test_peers_that_are_there_agree(result: tuple[xr.Dataset, Path, str]) -> Non
         row = rows_of(dataset, peer="cpp_vectors")
         assert row["status"].values.tolist() == ["measured"]
         assert row["peak_drift_difference"].item() < 2e-5  # float32 over 200 steps of 4 stages. Seen: 1e-6
+        row = rows_of(dataset, peer="cpp_stoermer")
+        assert row["status"].values.tolist() == ["measured"]
+        assert row["peak_drift_difference"].item() < 2e-3  # other formulas of the second and third order. Seen: 8e-4
     if importlib.util.find_spec("openseespy"):
         assert (rows_of(dataset, peer="opensees_newmark", part="laws")["status"] == "measured").all()
         assert set(rows_of(dataset, peer="warpdyn", part="laws")["method"].values) == {"rk4", "velocity_verlet"}
@@ -95,7 +131,7 @@ def test_peers_that_are_there_agree(result: tuple[xr.Dataset, Path, str]) -> Non
     own = rows_of(dataset, peer="warpdyn")
     assert (own["status"] == "measured").all()
     # Rounding of RK4 in single precision; velocity Verlet's own error, of second order. Seen: 2e-6 and 4e-5.
-    for method, limit in {"rk4": 2e-5, "velocity_verlet": 2e-4}.items():
+    for method, limit in {"rk4": 2e-5, "velocity_verlet": 2e-4, "stoermer": 2e-5}.items():
         assert (rows_of(dataset, peer="warpdyn", method=method)["peak_drift_difference"] < limit).all()
     assert own["peak_drift_difference"].max() > 0  # float32 beside float64
 
@@ -139,6 +175,19 @@ def test_a_broken_peer_stops_nothing(
     assert told["lacks"] == ("missing", "No module named 'a_package_that_nobody_wrote'")
     assert told["errs"][0] == "disagrees"
     assert np.isfinite([row["seconds"] for row in rows]).tolist() == [False] * 4 + [True]
+
+
+@whole_study
+def test_one_method_is_measured_alone(
+    study: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    arguments = ["--out", str(tmp_path), "--device", "cpu", "--quick", "--method", "stoermer"]
+    monkeypatch.setattr(sys, "argv", ["benchmark.py", *arguments])
+    study.main()
+    with xr.open_dataset(tmp_path / "benchmark_stoermer.nc") as dataset:
+        assert set(dataset["method"].values) == {"stoermer"}
+        assert {"warpdyn", "cpp_stoermer", "cuda_stoermer"} == set(dataset["peer"].values)
+    assert study.cases.LABELS["cpp_stoermer"] in capsys.readouterr().out
 
 
 @whole_study

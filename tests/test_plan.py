@@ -7,6 +7,8 @@ from method_sources import thorough_unless
 
 import warpdyn as wd
 from warpdyn.campaigns.accuracy import pilot
+from warpdyn.engine.methods.stability_limits import stability_limit
+from warpdyn.engine.methods.table import METHODS
 from warpdyn.truth import bilinear_chain_response
 
 pytestmark = pytest.mark.meant_as_given("no_damping")
@@ -19,8 +21,8 @@ WAVES = [
 ]
 MOTIONS = [wd.GroundMotion(wave, STEP, f"wave {i}") for i, wave in enumerate(WAVES)]
 FACTORS = np.linspace(0.7, 1.3, 5)
-# Methods that a plan tries by default, and of these an explicit and an implicit one, whose kernels are fewer.
-ALL, FEW = pilot.CANDIDATES, ("rk4", "newmark_average")
+# Methods that a plan tries by default, and three of them, one of each kind, which need fewer kernels.
+ALL, FEW = pilot.CANDIDATES, ("rk4", "stoermer", "newmark_average")
 
 
 def scene(law="bilinear", recorders=("drift", "residual"), **settings):
@@ -109,6 +111,44 @@ def test_the_plan_keeps_its_target(true_peaks, target, candidates, monkeypatch):
     row = table.isel(candidate=int(np.argmin(table["seconds_per_sample"].values)))
     assert row["method"].item() == choice.method
     assert np.all(table["error"] <= target)
+
+
+@pytest.mark.parametrize("target", [1e-2, 1e-3])
+def test_a_plan_of_stoermer_keeps_its_target(true_peaks, target):
+    choice = wd.plan(scene(), target, method="stoermer", device="cpu")
+    found = wd.simulate(scene(), structures=5, method="stoermer", longest_step=choice.longest_step, device="cpu")
+    assert quantiles(found["peak_storey_drift"].values, true_peaks)[1] < target
+    assert choice.longest_step > 0.002  # a shorter step would be safe, but no plan
+
+
+def test_a_plan_tries_stoermer_if_it_fits(monkeypatch):
+    monkeypatch.setattr(pilot, "CANDIDATES", FEW)
+    tried = wd.plan(scene(), device="cpu").table["method"].values
+    assert set(tried) == set(FEW)
+    matrices = np.diag(MASS), DAMPERS * chain_matrix(np.ones(2)), chain_matrix(STIFFNESS)
+    system = wd.Scene(wd.LinearSystem(*matrices), wd.Cloud(MOTIONS), recorders=("displacement",), tail=0.6)
+    assert set(wd.plan(system, device="cpu").table["method"].values) == {"rk4", "newmark_average"}
+
+
+def test_a_plan_keeps_stoermer_stable():
+    # An error of 5 % allows steps of 10 ms. The second mode, with 58 % of damping, allows 2.2 ms.
+    damped = wd.ShearBuilding(MASS, [6e7, 2e9], 3.0, damping="stiffness_proportional", damping_ratio=0.05)
+    stiff = wd.Scene(damped, wd.Cloud(MOTIONS), recorders=("drift",), tail=0.6)
+    choice = wd.plan(stiff, 0.05, method="stoermer", device="cpu")
+    found, true = (
+        wd.simulate(stiff, structures=1, device="cpu", **settings)
+        for settings in (
+            {"method": "stoermer", "longest_step": choice.longest_step},
+            {"method": "rk4", "longest_step": 1e-4, "dtype": "float64"},
+        )
+    )
+    stiffness = chain_matrix(np.array([6e7, 2e9]))
+    frequencies = np.sqrt(np.linalg.eigvals(stiffness / MASS[:, np.newaxis]).real)
+    highest = 0.05 * frequencies.max() / frequencies.min()  # damping ratio of the second mode
+    limit = stability_limit(METHODS["stoermer"], highest) / frequencies.max()
+    assert choice.longest_step > 5 * limit
+    assert 0.7 * limit < found["integration_step"].max() <= limit  # the largest divisor of the step below the limit
+    assert quantiles(found["peak_storey_drift"].values, true["peak_storey_drift"].values)[1] < 0.05
 
 
 def test_simulate_takes_what_the_plan_chooses(true_peaks, monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from opensees_ensembles import LAWS, RECORDS, histories
 
 import warpdyn as wd
 from warpdyn.engine.methods.table import METHODS
@@ -98,6 +99,17 @@ def test_peaks_agree_with_a_program_that_agrees_with_opensees(law, sample):
     scene = wd.Scene(building, wd.GroundMotion(motion, STEP), recorders=("drift",), tail=0.0)
     found = run(scene, step=STEP / 10, resample=True)["peak_storey_drift"].values.ravel()
     np.testing.assert_allclose(found, PEAKS[law, sample], rtol=5e-4)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("law", LAWS)
+def test_peaks_agree_with_opensees_under_records(law):
+    # A few histories of tests/opensees_ensembles.py. In all of its 264 histories, the 95 % quantile of the errors of
+    # stoermer is 0.04 %, and that of rk4 0.07 %.
+    found = [history for _, _, history in histories([law], [3], RECORDS[::8])]
+    assert len(found) == 3
+    assert max(each.error("stoermer") for each in found) < 5e-4
+    assert max(each.error("rk4") for each in found) < 1e-3
 
 
 def test_samples_are_the_same_alone_and_beside_others():

@@ -9,6 +9,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+import numpy as np
+
 from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Missing
 
 REAL = {"float32": "float", "float64": "double"}
@@ -40,7 +42,7 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
 
 
 def macros_of(case: Case) -> dict[str, str | int | float]:
-    """Return the compiler options of both sources."""
+    """Return the compiler options of all sources."""
     return {
         "STOREYS": case.storeys,
         "REAL": REAL[case.dtype],
@@ -50,3 +52,16 @@ def macros_of(case: Case) -> dict[str, str | int | float]:
         "HARDENING_RATIO": HARDENING_RATIO,
         "YIELD_DRIFT": YIELD_DRIFT,
     }
+
+
+def multistep_arrays(case: Case) -> list[np.ndarray]:
+    """Return the arrays that the sources of Stoermer's method read, aligned to 16 bytes, in the case's dtype.
+
+    Stiffness, damping coefficient, inverse mass, yield drift and hardening ratio, shape [storey, sample]; scale and
+    mass-proportional damping (0), shape [sample]; base acceleration, shape [step + 1].
+    """
+    *tables, scale, acceleration = case.arrays()
+    tables = [table.T for table in tables]
+    constants = [np.full_like(tables[0], value) for value in (YIELD_DRIFT, HARDENING_RATIO)]
+    arrays = (*tables, *constants, scale, np.zeros_like(scale), acceleration)
+    return [np.ascontiguousarray(array) for array in arrays]

@@ -20,6 +20,7 @@ FAMILIES = {
     ),
     "Runge-Kutta, order 2 and 3": ("#56B4E9", {"heun": "o", "midpoint": "s", "kutta3": "^", "ssprk3": "D"}),
     "adaptive": ("#CC79A7", {"dormand_prince54": "P"}),
+    "multistep, order 3": ("#E69F00", {"stoermer": "o"}),
     "central differences": (
         "#009E73",
         {"central_difference": "o", "velocity_verlet": "s", "central_difference_lagged": "^"},

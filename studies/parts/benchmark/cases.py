@@ -19,6 +19,7 @@ LAWS = ("elastic", "bilinear", "bouc_wen")
 BOTH = ("float32", "float64")
 STEP = 0.005  # s, of the base motion and of its integration, unless a case has substeps
 LAW_METHODS = ("rk4", "velocity_verlet")
+KERNEL_METHODS = ("rk4", "stoermer")  # compared with hand-written code of the same method
 NO_DEVICE = "none"  # of a peer whose kind of device the run does not have
 RECORDERS = {"drift": ("drift",), "all": None}
 
@@ -52,6 +53,7 @@ QUICK = FULL | {
 # A peer runs the samples that warpdyn runs, or the number of them in its row.
 PEERS: list[dict[str, Any]] = [
     {"peer": "cpp_vectors", "device": "cpu", "laws": LAWS, "dtypes": BOTH},
+    {"peer": "cpp_stoermer", "device": "cpu", "laws": LAWS, "dtypes": BOTH, "method": "stoermer"},
     {"peer": "numba_threads", "device": "cpu", "storeys": (1, 5, 20)},
     {"peer": "jax_scan", "device": "cpu", "storeys": (5,), "samples": 1024},
     {"peer": "jax_scan_unrolled", "device": "cpu", "storeys": (5,), "samples": 1024},
@@ -60,6 +62,7 @@ PEERS: list[dict[str, Any]] = [
     {"peer": "opensees_newmark", "device": "cpu", "storeys": (1, 5, 10, 20), "samples": 8, "substeps": 8},
     {"peer": "cuda_registers", "device": "cuda", "laws": LAWS, "dtypes": BOTH},
     {"peer": "cuda_registers", "device": "cuda", "laws": LAWS, "recorders": "all"},
+    {"peer": "cuda_stoermer", "device": "cuda", "laws": LAWS, "storeys": (1, 3, 5, 10, 20), "method": "stoermer"},
     {"peer": "numba_gpu", "device": "cuda", "storeys": (1, 5, 10, 20)},
     {"peer": "jax_scan", "device": "cuda", "storeys": (5,)},
     {"peer": "jax_scan_unrolled", "device": "cuda", "storeys": (5,)},
@@ -72,6 +75,8 @@ LABELS = {
     "warpdyn": "warpdyn",
     "cpp_vectors": "C++ by hand",
     "cuda_registers": "CUDA by hand",
+    "cpp_stoermer": "C++ by hand, Störmer",
+    "cuda_stoermer": "CUDA by hand, Störmer",
     "numba_threads": "numba, by rows of samples",
     "numba_gpu": "numba-cuda by hand",
     "jax_scan": "JAX, vmap of a scan",
@@ -87,7 +92,7 @@ LABELS = {
 def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
     """Return warpdyn's cases: every law, number of storeys, dtype and device, in float32 with all recorders, too.
 
-    A CPU has one thread.
+    All by RK4, and peak drifts by Stoermer's method, too. A CPU has one thread.
     """
     cases = []
     for device in devices:
@@ -95,6 +100,7 @@ def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any
             if recorders == "drift" or dtype == "float32":
                 for law, storeys in product(size["laws"], size["storeys"]):
                     cases.append(_case(device, law, storeys, dtype, size) | {"recorders": recorders})
+    cases += [case | {"method": "stoermer"} for case in cases if case["recorders"] == "drift"]
     # At the shorter steps that a peer needs.
     for row in (row for row in PEERS if "substeps" in row and row["device"] in devices):
         for case in _peer_cases(row, row["device"], size):
@@ -106,7 +112,7 @@ def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]
     """Return the cases of all peers; of several GPUs they have the first."""
     kinds = {device.split(":")[0]: device for device in reversed(devices)}
     return [
-        {"part": "kernels"} | case | {"method": ""}  # the peer's own
+        {"part": "kernels"} | case | {"method": row.get("method", "")}  # "": another method, compared with RK4
         for row in PEERS
         for case in _peer_cases(row, kinds.get(row["device"], NO_DEVICE), size)
     ]

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 
 from parts.benchmark.cases import LABELS
-from parts.benchmark.report import beside_peers, measurements
+from parts.benchmark.report import BY_HAND, beside_peers, measurements
 
 # Colours by Okabe and Ito, distinct also for colour-blind readers.
 BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
@@ -24,7 +24,6 @@ BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
 )
 LAW_COLOURS = {"elastic": GREEN, "bilinear": PURPLE, "bouc_wen": BLUE}
 LAW_NAMES = {"elastic": "elastic", "bilinear": "bilinear", "bouc_wen": "Bouc-Wen"}
-BY_HAND = ("cpp_vectors", "cuda_registers")
 DTYPE_STYLES = {"float32": "o-", "float64": "s:"}
 HAND_NAMES = {"cpu": "C++ by hand", "cuda": "CUDA by hand"}
 SHARES = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20)  # ticks
@@ -40,6 +39,7 @@ def draw(result: xr.Dataset) -> Figure:
     Args:
         result: Dataset written by studies/benchmark.py.
     """
+    result = result.isel(measurement=np.flatnonzero(result["method"] != "stoermer"))  # the panels are for RK4
     kernels = measurements(result, "kernels")
     peers, own = beside_peers(result), kernels[kernels["peer"] == "warpdyn"]
     devices = [device for device in ("cuda:0", "cpu") if device in set(own["device"])]

@@ -15,7 +15,7 @@ import xarray as xr
 from tqdm import tqdm
 
 import warpdyn as wd
-from parts.benchmark.cases import STEP, build_scene, draw_ensemble, spread_out
+from parts.benchmark.cases import KERNEL_METHODS, STEP, build_scene, draw_ensemble, spread_out
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.engine.kernels.build import load_kernel
@@ -68,17 +68,21 @@ def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) 
 
 
 @functools.cache
-def reference_drifts(law: str, storeys: int, samples: int, steps: int, substeps: int, of: int) -> np.ndarray:
+def reference_drifts(
+    law: str, storeys: int, samples: int, steps: int, substeps: int, of: int, method: str
+) -> np.ndarray:
     """Return the peak drifts [m] of the common samples in float64 on the CPU, shape [sample, storey].
 
     Args:
         law, storeys, samples, steps, substeps: The case's.
         of: Number of samples that run; some of them are the common samples.
+        method: Integration method.
     """
     ensemble = draw_ensemble(storeys, samples, steps)
     chosen = common_samples(samples, of)
     scene = build_scene(ensemble, law, "drift", chosen)
-    run = run_quietly(scene, structures=chosen.size, step=STEP / substeps, dtype="float64", device="cpu")
+    terms = {"step": STEP / substeps, "dtype": "float64", "device": "cpu", "method": method}
+    run = run_quietly(scene, structures=chosen.size, **terms)
     return run["peak_storey_drift"].values
 
 
@@ -88,10 +92,16 @@ def common_samples(samples: int, of: int) -> np.ndarray:
     return chosen[spread_out(chosen.size, COMMON_SAMPLES)]
 
 
+def reference_method(case: dict[str, Any]) -> str:
+    """Return the method of the drifts that a case is compared with: RK4, or the case's if both sides have it."""
+    return case["method"] if case["method"] in KERNEL_METHODS else "rk4"
+
+
 def difference(case: dict[str, Any], drifts: np.ndarray) -> float:
     """Return the largest difference of the common samples' drifts from the reference, over each sample's largest."""
     names = ("law", "storeys", "samples", "steps", "substeps")
-    reference = reference_drifts(*(case[name] for name in names), of=case["run_samples"])
+    of, method = case["run_samples"], reference_method(case)
+    reference = reference_drifts(*(case[name] for name in names), of=of, method=method)
     return float((np.abs(drifts - reference).max(axis=1) / reference.max(axis=1)).max())
 
 
@@ -110,7 +120,7 @@ def measured(case: dict[str, Any], seconds: float, drifts: np.ndarray, note: str
 def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
     """Compile the kernels of cases, several at a time, and those of the reference."""
     jobs = {(c["law"], c["storeys"], c["dtype"], c["device"], c["recorders"], c["method"]) for c in cases}
-    jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift", "rk4") for c in cases}
+    jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift", reference_method(c)) for c in cases}
 
     def load(job: tuple[str, int, str, str, str, str]) -> None:
         law, storeys, dtype, device, recorders, method = job

@@ -8,8 +8,9 @@ import xarray as xr
 
 from parts.benchmark.cases import LABELS, LAW_METHODS
 
-BY_HAND = ("cpp_vectors", "cuda_registers")
-SAME = ["device", "law", "dtype", "storeys", "substeps"]  # equal values in two rows of kernels that are compared
+BY_HAND = ("cpp_vectors", "cuda_registers", "cpp_stoermer", "cuda_stoermer")
+# Equal values in two rows of kernels that are compared.
+SAME = ["device", "law", "dtype", "storeys", "substeps", "compared_method"]
 
 
 def measurements(result: xr.Dataset, part: str) -> pd.DataFrame:
@@ -22,6 +23,7 @@ def measurements(result: xr.Dataset, part: str) -> pd.DataFrame:
 def beside_peers(result: xr.Dataset) -> pd.DataFrame:
     """Return the peers' rows, each with warpdyn's speed in the same case over the peer's."""
     table = measurements(result, "kernels")
+    table = table.assign(compared_method=table["method"].replace("", "rk4"))
     merged = table[table["peer"] != "warpdyn"]
     for recorders, ratio in (("drift", "ratio"), ("all", "ratio_with_all_recorders")):
         own = table[(table["peer"] == "warpdyn") & (table["recorders"] == recorders)]
@@ -33,11 +35,7 @@ def beside_peers(result: xr.Dataset) -> pd.DataFrame:
 
 def print_report(result: xr.Dataset) -> None:
     """Print every part of the benchmark as a table."""
-    print(f"\n{result.attrs['processor']}; GPU: {result.attrs['gpu']}\n{result.attrs['source']}")
-    _print_kernels(measurements(result, "kernels"))
-    beside = beside_peers(result)
-    _print_peers(beside)
-    _print_shares(beside)
+    print_kernels(result)
     _print_laws(measurements(result, "laws"))
     _print_scaling(result)
     _print_jobs(result)
@@ -46,6 +44,19 @@ def print_report(result: xr.Dataset) -> None:
         row = result.sel(start=start)
         seconds = "".join(f"{row[f'start_{name}'].item():8.2f}" for name in ("importing", "first_run", "second_run"))
         print(f"  {row['start_device'].item():<8} {row['start_cache'].item():<12}{seconds}")
+    _print_duration(result)
+
+
+def print_kernels(result: xr.Dataset) -> None:
+    """Print the speeds of kernels and of the peers that are compared with them."""
+    print(f"\n{result.attrs['processor']}; GPU: {result.attrs['gpu']}\n{result.attrs['source']}")
+    _print_kernels(measurements(result, "kernels"))
+    beside = beside_peers(result)
+    _print_peers(beside)
+    _print_shares(beside)
+
+
+def _print_duration(result: xr.Dataset) -> None:
     parts = {name.removeprefix("seconds_"): value for name, value in result.attrs.items() if name.startswith("seconds")}
     print("\nthe benchmark took " + ", ".join(f"{name} {value:.0f} s" for name, value in parts.items()))
 
@@ -54,10 +65,11 @@ def _print_kernels(table: pd.DataFrame) -> None:
     own = table[(table["peer"] == "warpdyn") & (table["substeps"] == 1)]
     storeys = sorted(own["storeys"].unique())
     print("\nwarpdyn's kernels: DOF-steps/s by storeys; a CPU on one thread")
-    print(" " * 39 + "".join(f"{n:>9}" for n in storeys))
-    for key, rows in own.groupby(["device", "dtype", "law", "recorders"], sort=False):
+    print(" " * 48 + "".join(f"{n:>9}" for n in storeys))
+    for key, rows in own.groupby(["device", "method", "dtype", "law", "recorders"], sort=False):
         speed = rows.set_index("storeys")["dof_steps_per_second"]
-        print(f"  {key[0]:<8} {key[1]:<8} {key[2]:<9} {key[3]:<8}" + "".join(f"{speed[n]:9.2e}" for n in storeys))
+        words = f"  {key[0]:<8} {key[1]:<8} {key[2]:<8} {key[3]:<9} {key[4]:<8}"
+        print(words + "".join(f"{speed[n]:9.2e}" for n in storeys))
     for row in own[own["status"] != "measured"].itertuples():
         print(f"  {row.device} {row.dtype} {row.law} {row.storeys}: {row.status}, by {row.peak_drift_difference:.1g}")
 
@@ -83,11 +95,11 @@ def _print_shares(table: pd.DataFrame) -> None:
     by_hand = table[table["peer"].isin(BY_HAND) & table["ratio"].notna()]
     storeys = sorted(by_hand["storeys"].unique())
     print("\nshare of the speed of code by hand that records the same, by storeys")
-    print(" " * 50 + "".join(f"{n:>6}" for n in storeys))
+    print(" " * 52 + "".join(f"{n:>6}" for n in storeys))
     for (peer, dtype, law, recorders), rows in by_hand.groupby(["peer", "dtype", "law", "recorders"], sort=False):
         ratio = rows.set_index("storeys")["ratio" if recorders == "drift" else "ratio_with_all_recorders"]
         shares = "".join(f"{ratio.get(n, np.nan):6.2f}" for n in storeys)
-        print(f"  {LABELS[peer]:<20} {dtype:<9} {law:<10} {recorders:<6}{shares}")
+        print(f"  {LABELS[peer]:<22} {dtype:<9} {law:<10} {recorders:<6}{shares}")
 
 
 def _print_laws(table: pd.DataFrame) -> None:

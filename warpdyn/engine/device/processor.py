@@ -8,22 +8,25 @@ import warp as wp
 FEWEST_LANES = 8  # smallest number of lanes of a CPU thread with more than one lane
 
 
-def cpu_flags(keeps_lanes: bool = True) -> str:
+def cpu_flags(keeps_lanes: bool = True, fuses: bool = True) -> str:
     """Return the compiler flags for kernels on a CPU: the flags of Warp's configuration, then the flags of warpdyn.
 
-    Products and sums are fused, as on a GPU. Vectors use 512-bit registers if the CPU has them; for some CPUs the
-    compiler would use 256-bit registers by default, at half the speed.
+    Products and sums are fused by default, as on a GPU. Vectors use 512-bit registers if the CPU has them; for some
+    CPUs the compiler would use 256-bit registers by default, at half the speed.
 
     Args:
         keeps_lanes: Whether only loops over lanes have 8 or more iterations. Then these loops are not unrolled, so that
             LLVM's loop vectoriser handles them. From unrolled loops, its SLP vectoriser would produce code that takes
             up to 20 % longer to run and long to compile.
+        fuses: Whether products and sums may be fused. In an unrolled loop over lanes, LLVM can fuse a product with one
+            sum in some lanes and with another sum in others; then the last bits of a sample depend on its lane.
     """
     configured = wp.config.cpu_compiler_flags
     # Without configured flags, Warp compiles for the processor of this machine.
     own = "-march=native" if configured is None else configured
     as_loops = f" -fno-slp-vectorize -mllvm=-unroll-full-max-count={FEWEST_LANES - 1}" if keeps_lanes else ""
-    return f"{own} -ffp-contract=fast -mprefer-vector-width=512{as_loops}".strip()
+    contract = "fast" if fuses else "off"
+    return f"{own} -ffp-contract={contract} -mprefer-vector-width=512{as_loops}".strip()
 
 
 def has_wide_registers() -> bool:
@@ -40,12 +43,12 @@ def _has_512_bits() -> bool:
     return any(name == "X86_V4" or name.startswith("AVX512") for name in names)
 
 
-def module_options(max_unroll: int, keeps_lanes: bool = True) -> dict[str, object]:
+def module_options(max_unroll: int, keeps_lanes: bool = True, fuses: bool = True) -> dict[str, object]:
     """Return the options of a kernel's Warp module; loops with up to `max_unroll` iterations are unrolled.
 
     Kernels with the same flags share the compiler's precompiled header, which takes more than 1 s.
     """
-    return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes)}
+    return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes, fuses)}
 
 
 # The compiler aligns the stack frame of a function to the strictest alignment among its variables. Without a variable

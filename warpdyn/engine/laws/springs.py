@@ -75,6 +75,11 @@ class OneOrOther:
 StoreyRules = Variant | SideBySide | OneOrOther
 
 
+def is_mixed(rules: StoreyRules) -> bool:
+    """Return whether the laws of the storeys differ, with or without devices."""
+    return isinstance(rules, OneOrOther) or (isinstance(rules, SideBySide) and is_mixed(rules.first))
+
+
 @functools.cache
 def spring_row(rules: StoreyRules) -> Spring:
     """Return the device functions of a variant or a combination; equal arguments give the same object.
