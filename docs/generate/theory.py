@@ -99,7 +99,7 @@ def implicit_table() -> str:
         for name, each in METHODS.items()
         if isinstance(each, ImplicitMethod)
     ]
-    return table(("method", "β", "γ", "α_f", "α_m", "θ"), lines)
+    return table(("method", r"$\beta$", r"$\gamma$", r"$\alpha_f$", r"$\alpha_m$", r"$\theta$"), lines)
 
 
 def limit_table(measured: Path) -> str:

@@ -42,7 +42,7 @@ def draw_forces(path: Path) -> None:
     axes.annotate("", (1.1 - 0.9, 2.34), (-0.9, 2.34), arrowprops={"arrowstyle": "->", "color": ORANGE})
     axes.text(-2.1, 2.5, "displacement u₂ > 0", color=ORANGE)
     axes.annotate("", (2.7, 2.28), (2.1, 2.28), arrowprops={"arrowstyle": "->", "color": ORANGE})
-    axes.text(2.75, 2.24, "drift Δ₂ = u₂ − u₁")
+    axes.text(2.75, 2.24, "drift Δ₂ = u₂ - u₁")
     axes.plot([1.4, 1.4], [1, 2.34], color=GREY, lw=0.8, ls=":")
     axes.plot([2.0, 2.0], [2, 2.34], color=GREY, lw=0.8, ls=":")
     _free_body(axes, 5.6)
@@ -62,13 +62,13 @@ def _free_body(axes: Axes, x: float) -> None:
     ):
         axes.annotate("", end, start, arrowprops={"arrowstyle": "->", "color": BLUE, "lw": 2})
         axes.text(*place, words)
-    axes.text(x, 3.15, "Forces on floor 2:\nm₂ (ü₂ + a_g) = f₃ − f₂ + p₂ − a₀ m₂ u̇₂", va="center")
+    axes.text(x, 3.15, "Forces on floor 2:\nm₂ (ü₂ + a_g) = f₃ - f₂ + p₂ - a₀ m₂ u̇₂", va="center")
 
 
 def draw_p_delta(path: Path) -> None:
     """Draw a bilinear storey with and without P-Delta."""
     figure, axes = _axes(
-        "Gravity tilts the curve by −W/h: equilibrium is lost where the tilted force is zero",
+        "Gravity tilts the curve by -W/h: equilibrium is lost where the tilted force is zero",
         xlabel="drift over yield drift",
         ylabel="force over yield force",
     )
@@ -210,7 +210,9 @@ def draw_rate(path: Path) -> None:
         ("rate per ln(intensity)", (0.19, 0.9), ORANGE),
     ):
         axes.text(*place, words, color=colour)
-    axes.set(xlim=(0.05, 3), ylim=(0, 1.08), xticks=[0.05, 0.1, 0.2, 0.5, 1, 2], xticklabels=[0.05, 0.1, 0.2, 0.5, 1, 2])
+    axes.set(
+        xlim=(0.05, 3), ylim=(0, 1.08), xticks=[0.05, 0.1, 0.2, 0.5, 1, 2], xticklabels=[0.05, 0.1, 0.2, 0.5, 1, 2]
+    )
     axes.minorticks_off()
     save(figure, path)
 

@@ -58,7 +58,7 @@ def cycle(words: str, where: float, x: float, y: float) -> Note:
     return Note(words, "cycle", where, (x, y))
 
 
-_HARDENS = "hardening with slope α k"
+_HARDENS = "hardening slope"
 LOOPS = {
     "elastic": Loop("An elastic storey follows one line", 6, (push("slope k", 5, 12, -18),)),
     "elastic_perfectly_plastic": Loop(
@@ -92,7 +92,7 @@ LOOPS = {
         ),
     ),
     "self_centring": Loop(
-        "The gap opens at the yield force and closes at (1 − flag height) times it",
+        "The gap opens at the yield force and closes at (1 - flag height) times it",
         6,
         (
             push("gap opens", 1, -58, 14),
@@ -112,7 +112,7 @@ LOOPS = {
         ),
     ),
     "bouc_wen": Loop(
-        "The internal variable z approaches its bound; with β = γ, unloading is straight",
+        "The internal variable z approaches its bound; with beta = gamma, unloading is straight",
         6,
         (push("z near its bound", 4, -110, 22), cycle("straight unloading", 1.12, -140, -22)),
     ),
