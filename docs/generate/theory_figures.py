@@ -146,7 +146,7 @@ def draw_errors(path: Path) -> None:
         left.loglog(steps, np.abs(steps / np.angle(root) - 1), color=colour, lw=2, label=name)
         right.semilogx(steps, -np.log(np.abs(root)) / np.angle(root), color=colour, lw=2)
     left.set_title("Period error: rk4 is of order 4", loc="left")
-    right.set_title("Numerical damping: the higher, the longer the step", loc="left")
+    right.set_title("Numerical damping grows with the step", loc="left")
     left.set(xlabel="ωh", ylabel="relative error of the period", ylim=(1e-8, 0.2))
     right.set(xlabel="ωh", ylabel="numerical damping ratio", ylim=(-0.005, 0.03))
     figure.legend(loc="outside lower center", ncols=5, frameon=False)
