@@ -37,7 +37,9 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
+    "generate.equations",
 ]
+html_math_renderer = "mathml"  # of generate.equations: pages show equations without a network
 templates_path = ["_templates"]
 exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts of other pages
 suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
@@ -122,7 +124,7 @@ copybutton_selector = ":not(.output) > div.highlight > pre"  # not what a progra
 
 def write_generated_pages(app: Sphinx) -> None:
     """Write the files that are generated from the code: pages of laws, tables and diagrams."""
-    from generate import architecture, laws, methods, slots, validation
+    from generate import architecture, laws, methods, slots, theory, validation
 
     for part in (
         laws.write_pages,
@@ -130,6 +132,7 @@ def write_generated_pages(app: Sphinx) -> None:
         validation.write_tables,
         slots.write_table,
         architecture.write_pictures,
+        theory.write_parts,
     ):
         part(DOCS)
 

@@ -119,7 +119,8 @@ def page(name: str, curves: xr.Dataset, measured: tuple[str, list[dict[str, str]
         f"# {element.__name__}",
         prose(_without_help(head.split("\n\nExample:")[0])),
         f"Give a `wd.ShearBuilding` the argument `{kind}={(name,) if name in DEVICES else name!r}`, or an object of "
-        f"{{py:class}}`warpdyn.engine.laws.{element.__name__}`. {_kind_of_memory(element)}",
+        f"{{py:class}}`warpdyn.engine.laws.{element.__name__}`. {_kind_of_memory(element)} Equations: "
+        f"{{ref}}`theory manual <theory-law-{name}>`.",
         f"![Force of {name} under cycles of growing drift and in one push](./{name}.png)",
         _caption(name),
         "## Parameters",

@@ -44,7 +44,7 @@ def write_tables(docs: Path) -> None:
     out = docs / "reference" / "methods" / "generated"
     write(out / "_all.md", facts(METHODS, link=True))
     for family, names in FAMILIES.items():
-        write(out / f"_{family}.md", facts(names))
+        write(out / f"_{family}.md", f"{facts(names)}\n{formulas(names)}")
     write(out / "_limits.md", limits(docs / "reference" / "methods" / "stability_limits.csv"))
     write(out / "_speed.md", speed(docs / "reference" / "laws" / "measured.csv"))
 
@@ -60,6 +60,12 @@ def facts(names: Iterable[str], *, link: bool = False) -> str:
         rows.append((shown, order, _stages(method), _limit(method, 0.05), _memory_limit(method), _refused(name)))
     head = ("method", "order", "stages", "largest ωh at 5 % damping")
     return table((*head, "largest step times rate of a smooth law", "does not support"), rows)
+
+
+def formulas(names: Iterable[str]) -> str:
+    """Return a sentence with links to the formulas of methods in the theory manual."""
+    links = ", ".join(f"{{ref}}`{name} <theory-method-{name}>`" for name in names)
+    return f"Formulas in the theory manual: {links}.\n"
 
 
 def _stages(method: Method) -> str:
