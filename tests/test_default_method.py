@@ -202,6 +202,13 @@ def test_a_run_takes_the_default_and_says_why():
     assert np.array_equal(again["peak_storey_drift"].values, found["peak_storey_drift"].values)
 
 
+def test_stoermer_without_a_step_takes_two_for_each_of_rk4():
+    found, rk4 = (run(scene_of(), method=method) for method in ("stoermer", "rk4"))
+    assert np.array_equal(2 * found["integration_step"].values, rk4["integration_step"].values)
+    with_step = run(scene_of(), method="stoermer", longest_step=0.01)
+    assert np.all(with_step["integration_step"] == 0.01)
+
+
 def test_a_step_that_is_given_is_rk4s():
     found = run(scene_of(), longest_step=0.01)
     assert found.attrs["method"] == "rk4"

@@ -17,8 +17,10 @@ from warpdyn.engine.methods.defaults import (
     LIGHT_RATIO,
     LIGHT_RAYLEIGH,
     MEASURED_DAMPING_RATIO,
+    STEPS_OF_MULTISTEP,
     default_method,
 )
+from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
@@ -124,7 +126,7 @@ class Integration:
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
     def settled(self, forces: StoreyForces, structure: Structure, *, is_gpu: bool) -> Settled:
-        """Return the settings of a structure, with its default method if neither method nor step is given.
+        """Return the settings of a structure: its default method if none is given, and its steps per step of RK4.
 
         Args:
             forces: Storey forces that the method must fit.
@@ -135,6 +137,8 @@ class Integration:
         if self.method is None and self.target_error is None:
             default = default_method(forces, measured_dampings(structure), is_gpu=is_gpu)
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
+        elif isinstance(METHODS[chosen["method"]], MultistepMethod) and not self.is_stepped:
+            chosen |= {"refinement": STEPS_OF_MULTISTEP}
         divides = self.on_unstable == "substep" and not self.is_stepped
         return Settled(**vars(self) | chosen, divides_steps=divides)
 

@@ -18,6 +18,9 @@ FALLBACK = "rk4"
 # number of storeys, and its cost at most MOST_COST times that of RK4. Measured costs scatter by a few percent, so a
 # smaller gain is not significant.
 MOST_ERROR, MOST_COST = 1.0, 0.9
+# Steps of a multistep method per default step of RK4, also if the caller chooses the method without a step: with one
+# step, the 95 % quantile of its errors is larger than that of RK4 for most laws.
+STEPS_OF_MULTISTEP = 2
 # Damping ratio of the measured buildings: 5 % in the first mode or the first two, and in "light_rayleigh" 2 % in modes
 # 1 and 3. With less damping of the higher modes, other methods lose more accuracy than RK4.
 MEASURED_DAMPING_RATIO = 0.05
