@@ -4,7 +4,7 @@
 
 Work-precision diagrams of five ensembles, with references far more accurate than any charted point; the errors that
 `checked_share` estimates, compared with the true errors; and the choice of `plan`, compared with the best choice of an
-exhaustive search. Writes accuracy_speed.nc and three figures. studies/decision.py shows the effect of accuracy,
+exhaustive search. Writes accuracy_speed.nc and four figures. studies/decision.py shows the effect of accuracy,
 structures and records on a fragility curve.
 """
 
@@ -16,6 +16,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 from parts.accuracy_speed import figures
+from parts.accuracy_speed.chart_of_methods import chart_of_methods
 from parts.accuracy_speed.points import (
     DEMANDS,
     STATISTICS,
@@ -172,7 +173,8 @@ def main() -> None:
     result = build_dataset(build_scenes(), Settings(arguments.samples, arguments.device, arguments.seed))
     netcdf.write(result, target)
     drawn = {
-        "accuracy_speed": figures.work_precision(result),
+        "accuracy_speed": chart_of_methods(result),
+        "accuracy_speed_ensembles": figures.work_precision(result),
         "accuracy_speed_residual": figures.residual_drift(result),
         "accuracy_speed_promises": figures.promises(result),
     }

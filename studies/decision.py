@@ -5,13 +5,14 @@
 
 The building and records of the first study are run with several methods, steps, number types, designs and numbers of
 structures. The reference has 10,000 structures and a converged step in float64. Writes decision.nc and decision.png,
-which shows the effect of shorter steps and of more structures. `--truth` reads the reference from the file of another
-device; `--beside` adds its panel.
+which shows the most accurate choices for each computing time. `--truth` reads the reference from the file of another
+device; `--beside` adds its curve.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 import xarray as xr
@@ -63,6 +64,7 @@ def main() -> None:
         "Conventions": "CF-1.11",
         "title": "Error of fragility medians against computing time",
         "device": device_names(checked_devices(arguments.device)),
+        "cores": len(os.sched_getaffinity(0)),
         "seed": arguments.seed,
     }
     netcdf.write(result, target)

@@ -16,8 +16,9 @@ from matplotlib import image
 from warpdyn.truth import bilinear_chain_response, bouc_wen_chain_response, harmonic_response
 
 sys.path.insert(0, str(ROOT / "studies"))
-points, scenes_of, promises, figures = (
-    importlib.import_module(f"parts.accuracy_speed.{part}") for part in ("points", "scenes", "promises", "figures")
+points, scenes_of, promises, figures, chart = (
+    importlib.import_module(f"parts.accuracy_speed.{part}")
+    for part in ("points", "scenes", "promises", "figures", "chart_of_methods")
 )
 study, command_line = (importlib.import_module(name) for name in ("accuracy_speed", "parts.command_line"))
 
@@ -176,6 +177,7 @@ def test_file_and_figures_are_written(result: xr.Dataset, tmp_path: Path) -> Non
         assert {"long_name", "units"} <= set(variable.attrs), name
     assert {"scene", "method", "dtype", "step", "demand", "statistic", "target"} <= set(read.coords)
     drawn = {name: getattr(figures, name)(read) for name in ("work_precision", "residual_drift", "promises")}
+    drawn["methods"] = chart.chart_of_methods(read)
     command_line.save_figures(drawn, tmp_path)
     for name in drawn:
         pixels = image.imread(tmp_path / f"{name}.png")

@@ -36,7 +36,7 @@ class Choices:
         structures_of_steps: Structures for the errors of the integration.
     """
 
-    methods: Sequence[str] = ("rk4", "velocity_verlet", "newmark_average")
+    methods: Sequence[str] = ("rk4", "stoermer", "newmark_average")
     steps: Sequence[float] = (0.02, 0.01, 0.005, 0.0025, 0.00125)
     dtypes: Sequence[str] = ("float32", "float64")
     structures: Sequence[int] = (1, 4, 16, 64, 256)

@@ -1,4 +1,4 @@
-"""The chart of the decision: error of fragility medians against seconds, a panel for each device."""
+"""The chart of the decision: error of fragility medians against the time of `simulate`, a curve for each machine."""
 
 from __future__ import annotations
 
@@ -10,29 +10,51 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-COLOURS = {"crossed, Monte Carlo": "#D55E00", "crossed, Sobol": "#0072B2", "nested, Sobol": "#009E73"}
-WORDS = {
-    "crossed, Monte Carlo": "same structures under all records, Monte Carlo",
-    "crossed, Sobol": "same structures under all records, Sobol",
-    "nested, Sobol": "separate structures for each record, Sobol",
-}
+COLOURS = ("#D55E00", "#0072B2", "#CC79A7")
+OF_RECORDS = "#00734F"
 DEFAULT = "crossed, Sobol", 64
+LEAST_GAIN = 0.95  # largest ratio of the errors of neighbouring points that are drawn
+INSIDE = {"textcoords": "offset points", "fontsize": 12}
 
 
 def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
-    """Draw total error against seconds.
+    """Draw the frontier of each machine, the error due to the records, the default call and `fragility_to`.
 
     Args:
-        results: Datasets of the study from each device.
+        results: Datasets of the study, one for each machine; the first one has the error due to the records.
     """
-    figure = Figure(figsize=(6.4 * len(results) + 0.8, 6.6), layout="constrained")
-    all_axes = figure.subplots(1, len(results), sharey=True, squeeze=False)[0]
-    for axes, result in zip(all_axes, results, strict=True):
-        _panel(axes, result)
-    all_axes[0].set_ylabel("Error of a fragility median (root mean square of four states)")
-    handles, labels = all_axes[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=2, frameon=False, fontsize=9)
-    figure.suptitle("Accuracy and computing time: five storeys, 44 records;\nmethods, steps, number types and designs")
+    figure = Figure(figsize=(10.0, 5.4), layout="constrained")
+    axes = figure.subplots()
+    axes.set(xscale="log", yscale="log")
+    for result, colour in zip(results, COLOURS, strict=False):
+        _draw_machine(axes, result, colour)
+    records = float(results[0]["record_error"])
+    axes.axhline(records, color=OF_RECORDS, lw=2)
+    axes.axhspan(1e-9, records, color=OF_RECORDS, alpha=0.08, lw=0)
+    axes.annotate(
+        f"{100 * records:.0f} %: uncertainty due to the choice of the records",
+        (1.0, records),
+        (-6, 6),
+        xycoords=axes.get_yaxis_transform(),
+        ha="right",
+        color=OF_RECORDS,
+        **INSIDE,
+    )
+    errors = np.concatenate([frontier_of(result)[1] for result in results])
+    axes.set_ylim(0.6 * errors.min(), 2.5 * max(errors.max(), records))
+    first, last = axes.get_xlim()
+    axes.set_xlim(first, 1.6 * last)  # space for the labels
+    axes.set_xlabel("Wall time of simulate() [s]", fontsize=12)
+    axes.set_ylabel("Error of the fragility medians", fontsize=12)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
+    axes.tick_params(labelsize=12)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(_title(results), fontsize=15, fontweight="bold", loc="left")
     return figure
 
 
@@ -49,58 +71,55 @@ def frontier(seconds: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.nd
     return seconds[is_best], errors[is_best]
 
 
-def _panel(axes: Axes, result: xr.Dataset) -> None:
-    errors = total_errors(result)
-    for design, colour in COLOURS.items():
-        chosen = (result["design"] == design).values
-        seconds = result["seconds"].values[..., chosen].ravel()
-        axes.plot(seconds, errors.values[..., chosen].ravel(), ".", ms=4, color=colour, alpha=0.45, label=WORDS[design])
-    for name, style, label in (
-        ("seconds", "-", "frontier, wall time of simulate()"),
-        ("seconds_in_kernels", ":", "frontier, time of the kernels alone"),
-    ):
-        axes.plot(
-            *frontier(result[name].values.ravel(), errors.values.ravel()), style, color="black", lw=1.6, label=label
-        )
-    records = float(result["record_error"])
-    axes.axhline(records, color="0.4", lw=1, ls="--", label="what 44 records leave: below, more work buys nothing")
-    axes.axhspan(axes.get_ylim()[0] * 1e-3, records, color="0.5", alpha=0.08, lw=0)
+def frontier_of(result: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return the frontier of a machine, seconds and errors, without points that are hardly more accurate."""
+    kept: list[tuple[float, float]] = []
+    points = frontier(result["seconds"].values.ravel(), total_errors(result).values.ravel())
+    for second, error in zip(*points, strict=True):
+        if not kept or error < LEAST_GAIN * kept[-1][1]:
+            kept.append((second, error))
+    seconds, errors = np.transpose(kept)
+    return seconds, errors
+
+
+def _title(results: Sequence[xr.Dataset]) -> str:
+    """Return the message: the time from which the error is below that due to the records on every machine."""
+    within = []
+    for result in results:
+        seconds, errors = frontier_of(result)
+        within.append(np.min(seconds[errors <= float(results[0]["record_error"])], initial=np.inf))
+    if not np.isfinite(max(within)):
+        return "Accuracy of a fragility curve against computing time"
+    return f"After {max(within):.2g} s, only more records make the fragility curve more certain"
+
+
+def _draw_machine(axes: Axes, result: xr.Dataset, colour: str) -> None:
+    seconds, errors = frontier_of(result)
+    axes.plot(seconds, errors, "-o", color=colour, lw=2.5, ms=7)
+    axes.annotate(
+        machine_of(result),
+        (seconds[-1], errors[-1]),
+        (8, -4),
+        color=colour,
+        fontweight="bold",
+        **INSIDE,
+    )
     for number in np.flatnonzero((result["design"] == DEFAULT[0]).values & (result["size"] == DEFAULT[1]).values):
-        error = np.hypot(result["integration_error_by_default"], result["sampling_error"][number])
-        place = float(result["seconds_by_default"][number]), float(error)
-        axes.plot(*place, "*", ms=15, color="#E69F00", mec="black", mew=0.8, label="defaults, 64 structures")
+        error = float(np.hypot(result["integration_error_by_default"], result["sampling_error"][number]))
+        place = float(result["seconds_by_default"][number]), error
+        axes.plot(*place, "*", ms=19, color=colour, mec="black", mew=0.8, zorder=3)
+        axes.annotate("default call,\n64 structures", place, (12, -6), va="center", **INSIDE)
     if "precision_seconds" in result:
         place = float(result["precision_seconds"]), float(result["precision_error"])
-        label = f"fragility_to(precision={float(result['precision']):g}), pilot and plan included"
-        axes.plot(*place, "P", ms=11, color="#CC79A7", mec="black", mew=0.8, label=label)
-    _wasted(axes, result)
-    axes.set(xscale="log", yscale="log", xlabel="Seconds", title=_device(result))
-    finite = errors.values[np.isfinite(errors.values)]
-    axes.set_ylim(0.6 * finite.min(), min(1.5, 1.6 * finite.max()))
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        axis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
-    axes.tick_params(labelsize=8)
-    axes.grid(which="major", alpha=0.25)
+        axes.plot(*place, "P", ms=12, color=colour, mec="black", mew=0.8, zorder=3)
+        words = f"fragility_to,\nprecision {100 * float(result['precision']):g} %"
+        axes.annotate(words, place, (12, 0), va="center", **INSIDE)
 
 
-def _wasted(axes: Axes, result: xr.Dataset) -> None:
-    """Draw one design at every step: at short steps the number of structures determines the error."""
-    for design, size, words in ((*DEFAULT, "64 structures"), ("nested, Sobol", 2, "2 for each record")):
-        chosen = np.flatnonzero((result["design"] == design).values & (result["size"] == size).values)
-        if not chosen.size:
-            continue
-        part = result.isel(plan=int(chosen[0])).sel({"method": "rk4", "dtype": "float32"})
-        seconds, errors = part["seconds"].values, np.hypot(part["integration_error"], part["sampling_error"]).values
-        axes.plot(seconds, errors, "-o", ms=3.5, lw=1, color=COLOURS[design])
-        at = int(np.argmax(seconds))
-        words = f"{words}: shorter steps\nbuy nothing here"
-        axes.annotate(
-            words, (seconds[at], errors[at]), (4, 4), textcoords="offset points", fontsize=8, color=COLOURS[design]
-        )
-
-
-def _device(result: xr.Dataset) -> str:
-    return str(result.attrs["device"])
+def machine_of(result: xr.Dataset) -> str:
+    """Return what the chart calls the machine of a dataset, such as "NVIDIA H100" or "2 CPU cores"."""
+    device = str(result.attrs["device"])
+    if device.startswith("cpu"):
+        cores = int(result.attrs.get("cores", 0))
+        return f"{cores} CPU cores" if cores else "CPU"
+    return " ".join(device.partition("(")[2].rstrip(")").split()[:2])

@@ -1,0 +1,80 @@
+"""The chart of six methods: error of the peak drift against time per sample, for one ensemble."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+SCENE = "bilinear"
+# Okabe and Ito's colours, distinct for any colour vision.
+COLOURS = {
+    "rk4": "#0072B2",
+    "stoermer": "#D55E00",
+    "central_difference": "#009E73",
+    "velocity_verlet": "#E69F00",
+    "newmark_average": "#CC79A7",
+    "dormand_prince54": "#555555",
+}
+TARGET = 0.001  # error at which the title compares methods
+
+
+def chart_of_methods(dataset: xr.Dataset) -> Figure:
+    """Draw the errors and times of six methods in float32, with a label on each curve.
+
+    Args:
+        dataset: Dataset written by studies/accuracy_speed.py.
+    """
+    rows = dataset.sel(scene=SCENE, dtype="float32", demand="peak_storey_drift", statistic="95 %")
+    figure = Figure(figsize=(10.0, 6.0), layout="constrained")
+    axes = figure.subplots()
+    axes.set(xscale="log", yscale="log")
+    for method, colour in COLOURS.items():
+        seconds, errors = curve(rows, method)
+        axes.plot(1e6 * seconds, errors, "-o", color=colour, lw=2.5 if method in ("rk4", "stoermer") else 1.5, ms=6)
+        if seconds.size:
+            axes.annotate(
+                method, (1e6 * seconds[-1], errors[-1]), (6, -3), textcoords="offset points", fontsize=12, color=colour
+            )
+    axes.margins(x=0.15)
+    axes.set_xlabel("Kernel time per sample [µs]", fontsize=12)
+    axes.set_ylabel("Error of the peak storey drift, 95 % quantile", fontsize=12)
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{100 * value:g} %"))
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_minor_formatter(NullFormatter())
+    axes.tick_params(labelsize=12)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.set_title(_title(rows), fontsize=15, fontweight="bold", loc="left")
+    label, device = dataset["scene_label"].sel(scene=SCENE).item(), dataset.attrs["device"]
+    words = (
+        f"{label}; {dataset.attrs['samples']:,} samples on {device}; each point is a step, halved from point to point"
+    )
+    figure.supxlabel(words, fontsize=11, x=0.02, ha="left", color="0.35")
+    return figure
+
+
+def curve(rows: xr.Dataset, method: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times [s] and errors of a method's points, from the longest step on."""
+    points = rows.sel({"method": method})
+    seconds, errors = points["seconds_per_sample"].values, points["error"].values
+    held = np.isfinite(seconds) & np.isfinite(errors) & (errors > 0)
+    return seconds[held], errors[held]
+
+
+def _title(rows: xr.Dataset) -> str:
+    """Return the message: the fastest method within the target, and the time of rk4 beside it."""
+    within = {}
+    for method in COLOURS:
+        seconds, errors = curve(rows, method)
+        if (errors <= TARGET).any():
+            within[method] = seconds[errors <= TARGET].min()
+    if "rk4" not in within:
+        return "Accuracy and computing time of six methods"
+    best = min(within, key=lambda method: within[method])
+    if best == "rk4":
+        return f"rk4 reaches an error of {100 * TARGET:g} % in the least time"
+    ratio = within["rk4"] / within[best]
+    return f"{best} reaches an error of {100 * TARGET:g} % in the least time, rk4 in {ratio:.1f} times that"
