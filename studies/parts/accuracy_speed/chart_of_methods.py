@@ -66,7 +66,7 @@ def curve(rows: xr.Dataset, method: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _title(rows: xr.Dataset) -> str:
-    """Return the message: the fastest method within the target, and the time of rk4 beside it."""
+    """Return the message: the fastest method within the target, compared with rk4."""
     within = {}
     for method in COLOURS:
         seconds, errors = curve(rows, method)

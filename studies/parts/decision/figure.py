@@ -72,7 +72,7 @@ def frontier(seconds: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def frontier_of(result: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the frontier of a machine, seconds and errors, without points that are hardly more accurate."""
+    """Return the frontier of a machine, seconds and errors, without points that are less than 5 % more accurate."""
     kept: list[tuple[float, float]] = []
     points = frontier(result["seconds"].values.ravel(), total_errors(result).values.ravel())
     for second, error in zip(*points, strict=True):
