@@ -18,7 +18,7 @@ INSIDE = {"textcoords": "offset points", "fontsize": 12}
 
 
 def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
-    """Draw the frontier of each machine, the error due to the records, the default call and `fragility_to`.
+    """Draw the frontier of each machine, the error due to the records, the default method and `fragility_to`.
 
     Args:
         results: Datasets of the study, one for each machine; the first one has the error due to the records.
@@ -28,6 +28,7 @@ def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
     axes.set(xscale="log", yscale="log")
     for result, colour in zip(results, COLOURS, strict=False):
         _draw_machine(axes, result, colour)
+    _draw_calls(axes, results)
     records = float(results[0]["record_error"])
     axes.axhline(records, color=OF_RECORDS, lw=2)
     axes.axhspan(1e-9, records, color=OF_RECORDS, alpha=0.08, lw=0)
@@ -104,16 +105,25 @@ def _draw_machine(axes: Axes, result: xr.Dataset, colour: str) -> None:
         fontweight="bold",
         **INSIDE,
     )
-    for number in np.flatnonzero((result["design"] == DEFAULT[0]).values & (result["size"] == DEFAULT[1]).values):
-        error = float(np.hypot(result["integration_error_by_default"], result["sampling_error"][number]))
-        place = float(result["seconds_by_default"][number]), error
-        axes.plot(*place, "*", ms=19, color=colour, mec="black", mew=0.8, zorder=3)
-        axes.annotate("default call,\n64 structures", place, (12, -6), va="center", **INSIDE)
-    if "precision_seconds" in result:
-        place = float(result["precision_seconds"]), float(result["precision_error"])
-        axes.plot(*place, "P", ms=12, color=colour, mec="black", mew=0.8, zorder=3)
-        words = f"fragility_to,\nprecision {100 * float(result['precision']):g} %"
-        axes.annotate(words, place, (12, 0), va="center", **INSIDE)
+
+
+def _draw_calls(axes: Axes, results: Sequence[xr.Dataset]) -> None:
+    """Draw the default method and `fragility_to` on each machine; the point of the slowest machine has the label."""
+    calls: dict[str, list[tuple[float, float, str]]] = {"*": [], "P": []}
+    words = {"*": "default method,\n64 structures"}
+    for result, colour in zip(results, COLOURS, strict=False):
+        is_default = (result["design"] == DEFAULT[0]) & (result["size"] == DEFAULT[1])
+        for number in np.flatnonzero(is_default.values):
+            error = float(np.hypot(result["integration_error_by_default"], result["sampling_error"][number]))
+            calls["*"].append((float(result["seconds_by_default"][number]), error, colour))
+        if "precision_seconds" in result:
+            calls["P"].append((float(result["precision_seconds"]), float(result["precision_error"]), colour))
+            words["P"] = f"fragility_to,\nprecision {100 * float(result['precision']):g} %"
+    for marker, points in calls.items():
+        for seconds, error, colour in points:
+            axes.plot(seconds, error, marker, ms=19 if marker == "*" else 12, color=colour, mec="black", mew=0.8)
+        if points:
+            axes.annotate(words[marker], max(points)[:2], (12, -6), va="center", **INSIDE)
 
 
 def machine_of(result: xr.Dataset) -> str:
