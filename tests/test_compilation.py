@@ -114,7 +114,7 @@ def test_a_process_that_fails_stops_no_run(monkeypatch):
     monkeypatch.setattr(compilation, "MOST_PROCESSES", 8)
     monkeypatch.setattr(compilation, "is_compiled", lambda _plan, _device: False)
     monkeypatch.setattr(compilation, "ProcessPoolExecutor", fail)
-    with pytest.warns(UserWarning, match=r"compiled one by one: .* \(no semaphores\)"):
+    with pytest.warns(UserWarning, match=r"compiled one by one, because .* \(no semaphores\)"):
         compilation.compile_side_by_side(plans(5), "cpu", threads=2)
 
 

@@ -268,7 +268,7 @@ def test_a_folder_of_other_formats_is_named(tmp_path):
     with pytest.raises(FileNotFoundError, match=r"no file in this directory matches '\*.AT2'$"):
         wd.records.read_directory(tmp_path)
     (tmp_path / "X.NS").write_text("Origin Time")
-    with pytest.raises(FileNotFoundError, match=r"it contains 1 files '\*\.NS': give pattern='\*\.NS' if these"):
+    with pytest.raises(FileNotFoundError, match=r"it contains 1 file '\*\.NS': give pattern='\*\.NS' if these"):
         wd.records.read_directory(tmp_path)
 
 

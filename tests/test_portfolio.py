@@ -347,7 +347,7 @@ def test_unstable_steps_are_seen_to_and_say_whose_they_are():
     stiff = chain(1, 2e8, yield_force=1e7)
     city = wd.Portfolio({"soft": wd.Archetype(chain(2)), "stiff": wd.Archetype(stiff, 2)})
     settings = {"step": 0.02, "recorders": ("drift",), "device": "cpu", "tail": 1.0}
-    with pytest.warns(UserWarning, match=r"2 buildings of 1 storeys \(archetype 'stiff'\): the step is beyond"):
+    with pytest.warns(UserWarning, match=r"2 buildings of 1 storey \(archetype 'stiff'\): the step is beyond"):
         run = simulate(city, MOTIONS[0], **settings)
     np.testing.assert_array_equal(run["status"], [0, 0, 0])
     assert run["integration_step"][0] == 0.02

@@ -80,7 +80,7 @@ def test_a_lost_sample_is_noticed(tmp_path, lost):
         ("0 1\n1 nan\n", None, r"record.AT2:2: 'nan' is not a finite number"),
         ("0,1\n1,\n", None, r"record.AT2:2: '' is not a finite number"),
         ("0 1 2\n1 2 3\n", None, r"record.AT2:1: 3 columns.*: give acceleration_column="),
-        ("0 1\n1\n", None, r"record.AT2:2: 1 columns"),
+        ("0 1\n1\n", None, r"record.AT2:2: 1 column"),
         ("0\n1 2\n", 1.0, r"record.AT2:2: 2 columns"),
         ("0 1\n0 2\n0 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at 0 s"),
         ("0 1\n-1 2\n-2 3\n", None, r"times must increase .* sample 0 is at 0 s and sample 1 at -1 s"),
@@ -147,8 +147,12 @@ def test_accelerations_side_by_side(tmp_path):
         ("0 1\n1 2\n", {"acceleration_column": "NS"}, "'NS' is not .*there is no line of names before the numbers"),
         ("0 1 2\n1 2 3\n", {"acceleration_column": 1, "time_column": 1}, "are the same column"),
         ("0 1 2\n1 2 3\n", {"time_column": 0}, "3 columns.*: give acceleration_column="),
-        ("0,12\n0,13\n", {"step": 0.01}, r"AT2:1: '0,12' may be decimal commas or .*decimal_comma=True or delimiter"),
-        ("0,01 0,12\n0,02 -,13\n", {}, r"AT2:1: '0,01 0,12' may be decimal commas"),
+        (
+            "0,12\n0,13\n",
+            {"step": 0.01},
+            r"AT2:1: '0,12' may be a number with a decimal comma .*decimal_comma=True.* or .*delimiter",
+        ),
+        ("0,01 0,12\n0,02 -,13\n", {}, r"AT2:1: '0,01 0,12' may be a number with a decimal comma"),
         ("0,01;0,12\n0,02;0,13\n", {}, r"AT2:1: '0,01;0,12' seems to have decimal commas: give decimal_comma=True"),
         ("0,01;0,12\n0.02;0,13\n", {"decimal_comma": True}, "AT2:2: has a decimal point, but decimal_comma"),
         ("1 2\n", {"delimiter": "ab"}, "delimiter must be one character that is not part of a number, got 'ab'"),
@@ -265,7 +269,7 @@ def test_values_that_run_on_are_no_columns(tmp_path, width, options):
 def test_a_short_last_line_is_no_lost_column(tmp_path):
     with pytest.raises(
         ValueError,
-        match=r"AT2:2: 1 columns, .* 3: correct the line, .* successive values, "
+        match=r"AT2:2: 1 column, .* 3: correct the line, .* successive values, "
         "use .* from_array",
     ):
         wd.records.read_text(write(tmp_path, "1 2 3\n4\n"), unit="g", step=0.01, acceleration_column=0)
