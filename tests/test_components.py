@@ -265,9 +265,7 @@ def test_directory_whose_files_cannot_be_read(tmp_path):
 
 def test_a_folder_of_other_formats_is_named(tmp_path):
     (tmp_path / ".DS_Store").write_bytes(b"1")
-    with pytest.raises(
-        FileNotFoundError, match=r"no file in this directory matches '\*.AT2': correct path or pattern="
-    ):
+    with pytest.raises(FileNotFoundError, match=r"no file .* matches '\*.AT2': correct path or pattern=$"):
         wd.records.read_directory(tmp_path)
     (tmp_path / "X.NS").write_text("Origin Time")
     with pytest.raises(FileNotFoundError, match=r"it contains 1 file '\*\.NS': give pattern='\*\.NS' if these"):

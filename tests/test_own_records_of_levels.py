@@ -44,7 +44,7 @@ def test_a_motion_of_several_levels_is_one():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ((SETS[:2], LEVELS, PGA), "motions for 2 levels, but levels has 3: give one list"),
+        ((SETS[:2], LEVELS, PGA), "motions for 2 levels, but levels has 3:"),
         (([[], *SETS[1:]], LEVELS, PGA), "level 0.4 are .*at least one index"),
         (([MOTIONS[:1] * 2, *SETS[1:]], LEVELS, PGA), "without repetition"),
         ((MOTIONS, LEVELS, PGA, None, [[0], [1], [7]]), "each from 0 to 2"),

@@ -183,7 +183,7 @@ def test_bad_at2(tmp_path, content, message):
 def test_missing_file(tmp_path, read):
     with pytest.raises(FileNotFoundError, match=r"gone\.AT2: there is no such file: correct the path"):
         read(tmp_path / "gone.AT2")
-    with pytest.raises(IsADirectoryError, match=r"is a directory, not a file; .* use wd\.records\.read_directory"):
+    with pytest.raises(IsADirectoryError, match=r"is a directory, not a file; .*, use wd\.records\.read_directory"):
         read(tmp_path)
 
 

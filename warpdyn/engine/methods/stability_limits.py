@@ -124,7 +124,10 @@ def stable_step_of_eigenvalues(
     """
     eigenvalues = np.asarray(eigenvalues)
     if eigenvalues.ndim != 2 or eigenvalues.shape[1] == 0 or not np.isfinite(eigenvalues).all():
-        raise ValueError(f"eigenvalues must be finite and of shape [structure, eigenvalue], got {eigenvalues.shape}")
+        raise ValueError(
+            "eigenvalues must be finite and of shape [structure, eigenvalue], got shape "
+            f"{eigenvalues.shape} with {np.count_nonzero(~np.isfinite(eigenvalues))} values that are not finite"
+        )
     size = np.abs(eigenvalues)
     growing = eigenvalues.real > 1e-9 * size.max(axis=1, keepdims=True)  # rounding leaves about 1e-13
     if growing.any():

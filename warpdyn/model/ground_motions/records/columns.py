@@ -261,8 +261,8 @@ def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated:
             raise AmbiguousTextError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
     elif not is_stated and all(_DECIMAL_COMMA.fullmatch(token) for line in numbers.lines for token in line.split()):
         raise AmbiguousTextError(
-            f"{place}: {first!r} may be decimal commas or columns of whole numbers: give decimal_comma=True or "
-            'delimiter=","'
+            f"{place}: {first!r} may be a number with a decimal comma (give decimal_comma=True) or columns of whole "
+            'numbers (give delimiter=",")'
         )
 
 
