@@ -24,7 +24,7 @@ study, command_line = (importlib.import_module(name) for name in ("accuracy_spee
 
 METHODS = ("rk4", "newmark_average")
 RECORDS = slice(-4, -2)  # the two shortest of 0.01 s
-SETTINGS = points.Settings(samples=32, device="cpu", seed=3)
+SETTINGS = points.Settings(samples=16, device="cpu", seed=3)
 
 
 @pytest.fixture(scope="module")
@@ -47,6 +47,7 @@ def result(scenes: dict) -> xr.Dataset:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(points, "fitting_methods", lambda forces: METHODS)
         patch.setattr(points, "STEPS", points.STEPS[:6])
+        patch.setattr(points, "TIMED_RUNS", 1)
         patch.setattr(study, "STEPS", points.STEPS)
         for module in ("points", "plan"):
             where = points if module == "points" else importlib.import_module("warpdyn.campaigns.accuracy.pilot")

@@ -168,7 +168,6 @@ def test_every_kernel_runs_as_under_the_same_records(structure, method, dtype, s
         assert {"motion_index", "scale_factor_of_motion"} <= set(recorded.coords) - set(generated.coords)
 
 
-@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 def test_a_samples_motion_is_its_own_however_it_is_run(monkeypatch):
     noise = wd.FilteredNoise(KANAI_TAJIMI, 1.0, 0.02)
     scene = wd.Scene(STRUCTURES["yielding"], noise)

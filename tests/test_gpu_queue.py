@@ -361,7 +361,7 @@ def test_samples_with_divided_steps_run_beside_those_of_one_step(pretended, monk
         1e3, 1e3, 3.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
     )
     scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1, 1.2)), "mass": wd.RandomFactor(wd.Lognormal(1, 0.8))}
-    scene = wd.Scene(building, wd.Cloud([MOTIONS[0]]), scatter=scatter)
+    scene = wd.Scene(building, wd.Cloud([MOTIONS[0]]), scatter=scatter, tail=0.2)
     settings = {"structures": 40, "longest_step": 0.02, "method": "rk4", "dtype": "float64"}
     whole = wd.simulate(scene, device="cpu", **settings)
     assert len(np.unique(whole["integration_step"])) > 1

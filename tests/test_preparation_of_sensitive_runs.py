@@ -43,7 +43,11 @@ def scene_of(law, levels):
         "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.4), per="storey"),
     }
     return wd.Scene(
-        building, wd.Stripes(motions, [0.3, 0.9][-levels:], wd.PeakGroundAcceleration()), spread, recorders=("drift",)
+        building,
+        wd.Stripes(motions, [0.3, 0.9][-levels:], wd.PeakGroundAcceleration()),
+        spread,
+        recorders=("drift",),
+        tail=0.2,
     )
 
 
@@ -53,7 +57,7 @@ def test_runs_agree_with_the_host_in_every_division(levels, by_kernels, monkeypa
     monkeypatch.setattr(precision, "MOST_YIELD_DRIFTS", 20.0)
     monkeypatch.setattr(reliability, "LARGEST_CHANGE", 0.002)
     scene = scene_of(HYSTERETIC, levels)
-    settings = {"structures": STRUCTURES, "device": "cpu", "dtype": "float32", "step": 0.005}
+    settings = {"structures": STRUCTURES, "device": "cpu", "dtype": "float32", "step": 0.02}
     with pytest.warns(UserWarning, match="were run again in float64") as by_host_warned:
         by_host = wd.simulate(scene, **settings)
     found = by_kernels()

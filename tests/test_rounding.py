@@ -10,7 +10,7 @@ from warpdyn.campaigns.accuracy import precision
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.foundations.core.output_variables import NOT_CONVERGED
 
-STRUCTURES, STOREYS, PERIOD = 128, 3, 0.03
+STRUCTURES, STOREYS, PERIOD = 48, 3, 0.03
 
 
 def stiff_deteriorating_scene():
