@@ -5,6 +5,7 @@ It prints "begun" when what is to be interrupted begins, and "done" at its end.
 
 from __future__ import annotations
 
+import gc
 import os
 import sys
 from dataclasses import replace
@@ -105,6 +106,8 @@ def serve() -> None:
 
     import warpdyn.campaigns.running.simulate  # noqa: F401
 
+    dataset(1)  # imports what xarray asks for
+    gc.freeze()  # a forked process that collects garbage at its end copies the memory of the server
     for line in sys.stdin:
         what, path, structures = line.rstrip("\n").split("\t")
         child = os.fork()
