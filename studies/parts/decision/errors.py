@@ -40,7 +40,7 @@ class Choices:
     steps: Sequence[float] = (0.02, 0.01, 0.005, 0.0025, 0.00125)
     dtypes: Sequence[str] = ("float32", "float64")
     structures: Sequence[int] = (1, 4, 16, 64, 256)
-    structures_per_motion: Sequence[int] = (1, 2, 4, 16)
+    structures_per_motion: Sequence[int] = (1, 2, 3, 4, 16)
     replications: int = 12
     structures_of_truth: int = 10000
     step_of_truth: float = 0.00125

@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLOURS = ("#D55E00", "#0072B2", "#CC79A7")
 OF_RECORDS = "#00734F"
-DEFAULT = "crossed, Sobol", 64
+DEFAULT = "nested, Sobol", 3  # of `simulate` without arguments
 LEAST_GAIN = 0.95  # largest ratio of the errors of neighbouring points that are drawn
 INSIDE = {"textcoords": "offset points", "fontsize": 12}
 
@@ -110,7 +110,7 @@ def _draw_machine(axes: Axes, result: xr.Dataset, colour: str) -> None:
 def _draw_calls(axes: Axes, results: Sequence[xr.Dataset]) -> None:
     """Draw the default method and `fragility_to` on each machine; the point of the slowest machine has the label."""
     calls: dict[str, list[tuple[float, float, str]]] = {"*": [], "P": []}
-    words = {"*": "default method,\n64 structures"}
+    words = {"*": "default method and design"}
     for result, colour in zip(results, COLOURS, strict=False):
         is_default = (result["design"] == DEFAULT[0]) & (result["size"] == DEFAULT[1])
         for number in np.flatnonzero(is_default.values):
