@@ -13,6 +13,7 @@ CASES = [
     ("elastic", 1, DRIFT, False, "rk4"),
     ("bouc_wen", 2, DRIFT, False, "rk4"),
     ("bilinear", 2, DRIFT, False, "stoermer"),
+    ("bilinear", 2, DRIFT, True, "stoermer"),
     ("bilinear", 2, ("drift", "time_of_peak"), True, "rk4"),
     ("bilinear", 2, ("acceleration", "drift", "energy"), True, "rk4"),
 ]
