@@ -145,7 +145,7 @@ class Model:
         return {k: v for row in self.scene.recorders for k, v in table[row].items() if v.is_demand}
 
     def launched(self, substeps: int) -> tuple[Plan, int]:
-        """Return the plan of the kernel for samples with so many steps per interval, and `finer` for its `loads_on`.
+        """Return the plan of the kernel for samples with this number of steps per interval, and its `finer` motions.
 
         On a GPU the motions are interpolated before the launch, so that they have a value for each step, unless these
         values take too much memory.

@@ -1,6 +1,6 @@
 """Collapses are looked for after groups of steps: doing so in each step costs as much as a step of some methods.
 
-At the end of a group, the peak drifts tell whether a storey has exceeded its capacity in the group. If so, the state
+At the end of a group, the peak drifts show whether a storey has exceeded its capacity in the group. If so, the state
 before the group is restored, and its steps are repeated in groups of one step, until the step of the collapse is found.
 """
 
