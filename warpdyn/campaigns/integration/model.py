@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from warpdyn.campaigns.integration import packing
 from warpdyn.campaigns.integration.chain import ChainDynamics
 from warpdyn.campaigns.integration.dense import DenseDynamics
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Vibration
 from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.engine.kernels import arguments
+from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
 from warpdyn.engine.kernels.build import composed, fitted, undivided
 from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
 from warpdyn.engine.kernels.plan import Plan
@@ -211,10 +211,11 @@ class Model:
         """
         place = device, self.plan.dtype, finer
         if place not in self._loads:
-            packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
             if finer > 1:
-                packed |= packing.interpolated(packed, finer)
-            self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
+                self._loads[place] = interpolated(self.loads_on(device), self.plan.dtype, finer)
+            else:
+                packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
+                self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[place]
 
     def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:

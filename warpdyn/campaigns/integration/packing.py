@@ -57,22 +57,6 @@ def pack_structures(
     return whole
 
 
-def interpolated(load: Arrays, finer: int) -> Arrays:
-    """Return the fields of motions with `finer` intervals in the place of each interval, by linear interpolation.
-
-    Args:
-        load: Fields of the Load struct: all motions in one array, their first values, and their numbers of intervals.
-        finer: Number of intervals that replace an interval.
-    """
-    values = load["values"]
-    place = np.arange(finer * (values.size - 1) + 1) / finer  # between two motions, values that nothing reads
-    return {
-        "values": np.interp(place, np.arange(values.size), values),
-        "first": load["first"] * finer,
-        "intervals": load["intervals"] * finer,
-    }
-
-
 def pack_samples(
     schedule: Schedule,
     assignment: Assignment,
