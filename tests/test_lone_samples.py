@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from combination_cases import rules_of
 
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
 from warpdyn.engine.kernels import build, queues
+from warpdyn.engine.kernels.parts import collapse_groups
+from warpdyn.engine.kernels.plan import Plan
 
 DRIFT = ("drift",)
 # Collapses take a branch of their own in a kernel that a sample leaves; parts that see forces keep it in the loop.
@@ -64,3 +67,16 @@ def test_alone_in_its_thread_a_sample_gives_what_it_gives_in_a_row(
             np.testing.assert_allclose(alone[name], rows[name], rtol=1e-9, atol=1e-10 * largest, err_msg=name)
         else:
             np.testing.assert_array_equal(alone[name], rows[name], err_msg=name)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("storeys", [1, 2, 5, 8, 9, 20])
+def test_collapses_are_looked_for_in_groups_only_in_kernels_that_hold_the_step(storeys, dtype):
+    # On a GPU, kernels whose threads share a sample lost their collapses when they had the groups.
+    plan = Plan(
+        "chain", storeys, rules_of("takeda"), "rayleigh", "base_acceleration", DRIFT, "stoermer", dtype, collapses=True
+    )
+    fitted = build.undivided(build.fitted(plan, is_gpu=True))
+    assert collapse_groups.wanted(fitted) == (fitted.sections == 1 and storeys <= collapse_groups.MOST_STOREYS)
+    assert not collapse_groups.wanted(build.fitted(plan, is_gpu=False))

@@ -23,7 +23,7 @@ BORROWS = {
 
 def wanted(plan):
     # Recorders of other demands, events and rules for the settling of memories keep values that are not restored.
-    is_alone = plan.lanes == 1 and plan.undivided and plan.dofs <= MOST_STOREYS and keeps_drifts(plan)
+    is_alone = plan.lanes == plan.sections == 1 and plan.undivided and plan.dofs <= MOST_STOREYS and keeps_drifts(plan)
     changes_nothing_else = plan.recorders == ("drift",) and plan.damping != "modal" and not settling.wanted(plan)
     return plan.collapses and is_alone and changes_nothing_else and not (plan.resumes or plan.records_late)
 
