@@ -34,6 +34,7 @@ def test_first_screen_holds_the_two_commands() -> None:
 # Pages whose programs are run here, one after the other in one process; each begins anew.
 PAGES = (
     "README.md",
+    "docs/index.md",
     "docs/getting_started.md",
     "docs/how_to/answers.md",
     "docs/how_to/loads_and_designs.md",

@@ -32,12 +32,8 @@ def measure(study: Path) -> dict[str, Any]:
 
     motions = [motion for motion in wd.records.far_field() if RECORD in motion.name]
     measure = wd.SpectralAcceleration(first.BUILDING.fundamental_period)
-    scene = wd.Scene(
-        first.BUILDING, wd.Stripes(motions, [LEVEL], measure), scatter=first.SCATTER, recorders=("drift",)
-    )
-    run = wd.simulate(
-        scene, structures=VARIANTS, seed=0, device="cpu", histories=wd.Histories(list(range(VARIANTS)))
-    )
+    scene = wd.Scene(first.BUILDING, wd.Stripes(motions, [LEVEL], measure), scatter=first.SCATTER, recorders=("drift",))
+    run = wd.simulate(scene, structures=VARIANTS, seed=0, device="cpu", histories=wd.Histories(list(range(VARIANTS))))
     displacement = run["displacement"].transpose("history", "time", "dof").values
     instant = int(np.abs(np.nanmedian(displacement[:, :, -1], axis=0)).argmax())
     sway = displacement[:, instant]

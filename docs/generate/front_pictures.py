@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 SIZE = (3.5, 3.1)  # inches; shown about 350 pixels wide, so that a point is 1.4 pixels
-TEXT = 9.5  # points
+TEXT = 10  # points
 SWAY = 12  # displacements are drawn times this factor
 # Complete runs, histories per second: pages coming_from/r2d and tutorials/gpu.
 ONE_CORE = {"OpenSees": 1000 / 33, "warpdyn": 1000 / 0.37}

@@ -20,7 +20,7 @@ WIDTH = 480  # pixels
 FOLDER = "_images/thumbnails"
 
 
-class thumbnails(nodes.General, nodes.Element):  # noqa: N801 (docutils names nodes in lower case)
+class thumbnails(nodes.General, nodes.Element):
     """Questions and figures, until the pages with the figures have been read."""
 
 
@@ -69,8 +69,12 @@ def fill(app: Sphinx, tree: nodes.document, page: str) -> None:
             if app.builder.format == "html":
                 copy(source, Path(app.outdir) / name)
             up = "../" * page.count("/")
+            section = image.parent
+            while not isinstance(section, nodes.section):
+                section = section.parent
+            link = f"{app.builder.get_relative_uri(page, shown)}#{section['ids'][0]}"
             items.append(
-                f'<a class="thumbnail" href="{app.builder.get_relative_uri(page, shown)}">'
+                f'<a class="thumbnail" href="{link}">'
                 f'<img src="{up}{name}" alt="{html.escape(image.get("alt", ""))}" loading="lazy">'
                 f"<span>{html.escape(question)}</span></a>"
             )
