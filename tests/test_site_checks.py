@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import json
 import re
+import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -22,6 +23,7 @@ def script(name: str) -> ModuleType:
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look for their module
     spec.loader.exec_module(module)
     return module
 
@@ -34,6 +36,8 @@ def test_links_and_figures(tmp_path: Path) -> None:
         '<img src="y.png"><img src="z.png" alt="Fragility curves of a building">'
     )
     pages = checks.read_pages(tmp_path)
+    for name in "xyz":
+        (tmp_path / f"{name}.png").touch()
     assert checks.broken_links(tmp_path, pages) == ["a.html: #there", "a.html: b.html"]
     assert [line.split()[3] for line in checks.figures_without_text(tmp_path, pages)] == ["x.png", "y.png"]
 
@@ -87,13 +91,12 @@ def test_front_page_shows_the_measured_speeds() -> None:
     of_r2d = (ROOT / "docs" / "coming_from" / "r2d.md").read_text()
     of_gpu = (ROOT / "docs" / "tutorials" / "gpu.md").read_text()
     opensees, ours = (1000 / pictures.ONE_CORE[name] for name in ("OpenSees", "warpdyn"))
-    assert re.search(
-        rf"OpenSees with its fastest settings[^|]*\| {opensees:.0f} \| {round(opensees / ours, -1):.0f} ", of_r2d
-    )
+    ratio = round(opensees / ours, -1)
+    assert re.search(rf"OpenSees with its fastest settings[^|]*\| {opensees:.0f} \| {ratio:.0f} ", of_r2d)
     assert re.search(rf"warpdyn, 50,000 histories at once \| {ours:.2f} ", of_r2d)
     assert "| 528,088 | 0.24 s" in of_gpu
     assert pictures.FIRST_STUDY["NVIDIA H200"] == 528_088 / 0.24
-    assert "200 times** (48 s)" in of_gpu
+    assert "**with half a million** 200 times (48 s)" in of_gpu
     assert [pictures.rate(value) for value in pictures.FIRST_STUDY.values()] == ["11,000", "2.2 million"]
 
 
@@ -101,8 +104,5 @@ def test_text_of_the_front_pictures_is_readable() -> None:
     # The three pictures stand beside each other in a column of at least 300 pixels each.
     pictures = script("generate/front_pictures")
     assert (pictures.TEXT - 0.5) / (72 * pictures.SIZE[0]) * 300 >= 11
-    assert all(
-        (FRONT / f"{name}_{theme}.svg").exists()
-        for name in ("building", "curves", "speed")
-        for theme in pictures.THEMES
-    )
+    names = ("building", "curves", "speed")
+    assert all((FRONT / f"{name}_{theme}.svg").exists() for name in names for theme in pictures.THEMES)

@@ -71,7 +71,7 @@ def building(numbers: dict[str, Any], theme: Theme) -> Figure:
         1.1,
         -0.25,
         f"{len(sway)} variants under one record\n({numbers['record'].rsplit(' ', 1)[0]}), same instant,\n"
-        f"displacements × {SWAY}; dark: median",
+        f"displacements times {SWAY}; bold: median",
         color=theme.remark,
         fontsize=TEXT - 0.5,
         ha="center",

@@ -1,4 +1,4 @@
-"""The directive `thumbnails`: small copies of figures of other pages, with a question each, made when the site is built.
+"""The directive `thumbnails`: small copies of figures of other pages, with a question each.
 
 Each line is `question | page | number of the figure on that page`.
 """
@@ -42,7 +42,7 @@ def figures(app: Sphinx, page: str) -> list[nodes.image]:
 
 
 def copy(source: Path, target: Path) -> None:
-    """Write a figure as a small one; drawings stay as they are."""
+    """Write a figure as a small one, or a copy of it if it is a drawing."""
     target.parent.mkdir(parents=True, exist_ok=True)
     if source.suffix == ".svg":
         shutil.copyfile(source, target)
