@@ -40,7 +40,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "generate.equations",
-    "generate.thumbnails",
+    "generate.front.thumbnails",
 ]
 html_math_renderer = "mathml"  # of generate.equations: pages show equations without a network
 templates_path = ["_templates"]

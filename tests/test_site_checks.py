@@ -87,7 +87,7 @@ def test_front_page_shows_the_medians_of_the_first_study() -> None:
 
 def test_front_page_shows_the_measured_speeds() -> None:
     # 33 and 0.37 ms per history of one core; 528,088 histories in 48 s on two cores and 0.24 s on an H200.
-    pictures = script("generate/front_pictures")
+    pictures = script("generate/front/pictures")
     of_r2d = (ROOT / "docs" / "coming_from" / "r2d.md").read_text()
     of_gpu = (ROOT / "docs" / "tutorials" / "gpu.md").read_text()
     opensees, ours = (1000 / pictures.ONE_CORE[name] for name in ("OpenSees", "warpdyn"))
@@ -102,7 +102,7 @@ def test_front_page_shows_the_measured_speeds() -> None:
 
 def test_text_of_the_front_pictures_is_readable() -> None:
     # The three pictures stand beside each other in a column of at least 300 pixels each.
-    pictures = script("generate/front_pictures")
+    pictures = script("generate/front/pictures")
     assert (pictures.TEXT - 0.5) / (72 * pictures.SIZE[0]) * 300 >= 11
     names = ("building", "curves", "speed")
     assert all((FRONT / f"{name}_{theme}.svg").exists() for name in names for theme in pictures.THEMES)

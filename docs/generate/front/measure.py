@@ -1,4 +1,4 @@
-"""Numbers and pictures of the front page: `python docs/generate/front.py results/p695_fragility.nc`.
+"""Numbers and pictures of the front page: `python docs/generate/front/measure.py results/p695_fragility.nc`.
 
 The file is the result of the first study. The script takes its fragility curves, runs variants of its building under
 one record, and writes `docs/_static/front/numbers.json` and the pictures that are drawn from it.
@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-DOCS = Path(__file__).resolve().parent.parent
+DOCS = Path(__file__).resolve().parents[2]
 FOLDER = DOCS / "_static" / "front"
 VARIANTS = 48
 RECORD = "Northridge 1994 MUL009"
@@ -60,7 +60,7 @@ def measure(study: Path) -> dict[str, Any]:
 
 if __name__ == "__main__":
     sys.path[:0] = [str(DOCS)]
-    from generate.front_pictures import draw
+    from generate.front.pictures import draw
 
     FOLDER.mkdir(parents=True, exist_ok=True)
     numbers = measure(Path(sys.argv[1]))
