@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import itertools
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from warpdyn.foundations.core.checks import finite_numbers, real_number, shortened, whole_number
-from warpdyn.interfaces.exchange.text_files import checked_path, write_in_place
+from warpdyn.interfaces.plots.animation.movie import FUNCTION, Movie
 from warpdyn.interfaces.plots.histories import chosen_history, number_of_sample, sample_title, time_of_collapse
 from warpdyn.interfaces.plots.style import (
     COLLAPSE_COLOUR,
@@ -30,84 +27,17 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-FUNCTION = "animate"
-MOST_BUILDINGS = 6  # side by side; more would be too narrow
-FORMATS = {".gif": "GIF", ".webp": "WEBP", ".mp4": "mp4"}
+MOST_BUILDINGS = 6  # in a row; more would be too narrow
 MOST_FRAMES = 5_000
-PALETTE = 64  # colours of a GIF; lines and letters need few, and the file is half as large as with 256
 WIDTH, SWAY = 0.42, 0.4  # width of a drawn building, and its largest sway, of the distance between two buildings
 SHAPE, WIDEST = 1.3, 0.8  # width of the panel, and the largest distance between two buildings, of the height
 POINTS = 9  # of a column between two floors
 COLUMN = 3 * np.linspace(0, 1, POINTS) ** 2 - 2 * np.linspace(0, 1, POINTS) ** 3  # of a column clamped at both ends
 
 
-class Movie(FuncAnimation):
-    """An animation that a notebook shows as the result of a cell, and that `save` writes as GIF, WebP or MP4."""
-
-    def __init__(self, figure: Figure, draw: Any, frames: int, fps: float) -> None:
-        self.fps, self.frames = fps, frames
-        super().__init__(figure, draw, frames=frames, interval=1000 / fps, cache_frame_data=False)
-
-    def __del__(self) -> None:
-        """Do not warn if the animation was not drawn: `animate` may be called only to look at its figure."""
-
-    def save(self, filename: str | os.PathLike, writer: Any = None, *given: Any, **how: Any) -> None:
-        """Write the animation to a file, which gets its name when it is complete.
-
-        Args:
-            filename: The file; without `writer` its name ends in ".gif", ".webp" or ".mp4".
-            writer: A writer of matplotlib; None: Pillow for GIF and WebP, ffmpeg for MP4.
-            given, how: Further arguments of `matplotlib.animation.Animation.save`, such as dpi=80.
-
-        Raises:
-            ValueError: If the name has another ending.
-            ImportError: If the file is MP4 and ffmpeg is not installed.
-            OSError: If the file cannot be written.
-        """
-        if writer is not None:
-            super().save(os.fspath(filename), writer, *given, **how)
-            return
-        path = checked_path(f"plots.{FUNCTION}().save", filename, *FORMATS)
-        kind = FORMATS[path.suffix.lower()]
-        if kind == "mp4" and not FFMpegWriter.isAvailable():
-            raise ImportError(
-                f"plots.{FUNCTION}().save: MP4 needs the program ffmpeg, which is not installed: install it, or save "
-                f"{path.with_suffix('.gif').name} or {path.with_suffix('.webp').name}"
-            )
-        chosen = FFMpegWriter(round(self.fps), extra_args=["-f", "mp4"]) if kind == "mp4" else _Images(self.fps, kind)
-        write_in_place(path, lambda name: super(Movie, self).save(name, chosen, *given, **how))
-
-    def _repr_html_(self) -> str:
-        return str(self.to_jshtml(fps=max(round(self.fps), 1)))
-
-
-class _Images(PillowWriter):
-    """Writes an animation as a GIF with few colours, or as a WebP; the name of the file may have any ending."""
-
-    def __init__(self, fps: float, kind: str) -> None:
-        super().__init__(fps=fps)  # type: ignore[arg-type]  # whole numbers are not needed
-        self.kind = kind
-
-    def finish(self) -> None:
-        frames: list[Any] = self._frames  # type: ignore[attr-defined]  # of PillowWriter
-        if self.kind == "GIF":
-            palette = frames[-1].quantize(PALETTE, method=1)  # 1: maximum coverage, which keeps white
-            frames = [frame.quantize(palette=palette, dither=0) for frame in frames]
-        how = {"quality": 70, "method": 4} if self.kind == "WEBP" else {"optimize": True}
-        frames[0].save(
-            self.outfile,
-            format=self.kind,
-            save_all=True,
-            append_images=frames[1:],
-            duration=round(1000 / self.fps),
-            loop=0,
-            **how,
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """A history as it is drawn.
+    """Values of a history that are drawn.
 
     Args:
         sample: Index of the sample.
@@ -144,7 +74,7 @@ def animate(
 ) -> Movie:
     """Animate samples of a run: swaying buildings, roof displacements, and the hysteresis loop of one storey.
 
-    The buildings sway side by side, with magnified displacements. The loop is that of the first history. After a
+    The buildings sway in a row, with magnified displacements. The loop is that of the first history. After a
     collapse, a building keeps its last position.
 
     Args:
@@ -173,7 +103,7 @@ def animate(
         21
     """
     chosen = [
-        chosen_history(FUNCTION, dataset, each, "displacement", "storey_force") for each in _asked(dataset, histories)
+        chosen_history(FUNCTION, dataset, each, "displacement", "storey_force") for each in _indices(dataset, histories)
     ]
     times = _frames(
         chosen[0]["time"].values, time, real_number("speed", speed, above=0) / real_number("fps", fps, above=0)
@@ -202,7 +132,7 @@ def animate(
     return Movie(figure, draw, times.size, float(fps))
 
 
-def _asked(dataset: xr.Dataset, histories: int | Sequence[int] | None) -> list[int]:
+def _indices(dataset: xr.Dataset, histories: int | Sequence[int] | None) -> list[int]:
     """Return the indices of the histories, or those of the first samples that did not fail."""
     if histories is not None:
         if isinstance(histories, str) or not np.iterable(histories):
@@ -291,15 +221,20 @@ class _Buildings:
     """The panel of swaying buildings."""
 
     def __init__(
-        self, axes: Axes, shown: Sequence[_Shown], heights: np.ndarray, times: np.ndarray,
-        magnification: float | None, under: str,
-    ) -> None:  # fmt: skip
+        self,
+        axes: Axes,
+        shown: Sequence[_Shown],
+        heights: np.ndarray,
+        times: np.ndarray,
+        scale: float | None,
+        under: str,
+    ) -> None:
         self.shown, self.times = shown, times
         self.level = np.concatenate([[0.0], np.cumsum(heights)])
         total = float(self.level[-1])
         distance = min(SHAPE / (len(shown) + 0.5), WIDEST) * total  # between two buildings
         largest = max(float(np.abs(each.displacement).max()) for each in shown) or 1.0
-        self.scale = magnification or _round_number(SWAY * distance / largest)
+        self.scale = scale or _round_number(SWAY * distance / largest)
         self.centres = distance * np.arange(len(shown))
         self.half = WIDTH * distance / 2
         axes.set_xlim(-0.75 * distance, self.centres[-1] + 0.75 * distance)
