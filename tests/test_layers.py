@@ -22,7 +22,7 @@ LAYERS = {
     "model": ("structures", "ground_motions", "scene", "inventories", "sites"),
     "campaigns": ("integration", "accuracy", "preparation", "portfolio", "reductions", "incremental", "running"),
     "answers": ("fragility", "risk"),
-    "interfaces": ("exchange", "plots", "reports"),
+    "interfaces": ("exchange", "plots", "reports", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]
 MOST_FILES = 13  # a dozen, and `__init__.py`

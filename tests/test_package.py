@@ -1,4 +1,4 @@
-"""The package as it is handed on: one version, `python -m warpdyn`, a checkout without an installation, the recipe."""
+"""The package as it is handed on: one version, the self-test, a checkout without an installation, the recipe."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ import yaml
 from packaging.requirements import Requirement
 
 import warpdyn as wd
-from warpdyn import __main__ as report
+from warpdyn.interfaces.command_line import self_test as test_of_devices
+from warpdyn.interfaces.command_line.program import main
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
@@ -44,6 +45,9 @@ def test_the_recipe_asks_for_what_the_package_asks_for():
     assert {OF_CONDA.get(name, name): bound for name, bound in told.items()} == asked
     build = Requirement(PROJECT["build-system"]["requires"][0])
     assert f"{build.name} {build.specifier}" in RECIPE["requirements"]["host"]
+    assert RECIPE["build"]["python"]["entry_points"] == [
+        f"{name} = {function}" for name, function in project["scripts"].items()
+    ]
     assert (RECIPE["about"]["summary"], RECIPE["about"]["license"]) == (project["description"], project["license"])
 
 
@@ -79,26 +83,32 @@ def test_a_checkout_that_is_not_installed_runs_to_its_file(uninstalled, tmp_path
     assert np.isfinite(run["peak_storey_drift"]).all()
 
 
-def test_python_m_warpdyn_tests_every_device_and_fails_if_one_is_wrong(monkeypatch, capsys):
-    assert report.main() == 0
-    said = capsys.readouterr().out
-    assert f"warpdyn      {wd.__version__}\n" in said
-    assert re.search(r"cpu, \d+ cores: passed, largest error \d\.\de-0[5-9] of at most 0\.0001, ", said)
-    assert re.search(r"kernel cache \S+: [1-9]\d* files, \d+\.\d MB\n", said)
+def test_the_self_test_tests_every_device_and_fails_if_one_is_wrong(monkeypatch, capsys):
+    assert main(["self-test"]) == 0
+    printed = capsys.readouterr().out
+    assert f"warpdyn      {wd.__version__}\n" in printed
+    assert re.search(r"cpu, \d+ cores: passed, largest error \d\.\de-0[5-9] of at most 0\.0001, ", printed)
+    assert re.search(r"kernel cache \S+: [1-9]\d* files, \d+\.\d MB\n", printed)
+    assert "self-test: passed on " in printed
     # By hand: 1e5 kg at 0.3 m/s have 4,500 J; 500 J are elastic at 1e5 N and 10 mm; 4,000 J over 1e5 N are 40 mm more.
-    exact = {"peak_storey_drift": pytest.approx(0.05), "hysteretic_energy": pytest.approx(4000.0)}
-    assert exact == report.EXACT
-    monkeypatch.setitem(report.EXACT, "peak_storey_drift", 0.0501)
-    assert report.main() == 1
-    assert "FAILED, largest error 2.0e-03 of at most 0.0001" in capsys.readouterr().out
+    exact = {name: values[16] for name, values in test_of_devices.EXACT.items()}
+    assert test_of_devices.YIELD_FORCES[16] == 1e5
+    assert exact == {"peak_storey_drift": pytest.approx(0.05), "hysteretic_energy": pytest.approx(4000.0)}
+    wrong = test_of_devices.EXACT["peak_storey_drift"].copy()
+    wrong[16] = 0.0501  # one of 64 structures
+    monkeypatch.setitem(test_of_devices.EXACT, "peak_storey_drift", wrong)
+    assert main(["self-test", "--device", "cpu"]) == 1
+    printed = capsys.readouterr().out
+    assert "FAILED, largest error 2.0e-03 of at most 0.0001" in printed
+    assert "self-test: FAILED on 0 of 1 devices" in printed
 
 
 def test_a_device_that_fails_is_told_and_makes_the_status_1(monkeypatch, capsys):
     def broken(device):
         raise RuntimeError("no driver")
 
-    monkeypatch.setattr(report, "largest_error", broken)
-    assert report.main() == 1
+    monkeypatch.setattr(test_of_devices, "largest_error", broken)
+    assert main(["self-test"]) == 1
     assert "FAILED, RuntimeError: no driver" in capsys.readouterr().out
 
 

@@ -37,6 +37,7 @@ PAGES = (
     "docs/index.md",
     "docs/getting_started.md",
     "docs/how_to/answers.md",
+    "docs/how_to/command_line.md",
     "docs/how_to/loads_and_designs.md",
     "docs/how_to/portfolios_and_files.md",
     "docs/how_to/records.md",

@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import warpdyn as wd
-from warpdyn.interfaces.exchange import text_files
+from warpdyn.interfaces.exchange import tables, text_files
 
 pytestmark = pytest.mark.fast
 
@@ -69,6 +69,46 @@ def test_parquet_has_the_attributes(tmp_path):
     assert table.attrs == {"intensity_measure": "PGA", "confidence": 0.95, "bootstrap_seed": 3, "codes": [0, 1]}
 
 
+def test_excel_has_the_numbers_and_one_sheet(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    path = wd.write_table(make_curves(), tmp_path / "curves.xlsx")
+    (sheet,) = openpyxl.load_workbook(path).worksheets
+    head, *rows = sheet.iter_rows(values_only=True)
+    assert head == ("damage_state", "fragility_median_g", "fragility_dispersion", "fit_status")
+    digits = pytest.approx(MEDIAN, rel=1e-15)  # a file of Excel has numbers of 16 digits
+    assert [row[1] for row in rows] == digits
+    assert [row[::2] + row[3:] for row in rows] == [("slight", 0.4, "fitted"), ("moderate", None, "no_exceedance")]
+    infinite = make_curves()
+    infinite["fragility_median"][0] = np.inf
+    wd.write_table(infinite, path)  # the same columns: its own table is replaced
+    assert pd.read_excel(path)["fragility_median_g"].astype(float).tolist() == [np.inf, MEDIAN[1]]
+
+
+def test_excel_does_not_replace_other_files(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    path = wd.write_table(make_curves(), tmp_path / "curves.xlsx")
+    book = openpyxl.load_workbook(path)
+    book.create_sheet("notes")
+    book.save(path)
+    before = path.read_bytes()
+    with pytest.raises(FileExistsError, match="is not a table with the same columns"):
+        wd.write_table(make_curves(), path)
+    assert path.read_bytes() == before
+    wd.write_table(make_curves(), path, overwrite=True)
+    assert len(openpyxl.load_workbook(path).worksheets) == 1
+
+
+def test_excel_refuses_tables_that_are_too_large_and_names_openpyxl(tmp_path, monkeypatch):
+    pytest.importorskip("openpyxl")
+    monkeypatch.setattr(tables, "SHEET", (2, 16))
+    with pytest.raises(ValueError, match=r"has 3 rows, but a sheet of Excel has at most 2: write CSV or Parquet"):
+        wd.write_table(make_curves(), tmp_path / "curves.xlsx")
+    monkeypatch.setitem(sys.modules, "openpyxl", None)
+    with pytest.raises(ImportError, match=r'Excel needs openpyxl.*pip install "openpyxl>=3\.1", or write CSV'):
+        wd.write_table(make_curves(), tmp_path / "curves.xlsx")
+    assert not list(tmp_path.iterdir())
+
+
 def test_parquet_without_pyarrow_says_what_to_install(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(ImportError, match=r'pip install "pyarrow>=17"'):
@@ -120,8 +160,8 @@ def test_what_is_no_table_is_refused(tmp_path):
     for dataset, how, message in cases:
         with pytest.raises(ValueError, match=message):
             wd.write_table(dataset, path, **how)
-    with pytest.raises(ValueError, match=r"must end in '\.csv' or '\.parquet'"):
-        wd.write_table(curves, tmp_path / "curves.xlsx")
+    with pytest.raises(ValueError, match=r"must end in '\.csv' or '\.parquet' or '\.xlsx'"):
+        wd.write_table(curves, tmp_path / "curves.txt")
     with pytest.raises(TypeError, match="Dataset"):
         wd.write_table(curves["fragility_median"], path)
     assert not list(tmp_path.iterdir())

@@ -160,6 +160,7 @@ def test_files_are_opened_for_writing_only_under_temporary_names():
     assert found == {
         "interfaces/exchange/regional/geojson.py",
         "interfaces/exchange/regional/openquake_damages.py",
+        "interfaces/exchange/tables.py",
         "interfaces/exchange/text_files.py",
         "engine/kernels/kernel_cache.py",
         "campaigns/running/regions/checkpoint.py",

@@ -64,10 +64,10 @@ class HazardCurve(FrozenArrays):
     def __init__(
         self, intensity: ArrayLike, annual_rate: ArrayLike, *, measure: str = "", units: str | None = None
     ) -> None:
-        intensity = _positive_points("intensity", intensity)
-        rate = _positive_points("annual_rate", annual_rate)
         measure = checked_text("measure", measure)
-        units, factor = units_of_hazard(measure, units)
+        given, (units, factor) = units, units_of_hazard(measure, units)
+        intensity = _positive_points("intensity", intensity, given or units)
+        rate = _positive_points("annual_rate", annual_rate)
         intensity *= factor
         if intensity.size != rate.size:
             raise ValueError(
@@ -344,9 +344,9 @@ def branches_of(function: str, hazard: Hazard) -> HazardLogicTree:
     return hazard
 
 
-def _positive_points(what: str, values: ArrayLike) -> np.ndarray:
+def _positive_points(what: str, values: ArrayLike, units: str | None = None) -> np.ndarray:
     """Return a row of positive finite numbers; an error names the first bad one."""
-    array = finite_numbers(what, values)
+    array = finite_numbers(what, values, units)
     if array.ndim != 1 or not array.size:
         raise ValueError(f"{what} must be a row of numbers, got an array of shape {array.shape}")
     for i in np.flatnonzero(array <= 0):

@@ -222,7 +222,7 @@ class StoreyElement:
         for name, parameter in self.parameters.items():
             if parameter.optional and getattr(self, name) is None:
                 continue
-            values = real_numbers(name, getattr(self, name))
+            values = real_numbers(name, getattr(self, name), parameter.units)
             if values.ndim > 1 or not values.size:
                 raise ValueError(f"{name} must be one value or one per storey, got shape {values.shape}")
             problem = parameter.first_violation(name, values, ("storey",)[: values.ndim])

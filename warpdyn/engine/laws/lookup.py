@@ -98,7 +98,7 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
             value = others.get(name, kinds[storey].parameters[name].default)
             if value is None:
                 raise ValueError(missing_at(name, storey, kinds[storey].name))
-            values = real_numbers(name, value)
+            values = real_numbers(name, value, kinds[storey].parameters[name].units)
             if values.size not in (1, len(law)):
                 raise ValueError(
                     f"{name} has {values.size} values and law has {len(law)}: give one value per storey, or one value"

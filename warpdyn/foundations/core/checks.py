@@ -13,6 +13,7 @@ import xarray as xr
 from numpy.typing import ArrayLike, DTypeLike
 
 from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.foundations.core.units import without_units
 
 MOST_REPLICATES = 10**6  # of a bootstrap or a posterior: quantiles are then exact to 0.1 % of the standard deviation
 LARGEST_NUMBER = float(np.finfo(np.float64).max)
@@ -56,8 +57,16 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
         )
 
 
-def real_number(what: str, value: Any, *, above: float | None = None, least: float | None = None) -> float:
-    """Return a number as a float; raise a ValueError with the bound if it is not finite, or not within the bound."""
+def real_number(
+    what: str, value: Any, *, above: float | None = None, least: float | None = None, units: str | None = None
+) -> float:
+    """Return a number as a float; raise a ValueError with the bound if it is not finite, or not within the bound.
+
+    A quantity of pint and an array of NumPy or xarray without dimensions are numbers, too; see `without_units`.
+    """
+    value = without_units(what, value, units)
+    if getattr(value, "shape", None) == () and hasattr(value, "item"):
+        value = value.item()
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
     number: Any = value.item() if isinstance(value, np.generic) else value  # Python has integers larger than any float
     good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(number) <= LARGEST_NUMBER
@@ -103,8 +112,8 @@ def shortened(value: object) -> str:
     return reprlib.repr(value)
 
 
-def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
-    """Return the values as a new float64 array.
+def real_numbers(what: str, values: ArrayLike, units: str | None = None) -> np.ndarray:
+    """Return the values as a new float64 array; quantities of pint are converted to `units`, see `without_units`.
 
     Raises:
         ValueError: If the values contain truth values, text, dates, complex numbers, masked values or rows of different
@@ -112,6 +121,7 @@ def real_numbers(what: str, values: ArrayLike) -> np.ndarray:
     """
     if isinstance(values, range) and len(values) > LONGEST_ROW:
         raise ValueError(f"{what} must have at most {LONGEST_ROW} values, got {values!r}")
+    values = without_units(what, values, units)
     refuse_masked(what, values)
     try:
         array = np.array(np.nan if _has(values, bool | np.bool_) else values)
@@ -129,9 +139,9 @@ def _has(values: object, kind: type | UnionType) -> bool:
     return any(isinstance(each, kind) or (isinstance(each, list | tuple) and _has(each, kind)) for each in values)
 
 
-def finite_numbers(what: str, values: ArrayLike) -> np.ndarray:
+def finite_numbers(what: str, values: ArrayLike, units: str | None = None) -> np.ndarray:
     """Return the values as a new float64 array, as `real_numbers` does; raise a ValueError if one is not finite."""
-    array = real_numbers(what, values)
+    array = real_numbers(what, values, units)
     bad = ~np.isfinite(array)
     if bad.any():
         place = tuple(np.argwhere(bad)[0])
@@ -164,6 +174,7 @@ def refuse_masked(what: str, values: object) -> None:
 
 def unmasked(what: str, values: ArrayLike, dtype: DTypeLike | None = None) -> np.ndarray:
     """Return the values as an array, as `np.asarray` does; raise a ValueError if a value is masked."""
+    values = without_units(what, values, None)
     refuse_masked(what, values)
     return np.asarray(values, dtype=dtype)
 

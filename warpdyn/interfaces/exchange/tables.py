@@ -1,7 +1,8 @@
-"""Tables of results for pandas and spreadsheets: CSV and Parquet."""
+"""Tables of results for pandas and spreadsheets: CSV, Parquet and Excel."""
 
 from __future__ import annotations
 
+import importlib
 import os
 import re
 from collections.abc import Sequence
@@ -20,6 +21,10 @@ from warpdyn.interfaces.exchange.text_files import check_same_table, checked_pat
 FUNCTION = "write_table"
 DEFAULT_ROWS = "damage_state"
 WIDE = ("storey", "floor", "dof")  # dimensions that may have one column per position
+# Formats that need another package: their names, the package and its oldest version.
+NEEDED = {".parquet": ("Parquet", "pyarrow", "17"), ".xlsx": ("Excel", "openpyxl", "3.1")}
+SHEET = (2**20, 2**14)  # rows and columns of a sheet of Excel
+SHEET_NAME = "warpdyn"
 MOST_SHOWN = 4  # names of variables in a message
 
 
@@ -31,7 +36,7 @@ def write_table(
     rows: str | Sequence[str] | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write results as one table in a CSV or Parquet file.
+    """Write results as one table in a CSV, Parquet or Excel file.
 
     The table has one row per combination of the dimensions `rows`, such as one per sample, or one per damage state and
     stripe. Its columns are:
@@ -50,7 +55,8 @@ def write_table(
 
     Args:
         dataset: A run, or the result of `fragility`, `capacities`, `annual_rates`, `annual_losses` or `damage_shares`.
-        path: The file; its name ends in ".csv" or ".parquet". Parquet needs pyarrow.
+        path: The file; its name ends in ".csv", ".parquet" or ".xlsx". Parquet needs pyarrow. Excel needs openpyxl
+            and keeps 16 digits.
         rows: Dimensions of the rows. None: the only dimension, or "damage_state" if there are several.
         overwrite: Whether to replace an existing file even if it is not a table with the same columns.
 
@@ -59,8 +65,9 @@ def write_table(
 
     Raises:
         ValueError: If the dataset has no such dimension or no variable with it, or if `rows` is not given and the
-            dataset has several dimensions, but not "damage_state".
-        ImportError: If the file is Parquet and pyarrow is not installed.
+            dataset has several dimensions, but not "damage_state"; or if the table has more rows or columns than a
+            sheet of Excel.
+        ImportError: If the file is Parquet and pyarrow is not installed, or Excel and openpyxl is not installed.
         TypeError: If `dataset` is not a Dataset.
         OSError: If the file cannot be written, or exists with other content.
 
@@ -71,14 +78,16 @@ def write_table(
         >>> wd.write_table(curves, "stripes.parquet", rows=("damage_state", "stripe")).name
         'stripes.parquet'
     """
-    path = checked_path(FUNCTION, path, ".csv", ".parquet")
+    path = checked_path(FUNCTION, path, ".csv", *NEEDED)
     check_kind(FUNCTION, "a Dataset", dataset, xr.Dataset)
-    if path.suffix.lower() == ".parquet":
+    if path.suffix.lower() in NEEDED:  # checked before anything is computed
+        kind, package, version = NEEDED[path.suffix.lower()]
         try:
-            import pyarrow  # noqa: F401 # checked before anything is computed
+            importlib.import_module(package)
         except ImportError:
             raise ImportError(
-                f'{FUNCTION}: Parquet needs pyarrow, which is not installed: pip install "pyarrow>=17", or write CSV'
+                f'{FUNCTION}: {kind} needs {package}, which is not installed: pip install "{package}>={version}", or '
+                "write CSV"
             ) from None
     along = _row_dimensions(dataset, rows)
     table, left_out = _table_of_rows(dataset, along)
@@ -86,8 +95,28 @@ def write_table(
     _report_left_out(dataset, path, along, left_out)
     if path.suffix.lower() == ".csv":
         return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
+    if path.suffix.lower() == ".xlsx":
+        _check_sheet(table)
+        # Excel has no infinite and no missing numbers: text and empty cells.
+        return write_in_place(path, lambda name: _write_sheet(table, name))
     table.attrs = {str(name): _plain(value) for name, value in dataset.attrs.items()}
     return write_in_place(path, lambda name: table.to_parquet(name, index=False))
+
+
+def _check_sheet(table: pd.DataFrame) -> None:
+    """Raise a ValueError if a table does not fit in a sheet of Excel."""
+    for count, most, noun in zip((len(table) + 1, len(table.columns)), SHEET, ("rows", "columns"), strict=True):
+        if count > most:
+            raise ValueError(
+                f"{FUNCTION}: the table has {count:,} {noun}, but a sheet of Excel has at most {most:,}: write CSV or "
+                "Parquet, or select a part of the dataset by isel(...)"
+            )
+
+
+def _write_sheet(table: pd.DataFrame, name: str) -> None:
+    """Write a table as an Excel file, whose name may have any ending."""
+    with open(name, "wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
+        table.to_excel(writer, sheet_name=SHEET_NAME, index=False, inf_rep="inf", freeze_panes=(1, 0))
 
 
 def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tuple[str, ...]:

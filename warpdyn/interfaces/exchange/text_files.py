@@ -52,7 +52,7 @@ def check_same_table(function: str, path: Path, columns: Sequence[str], overwrit
 
     Args:
         function: The public function that writes the table.
-        path: The file; its name ends in ".csv", ".parquet" or ".geojson".
+        path: The file; its name ends in ".csv", ".parquet", ".xlsx" or ".geojson".
         columns: Names of the columns (for GeoJSON, of the properties).
         overwrite: Whether to replace any file.
     """
@@ -98,6 +98,15 @@ def _columns_of(path: Path) -> set[str] | None:
             import pyarrow.parquet
 
             return set(pyarrow.parquet.read_schema(path).names)
+        if path.suffix.lower() == ".xlsx":
+            import openpyxl
+
+            book = openpyxl.load_workbook(path, read_only=True)
+            try:
+                (sheet,) = book.worksheets  # a file with further sheets contains other data
+                return set(next(sheet.iter_rows(max_row=1, values_only=True)))
+            finally:
+                book.close()
         with open(path, encoding="utf-8", newline="") as file:
             if path.suffix.lower() == ".csv":
                 return set(next(csv.reader(file)))

@@ -4,6 +4,7 @@ Each function returns a new figure, or draws into the axes given as `ax` and ret
 if the call is the last line of a cell.
 """
 
+from warpdyn.interfaces.plots.animation.sway import animate
 from warpdyn.interfaces.plots.buildings import building, pushover_curve
 from warpdyn.interfaces.plots.clouds import cloud_regression
 from warpdyn.interfaces.plots.drifts import (
@@ -20,6 +21,7 @@ from warpdyn.interfaces.plots.maps import damage_map
 from warpdyn.interfaces.plots.risk import disaggregation, hazard_and_rates, loss_exceedance, vulnerability
 
 __all__ = [
+    "animate",
     "building",
     "capacities",
     "cloud_regression",

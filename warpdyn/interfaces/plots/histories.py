@@ -52,7 +52,7 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
         >>> run = wd.simulate(scene, structures=3, histories=wd.Histories([0]))
         >>> figure = wd.plots.histories(run)
     """
-    chosen = _chosen_history("histories", dataset, history, "displacement")
+    chosen = chosen_history("histories", dataset, history, "displacement")
     time, displacement = chosen["time"].values, chosen["displacement"].values
     rows = [("Displacement [mm]", 1000 * displacement)]
     is_chain = "storey_force" in chosen
@@ -74,7 +74,7 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
         axes.axhline(0, color="0.6", lw=0.6)
         axes.set_ylabel(label)
         grid(axes)
-    collapse = _collapse(dataset, chosen)
+    collapse = time_of_collapse(dataset, chosen)
     if collapse:
         at, words = collapse
         for axes in all_axes:
@@ -86,7 +86,7 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
     for axes in all_axes:
         axes.set_xlim(time[0], time[-1])
     all_axes[-1].set_xlabel("Time [s]")
-    title(all_axes[0], _sample_title(dataset, chosen))
+    title(all_axes[0], sample_title(dataset, chosen))
     return result
 
 
@@ -113,17 +113,17 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
         if dataset["storey_force"].dims != ("step", "storey"):
             raise ValueError("plots.hysteresis: select steps and storeys by isel(step=[...], storey=[...])")
         return _loops(dataset["storey_drift"].values, dataset["storey_force"].values, ax)[0]
-    chosen = _chosen_history("hysteresis", dataset, history, "displacement", "storey_force")
+    chosen = chosen_history("hysteresis", dataset, history, "displacement", "storey_force")
     drift = np.diff(chosen["displacement"].values, axis=1, prepend=0.0)
     result, all_axes = _loops(drift, chosen["storey_force"].values, ax)
-    collapse = _collapse(dataset, chosen)
+    collapse = time_of_collapse(dataset, chosen)
     if collapse:
         last = np.flatnonzero(np.isfinite(drift).all(axis=1))[-1]
         for storey, axes in enumerate(all_axes):
             end = 1000 * drift[last, storey], chosen["storey_force"].values[last, storey] / 1e6
             axes.plot(*end, "x", color=COLLAPSE_COLOUR, ms=6, mew=1.5)
     if isinstance(result, Picture):
-        result.suptitle(_sample_title(dataset, chosen) + (f" ({collapse[1]})" if collapse else ""), fontsize=10)
+        result.suptitle(sample_title(dataset, chosen) + (f" ({collapse[1]})" if collapse else ""), fontsize=10)
     return result
 
 
@@ -147,7 +147,7 @@ def _loops(drift: np.ndarray, force: np.ndarray, ax: Iterable[Axes] | Axes | Non
     return result, all_axes
 
 
-def _chosen_history(function: str, dataset: xr.Dataset, history: int, *names: str) -> xr.Dataset:
+def chosen_history(function: str, dataset: xr.Dataset, history: int, *names: str) -> xr.Dataset:
     """Return one history of a run; raise an error if the run has no such history."""
     kind = " of a ShearBuilding" if "storey_force" in names else ""
     check_run(function, dataset, *names, "history_sample", advice=_HISTORIES + kind)
@@ -158,12 +158,13 @@ def _chosen_history(function: str, dataset: xr.Dataset, history: int, *names: st
         dataset = dataset.isel(history=history)
     if not np.isfinite(dataset["displacement"].values).any():
         raise ValueError(
-            f"plots.{function}: sample {_sample(dataset)} failed, so its history is NaN: choose another history="
+            f"plots.{function}: sample {number_of_sample(dataset)} failed, so its history is NaN: choose another "
+            "history="
         )
     return dataset
 
 
-def _sample(chosen: xr.Dataset) -> int:
+def number_of_sample(chosen: xr.Dataset) -> int:
     return int(chosen["history_sample"])
 
 
@@ -172,11 +173,11 @@ def _of_sample(dataset: xr.Dataset, chosen: xr.Dataset) -> xr.Dataset | None:
     if "sample" not in dataset.dims:
         return None
     numbers = dataset["sample"].values if "sample" in dataset.coords else np.arange(0)
-    found = np.flatnonzero(numbers == _sample(chosen))
+    found = np.flatnonzero(numbers == number_of_sample(chosen))
     return dataset.isel(sample=int(found[0])) if found.size else None
 
 
-def _collapse(dataset: xr.Dataset, chosen: xr.Dataset) -> tuple[float, str] | None:
+def time_of_collapse(dataset: xr.Dataset, chosen: xr.Dataset) -> tuple[float, str] | None:
     """Return the time [s] and a description of the collapse in a history; None without collapse."""
     own = _of_sample(dataset, chosen)
     if own is None or "status" not in own or decoded_status(own["status"].expand_dims("sample"))[0] != COLLAPSED:
@@ -189,9 +190,9 @@ def _collapse(dataset: xr.Dataset, chosen: xr.Dataset) -> tuple[float, str] | No
     return at, f"collapse at {at:.3g} s"
 
 
-def _sample_title(dataset: xr.Dataset, chosen: xr.Dataset) -> str:
+def sample_title(dataset: xr.Dataset, chosen: xr.Dataset) -> str:
     """Return a title with the sample of a history, its motion and its level."""
-    text, own = f"Sample {_sample(chosen)}", _of_sample(dataset, chosen)
+    text, own = f"Sample {number_of_sample(chosen)}", _of_sample(dataset, chosen)
     if own is None:
         return text
     if "motion_index" in own.coords and "motion_name" in dataset:

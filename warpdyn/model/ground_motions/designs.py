@@ -128,7 +128,7 @@ class Stripes(Design):
         motions = checked_motions(given)
         intensities = intensities_of(motions, self.measure)
         units = self.measure.level_units
-        levels = np.atleast_1d(real_numbers("levels", self.levels))
+        levels = np.atleast_1d(real_numbers("levels", self.levels, units))
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
         if np.any(np.diff(levels) <= 0):

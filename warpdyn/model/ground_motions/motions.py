@@ -55,7 +55,7 @@ class GroundMotion(FrozenArrays):
     def __post_init__(self) -> None:
         for name in ("name", "source", "record", "component"):
             object.__setattr__(self, name, checked_text(f"GroundMotion.{name}", getattr(self, name)))
-        acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration)
+        acceleration = real_numbers(f"motion {self.name!r}: acceleration", self.acceleration, "m s-2")
         if acceleration.ndim != 1 or acceleration.size < 2:
             raise ValueError(
                 f"motion {self.name!r}: acceleration must be one row of at least 2 values, got shape "

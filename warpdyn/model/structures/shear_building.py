@@ -160,7 +160,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
                 )
         arrays = {}
         for name, value in self._values(given, kind.parameters).items():
-            arrays[name] = real_numbers(name, value)
+            arrays[name] = real_numbers(name, value, known[name].units)
             if arrays[name].ndim > 1:
                 raise ValueError(f"{name} must be one value or one per storey, got shape {arrays[name].shape}")
             if not arrays[name].size:

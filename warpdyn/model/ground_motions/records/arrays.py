@@ -77,7 +77,7 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
             f"from_dataset() takes an xarray Dataset or DataArray, got {type(data).__name__}: for an array use "
             "wd.records.from_array(values, step, unit)"
         )
-    label = str(data.name or "motion")
+    label = "motion" if data.name in (None, "") else str(data.name)
     others = [dimension for dimension in data.dims if dimension != "time"]
     if "time" not in data.dims or len(others) > 1:
         raise ValueError(

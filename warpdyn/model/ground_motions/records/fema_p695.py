@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -101,7 +102,7 @@ def _read(name_of_file: str) -> list[GroundMotion]:
     return motions
 
 
-def _columns(table) -> dict[str, np.ndarray]:
+def _columns(table: Any) -> dict[str, np.ndarray]:
     """Return the columns of a pandas table in HDF5, in which columns of the same type are stored as one block."""
     rows = table[:]
     columns = {field: rows[field] for field in rows.dtype.names}

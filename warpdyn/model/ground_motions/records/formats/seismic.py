@@ -6,6 +6,7 @@ import io
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -66,7 +67,7 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
     return [replace(motion, source=str(path)) for motion in motions]
 
 
-def _check_sac(path: str | PathLike, trace) -> None:
+def _check_sac(path: str | PathLike, trace: Any) -> None:
     """Raise a ValueError if a SAC file has uneven times or extrema that differ from its header."""
     header = trace.stats.sac
     if not int(header.get("leven", 1)):

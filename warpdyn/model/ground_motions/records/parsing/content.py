@@ -126,8 +126,7 @@ def is_sac(data: bytes) -> bool:
     if len(data) < 632:
         return False
     return any(
-        int.from_bytes(data[304:308], order) in (6, 7)  # type: ignore[arg-type]  # order is one of the two literals
-        and len(data) >= 632 + 4 * int.from_bytes(data[316:320], order)  # type: ignore[arg-type]
+        int.from_bytes(data[304:308], order) in (6, 7) and len(data) >= 632 + 4 * int.from_bytes(data[316:320], order)
         for order in ("little", "big")
     )
 

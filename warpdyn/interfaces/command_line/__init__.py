@@ -1,0 +1,1 @@
+"""The command `warpdyn`: self-test, runs of scenes from files, and reports of runs."""

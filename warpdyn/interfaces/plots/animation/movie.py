@@ -1,0 +1,79 @@
+"""An animation that is shown in notebooks and written to files."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+from matplotlib.figure import Figure
+
+from warpdyn.interfaces.exchange.text_files import checked_path, write_in_place
+
+FUNCTION = "animate"
+FORMATS = {".gif": "GIF", ".webp": "WEBP", ".mp4": "mp4"}
+PALETTE = 64  # colours of a GIF; lines and letters need few, and the file is half as large as with 256
+
+
+class Movie(FuncAnimation):
+    """An animation that a notebook shows as the result of a cell, and that `save` writes as GIF, WebP or MP4."""
+
+    def __init__(self, figure: Figure, draw: Any, frames: int, fps: float) -> None:
+        self.fps, self.frames = fps, frames
+        super().__init__(figure, draw, frames=frames, interval=1000 / fps, cache_frame_data=False)
+
+    def __del__(self) -> None:
+        """Do not warn if the animation was not drawn: `animate` may be called only to look at its figure."""
+
+    def save(self, filename: str | os.PathLike, writer: Any = None, *given: Any, **how: Any) -> None:
+        """Write the animation to a file, which gets its name when it is complete.
+
+        Args:
+            filename: The file; without `writer` its name ends in ".gif", ".webp" or ".mp4".
+            writer: A writer of matplotlib; None: Pillow for GIF and WebP, ffmpeg for MP4.
+            given, how: Further arguments of `matplotlib.animation.Animation.save`, such as dpi=80.
+
+        Raises:
+            ValueError: If the name has another ending.
+            ImportError: If the file is MP4 and ffmpeg is not installed.
+            OSError: If the file cannot be written.
+        """
+        if writer is not None:
+            super().save(os.fspath(filename), writer, *given, **how)
+            return
+        path = checked_path(f"plots.{FUNCTION}().save", filename, *FORMATS)
+        kind = FORMATS[path.suffix.lower()]
+        if kind == "mp4" and not FFMpegWriter.isAvailable():
+            raise ImportError(
+                f"plots.{FUNCTION}().save: MP4 needs the program ffmpeg, which is not installed: install it, or save "
+                f"{path.with_suffix('.gif').name} or {path.with_suffix('.webp').name}"
+            )
+        chosen = FFMpegWriter(round(self.fps), extra_args=["-f", "mp4"]) if kind == "mp4" else _Images(self.fps, kind)
+        write_in_place(path, lambda name: super(Movie, self).save(name, chosen, *given, **how))
+
+    def _repr_html_(self) -> str:
+        return str(self.to_jshtml(fps=max(round(self.fps), 1)))
+
+
+class _Images(PillowWriter):
+    """Writes an animation as a GIF with few colours, or as a WebP; the name of the file may have any ending."""
+
+    def __init__(self, fps: float, kind: str) -> None:
+        super().__init__(fps=fps)  # type: ignore[arg-type]  # whole numbers are not needed
+        self.kind = kind
+
+    def finish(self) -> None:
+        frames: list[Any] = self._frames  # type: ignore[attr-defined]  # of PillowWriter
+        if self.kind == "GIF":
+            palette = frames[-1].quantize(PALETTE, method=1)  # 1: maximum coverage, which keeps white
+            frames = [frame.quantize(palette=palette, dither=0) for frame in frames]
+        how = {"quality": 70, "method": 4} if self.kind == "WEBP" else {"optimize": True}
+        frames[0].save(
+            self.outfile,
+            format=self.kind,
+            save_all=True,
+            append_images=frames[1:],
+            duration=round(1000 / self.fps),
+            loop=0,
+            **how,
+        )
