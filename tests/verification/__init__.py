@@ -1,0 +1,10 @@
+"""Problems of the verification manual: one description for the tests and for the pages of the site."""
+
+from __future__ import annotations
+
+from .problem import Problem, Verdict, judge
+from .sdof import PROBLEMS as SDOF
+
+PROBLEMS: tuple[Problem, ...] = (*SDOF,)
+
+__all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]
