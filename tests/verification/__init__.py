@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from .chains import PROBLEMS as CHAINS
+from .methods import PROBLEMS as METHODS
 from .problem import Problem, Verdict, judge
 from .sdof import PROBLEMS as SDOF
 
-PROBLEMS: tuple[Problem, ...] = (*SDOF,)
+PROBLEMS: tuple[Problem, ...] = (*SDOF, *METHODS, *CHAINS)
 
 __all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]
