@@ -89,11 +89,11 @@ def sliding_block() -> Outcome:
         energy = []
         for duration in (4.0, 12.0):
             with AS_GIVEN:
-                device = wd.laws.FrictionDamper(slip_force=1.0, brace_stiffness=1e7)
+                device = wd.laws.FrictionDamper(slip_force=1.0, brace_stiffness=1e9)
                 block = storey(1.0, FREE, devices=[device])
                 load = wd.HarmonicForce([size], 2 * np.pi, duration)
                 scene = wd.Scene(block, load, recorders=("energy",))
-                run = wd.simulate(scene, method="rk4", step=2e-5, dtype="float64", device="cpu")
+                run = wd.simulate(scene, method="rk4", step=5e-5, dtype="float64", device="cpu")
             energy.append(float(run["hysteretic_energy"].sum()))
         values.append(10 * (energy[1] - energy[0]) / 8)
     return Outcome(values)
@@ -223,11 +223,12 @@ PROBLEMS = (
         "12 s, which is ten times the dissipated power.",
         (
             ("mass", "1", "kg"), ("friction force", "1", "N"), ("driving force", "A sin(2πt)", "N"),
-            ("brace stiffness", "1e7", "N/m"), ("method and step", "rk4, 0.02 ms", ""),
+            ("brace stiffness", "1e9", "N/m"), ("method and step", "rk4, 0.05 ms", ""),
         ),
         [Row(f"wear power, A = {a:g} N", "W", p) for a, p in zip(truth.DRIVES, (15.2671, 0.409062, 0.000226164, 0.0), strict=True)],
-        ("device", {"kind": "friction"}), truth.sliding_block, sliding_block, 1e-5,
-        "The brace of 1e7 N/m stores 1e-7 m before it slips; differences are relative to the largest power.",
+        ("device", {"kind": "friction"}), truth.sliding_block, sliding_block, 2e-5,
+        "The friction turns while the brace unloads, which takes 16 µs with 1e9 N/m: a difference of 1.3e-5. It is "
+        "proportional to 1/√k (7.5e-5 with 1e7 N/m).",
         notes="The printed quantity is the wear power, with the normal force. The power of the friction force is a tenth of "
         "it.",
     ),

@@ -162,6 +162,7 @@ PROBLEMS = (
             ("corners", "ductility 4, 7, 12; force 1.2, 1.3, 0.4", ""), ("reloading and unloading", "0.5, 0.25, 0.05", ""),
             ("damage", "stiffness, reloading and strength, by energy", ""),
         ),
+        1e-8,
     ),
     law_problem(
         "V45", "Peak-oriented storey of Ibarra, Medina and Krawinkler", "peak_oriented", "IMKPeakOriented",
