@@ -98,7 +98,7 @@ html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
-html_sidebars = {"getting_started": [], "validation/index": []}  # sections of one page
+html_sidebars = {"getting_started": []}  # a section of one page
 html_theme_options = {
     "show_prev_next": True,
     "navigation_with_keys": False,
@@ -124,7 +124,7 @@ copybutton_selector = ":not(.output) > div.highlight > pre"  # not what a progra
 
 def write_generated_pages(app: Sphinx) -> None:
     """Write the files that are generated from the code: pages of laws, tables and diagrams."""
-    from generate import architecture, laws, methods, slots, theory, validation
+    from generate import architecture, laws, methods, slots, theory, validation, verification
 
     for part in (
         laws.write_pages,
@@ -133,6 +133,7 @@ def write_generated_pages(app: Sphinx) -> None:
         slots.write_table,
         architecture.write_pictures,
         theory.write_parts,
+        verification.write_pages,
     ):
         part(DOCS)
 

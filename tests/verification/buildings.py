@@ -11,7 +11,7 @@ from . import buildings_truth as truth, chains_truth
 from .buildings_truth import PULSE_STEP
 from .el_centro import STEP, el_centro
 from .problem import CLOSED, PUBLISHED, SCIPY, Outcome, Problem, Row, series
-from .runs import AS_GIVEN, curve, history
+from .runs import AS_GIVEN, history
 from .solvers import peak
 
 GROUP = "Buildings: modes, earthquakes, torsion, soil and equipment"
@@ -89,9 +89,7 @@ def modal_damping_matrix() -> Outcome:
 
 def two_storeys() -> Outcome:
     """Modal equations by `exact`; storeys with modal damping by rk4 at 1 ms."""
-    building = wd.ShearBuilding(
-        [5000.0, 2500.0], [394784.0, 197392.0], 3.0, damping="modal", damping_ratio=0.02
-    )
+    building = wd.ShearBuilding([5000.0, 2500.0], [394784.0, 197392.0], 3.0, damping="modal", damping_ratio=0.02)
     w, table = modal_run(building, 0.02, np.zeros(2))
     run = history(building, shortened(15.0), 1e-3)
     roof = run["displacement"].values[0, :, 1]
@@ -170,18 +168,27 @@ MODAL_TABLE = [
 ]
 PROBLEMS = (
     Problem(
-        "V19", "Five-storey shear frame: modes, effective masses and heights", GROUP, CLOSED,
+        "V19",
+        "Five-storey shear frame: modes, effective masses and heights",
+        GROUP,
+        CLOSED,
         "Chopra, Dynamics of Structures, section 12.8 and tables 13.2.2 and 13.2.3. Closed form: ω = 2√(k/m) "
         "sin((2i - 1)π/22).",
         "Modes of the uniform frame of problems V20 and V21.",
         FRAME[:3],
         [row for name, unit, printed in MODAL_TABLE for row in series(name, range(1, 6), unit, printed)],
         ("chain", {"masses": 5}),
-        chains_truth.five_storey_modes, five_storey_modes, 1e-11,
-        "Rounding of a 5 × 5 eigenvalue problem; the effective mass of mode 5 is a small difference.", scale="value",
+        chains_truth.five_storey_modes,
+        five_storey_modes,
+        1e-11,
+        "Rounding of a 5 × 5 eigenvalue problem; the effective mass of mode 5 is a small difference.",
+        scale="value",
     ),
     Problem(
-        "V20", "Five-storey shear frame under El Centro: modal response histories", GROUP, PUBLISHED,
+        "V20",
+        "Five-storey shear frame under El Centro: modal response histories",
+        GROUP,
+        PUBLISHED,
         "Chopra, Dynamics of Structures, 5th ed. 2020, section 13.2.6, figures 13.2.7 and 13.2.8, as reproduced in "
         "GeorgePapazafeiropoulos/LinDRHAMatlab, Documentation.pdf.",
         "Peaks of the first 15 s between samples too: roof displacement, shear of the fifth storey, base shear, base "
@@ -193,123 +200,208 @@ PROBLEMS = (
             for j, mode in enumerate(MODES)
         ],
         ("chain", {"masses": 5, "motion": True}),
-        chains_truth.five_storey_histories, five_storey_histories, 1e-6,
+        chains_truth.five_storey_histories,
+        five_storey_histories,
+        1e-6,
         "Tops of parabolas through steps of 1 ms; the highest mode has ωh = 0.02 and a small share.",
         axes={"roof displacement": TIME_AND_U},
         notes="The printed peaks of modes 3 to 5 are peaks between samples: at the samples of 0.02 s they are 0.5 to 1.7 % "
         "smaller. All 24 printed values agree within 0.34 %.",
     ),
     Problem(
-        "V21", "Five-storey shear frame under El Centro: response spectrum analysis", GROUP, PUBLISHED,
+        "V21",
+        "Five-storey shear frame under El Centro: response spectrum analysis",
+        GROUP,
+        PUBLISHED,
         "Chopra, Dynamics of Structures, 5th ed., example 13.8.2 and section 13.8; values as in the package structdyn "
         "0.8.0, examples/mdf/eg_rsa.py.",
-        "Spectral displacements of the five modes, and base shear by SRSS, CQC and absolute sum. warpdyn supplies spectra, "
+        "Spectral displacements of the five modes, and base shear by SRSS, CQC and absolute sum. warpdyn supplies "
+        "spectra, "
         "modes and effective masses; the combination is one line of NumPy.",
         (*FRAME, QUAKE),
         [
             *series("D{}", range(1, 6), "m", [0.13649, 0.06557, 0.03823, 0.02227, 0.01657]),
-            Row("base shear, SRSS", "kN", 291.2219012), Row("base shear, CQC", "kN"),
+            Row("base shear, SRSS", "kN", 291.2219012),
+            Row("base shear, CQC", "kN"),
             Row("base shear, absolute sum", "kN"),
         ],
         ("chain", {"masses": 5, "motion": True}),
-        chains_truth.five_storey_spectrum, five_storey_spectrum, 1e-6,
-        "The independent peak is the top of a parabola through points 1 ms apart.", scale="value",
+        chains_truth.five_storey_spectrum,
+        five_storey_spectrum,
+        1e-6,
+        "The independent peak is the top of a parabola through points 1 ms apart.",
+        scale="value",
         notes="The printed SRSS value uses peaks at the samples only.",
     ),
     Problem(
-        "V22", "Damping matrix with the same ratio in all modes", GROUP, PUBLISHED,
+        "V22",
+        "Damping matrix with the same ratio in all modes",
+        GROUP,
+        PUBLISHED,
         "Chopra, Dynamics of Structures, example 11.4; C33 as in structdyn 0.8.0, examples/mdf/eg_damping_mat.py.",
-        "Superposition of modal damping matrices, as with `damping=\"modal\"`.",
+        'Superposition of modal damping matrices, as with `damping="modal"`.',
         (("masses", "200, 200, 100", "Mg"), ("storey stiffness", "3 of 1e8", "N/m"), ("damping ratio", "0.05", "")),
         [Row(f"C{i}{j}", "kN s/cm", 2.879834412 if i == j == 3 else None) for i in (1, 2, 3) for j in range(i, 4)],
         ("chain", {"masses": 3}),
-        chains_truth.modal_damping_matrix, modal_damping_matrix, 1e-12, "Rounding of a 3 × 3 eigenvalue problem.",
+        chains_truth.modal_damping_matrix,
+        modal_damping_matrix,
+        1e-12,
+        "Rounding of a 3 × 3 eigenvalue problem.",
     ),
     Problem(
-        "V23", "Two-storey building under El Centro", GROUP, PUBLISHED,
+        "V23",
+        "Two-storey building under El Centro",
+        GROUP,
+        PUBLISHED,
         "NPTEL web course Introduction to Earthquake Engineering, example 3.6, figures reproduced in "
         "GeorgePapazafeiropoulos/LinDRHAMatlab, Documentation.pdf.",
         "Peaks of top displacement and base shear of each mode and of both. The periods are 1.0 and 0.5 s.",
         (
-            ("masses", "5000 (first floor), 2500 (top)", "kg"), ("storey stiffness", "394784, 197392", "N/m"),
-            ("damping ratio", "0.02 in each mode", ""), QUAKE, ("method and step", "exact and rk4, 1 ms", ""),
+            ("masses", "5000 (first floor), 2500 (top)", "kg"),
+            ("storey stiffness", "394784, 197392", "N/m"),
+            ("damping ratio", "0.02 in each mode", ""),
+            QUAKE,
+            ("method and step", "exact and rk4, 1 ms", ""),
         ),
         [
-            Row("ω1", "rad/s", 6.283), Row("ω2", "rad/s", 12.566), Row("u2, mode 1", "m", 0.2),
-            Row("u2, mode 2", "m", 0.022), Row("u2, both modes", "m", 0.202), Row("Vb, mode 1", "kN", 39.81),
-            Row("Vb, mode 2", "kN", 8.85), Row("Vb, both modes", "kN", 40.72),
+            Row("ω1", "rad/s", 6.283),
+            Row("ω2", "rad/s", 12.566),
+            Row("u2, mode 1", "m", 0.2),
+            Row("u2, mode 2", "m", 0.022),
+            Row("u2, both modes", "m", 0.202),
+            Row("Vb, mode 1", "kN", 39.81),
+            Row("Vb, mode 2", "kN", 8.85),
+            Row("Vb, both modes", "kN", 40.72),
         ],
         ("chain", {"masses": 2, "motion": True}),
-        chains_truth.two_storeys, two_storeys, 1e-6, "Tops of parabolas through steps of 1 ms, ωh = 0.013.",
+        chains_truth.two_storeys,
+        two_storeys,
+        1e-6,
+        "Tops of parabolas through steps of 1 ms, ωh = 0.013.",
         axes={"top displacement": TIME_AND_U},
         notes="The printed peaks of the modes are 0.2 to 3.4 % smaller than the exact peaks. Totals agree within 0.3 %.",
     ),
     Problem(
-        "V24", "Shear building of a Hazus class", GROUP, CLOSED,
-        "Hazus capacity curve C1M, high code; chain by Lu and Guan's formulas: K0 = 4π²λm/T², λ = 1/(4 sin²(π/(4N + 2))), "
+        "V24",
+        "Shear building of a Hazus class",
+        GROUP,
+        CLOSED,
+        "Hazus capacity curve C1M, high code; chain by Lu and Guan's formulas: K0 = 4π²λm/T², λ = 1/(4 sin²(π/(4N + "
+        "2))), "
         "V_i = V_1 (1 - i(i - 1)/(N(N + 1))).",
         "`from_hazus` builds a uniform chain whose first period is that of the class.",
         (("class and code level", "C1M, high", ""), ("storeys", "5", ""), ("floor mass", "1e6", "kg")),
         [
             Row("storey stiffness", "N/m", 866317029.186),
-            *series("yield force of storey {}", range(1, 6), "N", truth.DESIGN_FORCE), Row("first period", "s", 0.75),
+            *series("yield force of storey {}", range(1, 6), "N", truth.DESIGN_FORCE),
+            Row("first period", "s", 0.75),
         ],
         ("chain", {"masses": 5}),
-        truth.hazus_chain, hazus_chain, 2e-9,
-        "The published strength of the first storey has 9 digits; stiffness and period agree to rounding.", scale="value",
+        truth.hazus_chain,
+        hazus_chain,
+        2e-9,
+        "The published strength of the first storey has 9 digits; stiffness and period agree to rounding.",
+        scale="value",
     ),
     Problem(
-        "V25", "One-storey building with eccentric stiffness", GROUP, SCIPY,
-        "Plan of Chopra, Dynamics of Structures, example 10.6 (model as in GeorgePapazafeiropoulos/DRSAMatlab), in SI units.",
+        "V25",
+        "One-storey building with eccentric stiffness",
+        GROUP,
+        SCIPY,
+        "Plan of Chopra, Dynamics of Structures, example 10.6 (model as in GeorgePapazafeiropoulos/DRSAMatlab), in "
+        "SI units.",
         "A rigid deck on one frame across and two frames along, moved across. A LinearSystem with the influence vector "
         "[0, 1, 0] represents displacement and rotation.",
         (
-            ("deck", "9.144 × 6.096, 27215.5 kg", "m"), ("frame A at e = 0.4572 m", "1094542.72", "N/m"),
-            ("frames B and C at ±3.048 m", "583756.117 each", "N/m"), ("damping ratio", "0.05 in each mode", ""),
-            ("base acceleration", "3 sin(2πt) exp(-0.5t), sampled at 0.01 s", "m/s²"), ("method and step", "exact, 1 ms", ""),
+            ("deck", "9.144 × 6.096, 27215.5 kg", "m"),
+            ("frame A at e = 0.4572 m", "1094542.72", "N/m"),
+            ("frames B and C at ±3.048 m", "583756.117 each", "N/m"),
+            ("damping ratio", "0.05 in each mode", ""),
+            ("base acceleration", "3 sin(2πt) exp(-0.5t), sampled at 0.01 s", "m/s²"),
+            ("method and step", "exact, 1 ms", ""),
         ),
         [
-            Row("ω1", "rad/s", 5.878), Row("ω2", "rad/s", 6.553), Row("ω3", "rad/s", 6.794), Row("peak of u_y", "m"),
-            Row("peak deformation of frame A", "m"), Row("peak deformation of frame B", "m"), Row("peak rotation", "rad"),
+            Row("ω1", "rad/s", 5.878),
+            Row("ω2", "rad/s", 6.553),
+            Row("ω3", "rad/s", 6.794),
+            Row("peak of u_y", "m"),
+            Row("peak deformation of frame A", "m"),
+            Row("peak deformation of frame B", "m"),
+            Row("peak rotation", "rad"),
         ],
         ("plan", {}),
-        truth.torsion, torsion, 1e-7, TOPS, scale="value", axes={"rotation": ("time [s]", "rotation [rad]")},
+        truth.torsion,
+        torsion,
+        1e-7,
+        TOPS,
+        scale="value",
+        axes={"rotation": ("time [s]", "rotation [rad]")},
         notes="The printed frequencies belong to a mass that is rounded to 1.863 kip s²/ft.",
     ),
     Problem(
-        "V26", "Oscillator on a swaying and rocking foundation (soil-structure interaction)", GROUP, SCIPY,
-        "Eigenvalues of the state matrix and matrix exponentials. Springs and dashpots of the soil: Pais and Kausel (1988) "
+        "V26",
+        "Oscillator on a swaying and rocking foundation (soil-structure interaction)",
+        GROUP,
+        SCIPY,
+        "Eigenvalues of the state matrix and matrix exponentials. Springs and dashpots of the soil: Pais and Kausel "
+        "(1988) "
         "as in NIST GCR 12-917-21.",
         "Deformation of the structure, sway and rocking of the base. The mass matrix is full; the influence vector is "
         "[0, 1, 0].",
         (
-            ("mass and height", "500e3 kg at 12", "m"), ("period and damping on a fixed base", "0.4 s, 0.05", ""),
-            ("foundation", "150e3 kg, 2.0e6 kg m²", ""), ("Kx, Kr", "1.80526547e9 N/m, 7.61376826e10 N m", ""),
+            ("mass and height", "500e3 kg at 12", "m"),
+            ("period and damping on a fixed base", "0.4 s, 0.05", ""),
+            ("foundation", "150e3 kg, 2.0e6 kg m²", ""),
+            ("Kx, Kr", "1.80526547e9 N/m, 7.61376826e10 N m", ""),
             ("cx, cr", "64783675.5 N s/m, 207438885 N m s", ""),
-            ("base acceleration", "3 sin(4πt) exp(-0.5t), sampled at 0.01 s", "m/s²"), ("method and step", "exact, 1 ms", ""),
+            ("base acceleration", "3 sin(4πt) exp(-0.5t), sampled at 0.01 s", "m/s²"),
+            ("method and step", "exact, 1 ms", ""),
         ),
         [
-            Row("period of the first complex mode", "s"), Row("its damping ratio", "1"), Row("peak deformation", "m"),
-            Row("peak sway", "m"), Row("peak displacement relative to the ground", "m"), Row("peak rocking", "rad"),
+            Row("period of the first complex mode", "s"),
+            Row("its damping ratio", "1"),
+            Row("peak deformation", "m"),
+            Row("peak sway", "m"),
+            Row("peak displacement relative to the ground", "m"),
+            Row("peak rocking", "rad"),
         ],
         ("rocking", {}),
-        truth.soil_structure, soil_structure, 2e-6,
+        truth.soil_structure,
+        soil_structure,
+        2e-6,
         "Tops of parabolas through steps of 1 ms and 0.5 ms of a response with ωh = 0.014; the base has frequencies of "
-        "200 rad/s.", scale="value", axes={"structural deformation": TIME_AND_U},
+        "200 rad/s.",
+        scale="value",
+        axes={"structural deformation": TIME_AND_U},
     ),
     Problem(
-        "V27", "Tuned equipment on a two-storey building", GROUP, SCIPY,
+        "V27",
+        "Tuned equipment on a two-storey building",
+        GROUP,
+        SCIPY,
         "Matrix exponentials. Light equipment tuned to a mode makes the damping non-classical.",
-        "The equipment on the second floor has the frequency of the first mode, 1 % damping and 0.1 % or 1 % of a floor's "
+        "The equipment on the second floor has the frequency of the first mode, 1 % damping and 0.1 % or 1 % of a "
+        "floor's "
         "mass.",
         (
-            ("floors", "2 of 100e3", "kg"), ("storey stiffness", "2 of 50e6", "N/m"),
-            ("damping of the building", "0.05 in each mode", ""), ("equipment", "0.001 and 0.01 of a floor, 1 % damping", ""),
-            ("base acceleration", "2 sin(4πt) exp(-0.4t), sampled at 0.01 s", "m/s²"), ("method and step", "exact, 1 ms", ""),
+            ("floors", "2 of 100e3", "kg"),
+            ("storey stiffness", "2 of 50e6", "N/m"),
+            ("damping of the building", "0.05 in each mode", ""),
+            ("equipment", "0.001 and 0.01 of a floor, 1 % damping", ""),
+            ("base acceleration", "2 sin(4πt) exp(-0.4t), sampled at 0.01 s", "m/s²"),
+            ("method and step", "exact, 1 ms", ""),
         ),
-        [Row(f"peak {name}, {share:g} m", "m") for share in truth.EQUIPMENT for name in ("roof displacement", "equipment deformation")],
+        [
+            Row(f"peak {name}, {share:g} m", "m")
+            for share in truth.EQUIPMENT
+            for name in ("roof displacement", "equipment deformation")
+        ],
         ("chain", {"masses": 2, "motion": True, "equipment": True}),
-        truth.tuned_equipment, tuned_equipment, 1e-7, TOPS, scale="value",
+        truth.tuned_equipment,
+        tuned_equipment,
+        1e-7,
+        TOPS,
+        scale="value",
         axes={"equipment": ("time [s]", "deformation of the equipment [m]")},
     ),
-)  # fmt: skip
+)

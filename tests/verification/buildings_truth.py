@@ -77,7 +77,13 @@ def soil_structure() -> Outcome:
     first = min((root for root in roots if root.imag > 0), key=abs)
     time, u = respond(mass, damping, stiffness, np.array([0, 1.0, 0]), pulse(3.0, 0.5, 0.5, 8.0))
     total = u[:, 0] + u[:, 1] + SOIL["h"] * u[:, 2]
-    values = [2 * np.pi / abs(first), -first.real / abs(first), *(peak(each) for each in u.T[:2]), peak(total), peak(u[:, 2])]
+    values = [
+        2 * np.pi / abs(first),
+        -first.real / abs(first),
+        *(peak(each) for each in u.T[:2]),
+        peak(total),
+        peak(u[:, 2]),
+    ]
     return Outcome(values, {"structural deformation": (time[::10], u[::10, 0])})
 
 

@@ -132,7 +132,8 @@ PROBLEMS = (
         GROUP,
         PUBLISHED,
         f"Code_Aster test SDLD21 (repository ehmoussi/code_aster, astest/sdld21a.comm, 2020-11-09). {VPCS}",
-        "Complex displacement of the fourth mass under a force of 1 N exp(i2πft) on it. The run starts from rest and lasts "
+        "Complex displacement of the fourth mass under a force of 1 N exp(i2πft) on it. The run starts from rest and "
+        "lasts "
         "70 s, so that the transient (0.30 1/s in the first mode) has decayed to 1e-9.",
         (*EIGHT_INPUT, DAMPERS, ("force", "1 on mass 4", "N"), ("method and step", "rk4, T/200 (T/40 at 40 Hz)", "")),
         [
@@ -156,9 +157,29 @@ PROBLEMS = (
         f"Code_Aster test SDLD22 (repository ehmoussi/code_aster, astest/sdld22a.comm, 2020-11-09). {VPCS}",
         "A force of 1 N acts on the fourth mass for 1 s. The printed times are near the extremes of its displacement.",
         (*EIGHT_INPUT, DAMPERS, ("force", "1 on mass 4, 0 to 1 s", "N"), ("method and step", "exact, 1 ms", "")),
-        series("u4({} s)", truth.PULSE_TIMES, "m", [
-            4.02e-05, 4.22e-06, 3.89e-05, 5.98e-06, 3.73e-05, 7.14e-06, 3.64e-05, 8.07e-06, 3.58e-05, 8.76e-06,
-            3.52e-05, -3.08e-05, 3.02e-05, -2.88e-05, 2.8e-05, -2.65e-05]),
+        series(
+            "u4({} s)",
+            truth.PULSE_TIMES,
+            "m",
+            [
+                4.02e-05,
+                4.22e-06,
+                3.89e-05,
+                5.98e-06,
+                3.73e-05,
+                7.14e-06,
+                3.64e-05,
+                8.07e-06,
+                3.58e-05,
+                8.76e-06,
+                3.52e-05,
+                -3.08e-05,
+                3.02e-05,
+                -2.88e-05,
+                2.8e-05,
+                -2.65e-05,
+            ],
+        ),
         ("chain", EIGHT_SKETCH | {"load": 4}),
         truth.rectangular_pulse,
         rectangular_pulse,
@@ -224,7 +245,8 @@ PROBLEMS = (
         SCIPY,
         "Table of peak displacements in the paper on explicit Runge-Kutta methods from which warpdyn started "
         "(see studies/seed_frame.py). Exact solution: matrix exponentials, confirmed in 40-digit arithmetic.",
-        "M u'' + C u' + K u = [0, 100, 0] sin(10t) N from rest, C = 0.0015 K, for 10 s. The rows are displacements, peaks, "
+        "M u'' + C u' + K u = [0, 100, 0] sin(10t) N from rest, C = 0.0015 K, for 10 s. The rows are displacements, "
+        "peaks, "
         "times of the peaks, and the largest errors of rk4 at three steps, which show its order 4.",
         (
             ("masses", "200, 150, 100", "kg"),
@@ -243,7 +265,8 @@ PROBLEMS = (
         truth.seed_frame,
         seed_frame,
         1e-8,
-        "The error of rk4 at 1 ms is 2.2e-11 m. Errors of rk4 are compared with those of a Runge-Kutta program in NumPy.",
+        "The error of rk4 at 1 ms is 2.2e-11 m. Errors of rk4 are compared with those of a Runge-Kutta program in "
+        "NumPy.",
         axes={f"displacement u{dof}": TIME_AND_U for dof in (1, 3)},
         notes="The published peaks do not follow from the published parameters. Row 1 of the equations, divided by 2, is "
         "row 3 with u3 = 2 u1. So u3 = 2 u1 at all times, for any load on mass 2, while the published peaks have "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 import warpdyn as wd
@@ -35,9 +37,7 @@ def friction_decay() -> Outcome:
 def friction_pendulum() -> Outcome:
     """Storey law `friction_pendulum`, rk4 at 0.1 ms."""
     p = truth.PENDULUM
-    law = wd.laws.FrictionPendulum(
-        friction_coefficient=p["friction"], radius=p["radius"], weight=p["mass"] * 9.80665
-    )
+    law = wd.laws.FrictionPendulum(friction_coefficient=p["friction"], radius=p["radius"], weight=p["mass"] * 9.80665)
     building = storey(p["mass"], p["stiffness"], law=law)
     run = history(building, wd.FreeVibration(5.0, displacement=p["start"]), 1e-4)
     u = run["displacement"].values[0, :, 0]
@@ -55,7 +55,7 @@ def lead_rubber() -> Outcome:
     force, energy = [], []
     for drift in truth.BEARING_DRIFTS:
         turns = np.array([0, drift, -drift, drift])
-        path = np.concatenate([np.linspace(a, b, 2001)[1:] for a, b in zip(turns[:-1], turns[1:], strict=True)])
+        path = np.concatenate([np.linspace(a, b, 2001)[1:] for a, b in pairwise(turns)])
         found = wd.storey_hysteresis(building, np.append(0, path))
         dissipated = found["dissipated_energy"].values[:, 0]
         force.append(found["storey_force"].values[2000, 0])
@@ -63,7 +63,9 @@ def lead_rubber() -> Outcome:
     largest = truth.BEARING_DRIFTS[-1]
     corner = largest - 2 * p["yield_force"] / p["stiffness"]
     turns = np.array([0, largest, corner, -largest, -corner, largest])
-    return Outcome([*force, *(np.array(force) / truth.BEARING_DRIFTS), *energy], {"loop": (turns[1:], loop(building, turns)[1:])})
+    return Outcome(
+        [*force, *(np.array(force) / truth.BEARING_DRIFTS), *energy], {"loop": (turns[1:], loop(building, turns)[1:])}
+    )
 
 
 def falling_mass() -> Outcome:
@@ -163,117 +165,201 @@ def tuned_mass_damper() -> Outcome:
 
 PROBLEMS = (
     Problem(
-        "V34", "Coulomb friction: amplitudes of free vibration", GROUP, CLOSED,
+        "V34",
+        "Coulomb friction: amplitudes of free vibration",
+        GROUP,
+        CLOSED,
         "Den Hartog 1931: each half swing is shorter by 2F/k, and the mass stops where k|u| < F.",
         "A friction damper parallel to an elastic storey, released from 0.1 m. It stops at -0.01 m.",
         (
-            ("mass m", "1", "kg"), ("stiffness k", "100", "N/m"), ("slip force F", "1.5", "N"),
-            ("brace stiffness", "1e7", "N/m"), ("method and step", "rk4, 0.05 ms", ""),
+            ("mass m", "1", "kg"),
+            ("stiffness k", "100", "N/m"),
+            ("slip force F", "1.5", "N"),
+            ("brace stiffness", "1e7", "N/m"),
+            ("method and step", "rk4, 0.05 ms", ""),
         ),
         series("displacement at {}π/10 s", (1, 2, 3), "m"),
-        ("device", {"kind": "friction"}), truth.friction_decay, friction_decay, 1e-5,
-        "The brace gives by F/k_brace = 1.5e-7 m, twice in each half swing.", axes={"displacement": TIME_AND_U},
+        ("device", {"kind": "friction"}),
+        truth.friction_decay,
+        friction_decay,
+        1e-5,
+        "The brace gives by F/k_brace = 1.5e-7 m, twice in each half swing.",
+        axes={"displacement": TIME_AND_U},
     ),
     Problem(
-        "V35", "Friction pendulum: swings of an isolated mass", GROUP, CLOSED,
+        "V35",
+        "Friction pendulum: swings of an isolated mass",
+        GROUP,
+        CLOSED,
         "Balance of energy between turning points: slope W/R, friction μW, unloading with the initial stiffness.",
         "The mass is released from 0.75 m. In the limit of a rigid start each half swing is shorter by 2μR = 0.2 m.",
         (
-            ("mass", "1e5", "kg"), ("radius R", "2 (T = 2π√(R/g) = 2.84 s)", "m"), ("friction coefficient μ", "0.05", ""),
-            ("initial stiffness", "2e7", "N/m"), ("method and step", "rk4, 0.1 ms", ""),
+            ("mass", "1e5", "kg"),
+            ("radius R", "2 (T = 2π√(R/g) = 2.84 s)", "m"),
+            ("friction coefficient μ", "0.05", ""),
+            ("initial stiffness", "2e7", "N/m"),
+            ("method and step", "rk4, 0.1 ms", ""),
         ),
         series("swing {}", (1, 2, 3), "m"),
-        ("isolated", {}), truth.friction_pendulum, friction_pendulum, 1e-5,
+        ("isolated", {}),
+        truth.friction_pendulum,
+        friction_pendulum,
+        1e-5,
         "The swing is read at steps: (ωh)²/8 < 1e-7; each corner of the law costs about (ωh)² = 2e-6 with the initial "
         "stiffness.",
     ),
     Problem(
-        "V36", "Lead-rubber bearing: forces, secant stiffness and energy of a cycle", GROUP, CLOSED,
+        "V36",
+        "Lead-rubber bearing: forces, secant stiffness and energy of a cycle",
+        GROUP,
+        CLOSED,
         "F = Q + k₂U, K = F/U, E = 4Q(U - u_y), as in AASHTO's Guide Specifications for Seismic Isolation Design.",
         "Closed cycles of three amplitudes U.",
         (("initial stiffness", "2e7", "N/m"), ("yield force", "1e5", "N"), ("post-yield stiffness k₂", "1.5e6", "N/m")),
         [
-            *series("force at {} m", truth.BEARING_DRIFTS, "N"), *series("secant stiffness, {} m", truth.BEARING_DRIFTS, "N/m"),
+            *series("force at {} m", truth.BEARING_DRIFTS, "N"),
+            *series("secant stiffness, {} m", truth.BEARING_DRIFTS, "N/m"),
             *series("energy of a cycle, {} m", truth.BEARING_DRIFTS, "J"),
         ],
-        ("isolated", {}), truth.lead_rubber, lead_rubber, 1e-6,
+        ("isolated", {}),
+        truth.lead_rubber,
+        lead_rubber,
+        1e-6,
         "Forces agree to rounding. The energy is summed by the trapezoidal rule over 4000 steps per cycle.",
         axes={"loop": ("drift [m]", "force [N]")},
     ),
     Problem(
-        "V37", "Mass falling onto an elastic floor", GROUP, PUBLISHED,
-        "Code_Aster test SDND108 (repository ehmoussi/code_aster, astest/sdnd108a.comm, 2020-11-09), analytic reference.",
+        "V37",
+        "Mass falling onto an elastic floor",
+        GROUP,
+        PUBLISHED,
+        "Code_Aster test SDND108 (repository ehmoussi/code_aster, astest/sdnd108a.comm, 2020-11-09), analytic "
+        "reference.",
         "A stop with a gap of 2 m below a mass. It starts downwards with 1 m/s and rebounds.",
         (
-            ("mass", "1", "kg"), ("gravity", "10", "m/s²"), ("floor", "at -2 m, 100 N/m, no tension", ""),
+            ("mass", "1", "kg"),
+            ("gravity", "10", "m/s²"),
+            ("floor", "at -2 m, 100 N/m, no tension", ""),
             ("method and step", "rk4, 0.01 ms", ""),
         ),
         [
-            Row("time of contact", "s", 0.5403124237), Row("time of separation", "s", 0.8854561531),
-            Row("height at 1.0 s", "m", -1.332162982), Row("height at 1.1 s", "m", -0.856394405),
+            Row("time of contact", "s", 0.5403124237),
+            Row("time of separation", "s", 0.8854561531),
+            Row("height at 1.0 s", "m", -1.332162982),
+            Row("height at 1.1 s", "m", -0.856394405),
         ],
-        ("device", {"kind": "stop"}), truth.falling_mass, falling_mass, 1e-8,
+        ("device", {"kind": "stop"}),
+        truth.falling_mass,
+        falling_mass,
+        1e-8,
         "rk4 passes the two corners of the contact within a step of ωh = 1e-4: an error of about (ωh)² each.",
         axes={"height": ("time [s]", "height [m]")},
     ),
     Problem(
-        "V38", "Sliding block under a sine force", GROUP, PUBLISHED,
-        "Code_Aster test SDND104 (repository ehmoussi/code_aster, astest/sdnd104a.comm, 2020-11-09), analytic reference.",
-        "A block on a rough base sticks and slides. Wear power: mean of normal force (10 N) times sliding speed from 4 to "
+        "V38",
+        "Sliding block under a sine force",
+        GROUP,
+        PUBLISHED,
+        "Code_Aster test SDND104 (repository ehmoussi/code_aster, astest/sdnd104a.comm, 2020-11-09), analytic "
+        "reference.",
+        "A block on a rough base sticks and slides. Wear power: mean of normal force (10 N) times sliding speed from "
+        "4 to "
         "12 s, which is ten times the dissipated power.",
         (
-            ("mass", "1", "kg"), ("friction force", "1", "N"), ("driving force", "A sin(2πt)", "N"),
-            ("brace stiffness", "1e9", "N/m"), ("method and step", "rk4, 0.05 ms", ""),
+            ("mass", "1", "kg"),
+            ("friction force", "1", "N"),
+            ("driving force", "A sin(2πt)", "N"),
+            ("brace stiffness", "1e9", "N/m"),
+            ("method and step", "rk4, 0.05 ms", ""),
         ),
-        [Row(f"wear power, A = {a:g} N", "W", p) for a, p in zip(truth.DRIVES, (15.2671, 0.409062, 0.000226164, 0.0), strict=True)],
-        ("device", {"kind": "friction"}), truth.sliding_block, sliding_block, 2e-5,
+        [
+            Row(f"wear power, A = {a:g} N", "W", p)
+            for a, p in zip(truth.DRIVES, (15.2671, 0.409062, 0.000226164, 0.0), strict=True)
+        ],
+        ("device", {"kind": "friction"}),
+        truth.sliding_block,
+        sliding_block,
+        2e-5,
         "The friction turns while the brace unloads, which takes 16 µs with 1e9 N/m: a difference of 1.3e-5. It is "
         "proportional to 1/√k (7.5e-5 with 1e7 N/m).",
         notes="The printed quantity is the wear power, with the normal force. The power of the friction force is a tenth of "
         "it.",
     ),
     Problem(
-        "V39", "Viscous damper with a power of the velocity", GROUP, CLOSED,
-        "Decay: v^(1-a) = v₀^(1-a) - (1-a) c t/m. Cycle: λ c ω^a A^(1+a), λ = 2^(2+a) Γ(1+a/2)²/Γ(2+a) (FEMA 274, C9-36).",
-        "The damper stops a mass without a spring; and its energy in a sine cycle of 0.05 m, through which a force takes the "
+        "V39",
+        "Viscous damper with a power of the velocity",
+        GROUP,
+        CLOSED,
+        "Decay: v^(1-a) = v₀^(1-a) - (1-a) c t/m. Cycle: λ c ω^a A^(1+a), λ = 2^(2+a) Γ(1+a/2)²/Γ(2+a) (FEMA 274, "
+        "C9-36).",
+        "The damper stops a mass without a spring; and its energy in a sine cycle of 0.05 m, through which a force "
+        "takes the "
         "storey.",
         (
-            ("exponents a", "1, 0.5, 0.3", ""), ("decay", "1e5 kg, 5e4 N(s/m)^a, 1 m/s", ""),
-            ("cycle", "c = 2e5 N(s/m)^a, A = 0.05 m, ω = 8 rad/s", ""), ("method and step", "rk4, 0.1 ms and T/16000", ""),
+            ("exponents a", "1, 0.5, 0.3", ""),
+            ("decay", "1e5 kg, 5e4 N(s/m)^a, 1 m/s", ""),
+            ("cycle", "c = 2e5 N(s/m)^a, A = 0.05 m, ω = 8 rad/s", ""),
+            ("method and step", "rk4, 0.1 ms and T/16000", ""),
         ),
         [
             *[Row(f"v({t:g} s), a = {a:g}", "m/s") for a in truth.POWERS for t in truth.POWER_TIMES],
             *[Row(f"energy of a cycle, a = {a:g}", "J", None, 5e-5) for a in truth.POWERS],
         ],
-        ("device", {"kind": "viscous"}), truth.viscous_damper, viscous_damper, 1e-6,
+        ("device", {"kind": "viscous"}),
+        truth.viscous_damper,
+        viscous_damper,
+        1e-6,
         "The force of the cycles is linear between samples and misses the vertical start of the power: 5e-5. The decay "
         "stays above the velocity below which the damper is linear.",
     ),
     Problem(
-        "V40", "Maxwell damper with a power of the velocity under an imposed motion", GROUP, SCIPY,
+        "V40",
+        "Maxwell damper with a power of the velocity under an imposed motion",
+        GROUP,
+        SCIPY,
         "ODE solver with a relative tolerance of 1e-10 (stored): F' = K (v - sign(F) (|F|/C)^(1/a)).",
-        "Dashpot (exponent 0.35) and spring in series. OpenSees' material Maxwell is linear and is wrong here by 35 to 80 %.",
+        "Dashpot (exponent 0.35) and spring in series. OpenSees' material Maxwell is linear and is wrong here by 35 "
+        "to 80 %.",
         (
-            ("spring K", "5e7", "N/m"), ("dashpot C", "4e5", "N(s/m)^0.35"),
-            ("motion", "0.04 sin(2πt) (1 - exp(-2t))", "m"), ("method and step", "rk4, 0.1 ms", ""),
+            ("spring K", "5e7", "N/m"),
+            ("dashpot C", "4e5", "N(s/m)^0.35"),
+            ("motion", "0.04 sin(2πt) (1 - exp(-2t))", "m"),
+            ("method and step", "rk4, 0.1 ms", ""),
         ),
         [Row(f"F({t:g} s)", "N") for t in truth.maxwell_case()["times"][:: truth.MAXWELL_EVERY]],
-        ("device", {"kind": "maxwell"}), truth.maxwell_damper, maxwell_damper, 1e-5,
+        ("device", {"kind": "maxwell"}),
+        truth.maxwell_damper,
+        maxwell_damper,
+        1e-5,
         "The force that imposes the motion is linear between samples of 0.1 ms; stored values have 8 digits.",
         axes={"force": ("time [s]", "force [N]")},
     ),
     Problem(
-        "V41", "Tuned mass damper: Den Hartog's fixed points", GROUP, CLOSED,
-        "Den Hartog, Mechanical Vibrations, section 3.3: with the tuning 1/(1 + μ) the amplitudes at two frequencies are "
+        "V41",
+        "Tuned mass damper: Den Hartog's fixed points",
+        GROUP,
+        CLOSED,
+        "Den Hartog, Mechanical Vibrations, section 3.3: with the tuning 1/(1 + μ) the amplitudes at two frequencies "
+        "are "
         "√(1 + 2/μ), for any damping of the absorber.",
         "Steady state of a main mass with an absorber under a sine force on the main mass.",
         (
-            ("mass ratio μ", "0.05", ""), ("damping ratio of the absorber", "0.08 and 0.2", ""),
+            ("mass ratio μ", "0.05", ""),
+            ("damping ratio of the absorber", "0.08 and 0.2", ""),
             ("method and step", "rk4, T/200, 150 periods from rest", ""),
         ),
         [Row(f"amplitude at fixed point {p}, ζ = {z}", "1") for z in truth.ABSORBER_RATIOS for p in ("P", "Q")],
-        ("chain", {"masses": 1, "equipment": True, "load": 1}), truth.tuned_mass_damper, tuned_mass_damper, 1e-6,
-        "rk4 at T/200 changes frequencies by 1e-8; after 150 periods the transient is below 1e-7.", scale="value",
-        axes={"amplitude, damping ratio 0.2": ("frequency over that of the main mass", "amplitude over static displacement")},
+        ("chain", {"masses": 1, "equipment": True, "load": 1}),
+        truth.tuned_mass_damper,
+        tuned_mass_damper,
+        1e-6,
+        "rk4 at T/200 changes frequencies by 1e-8; after 150 periods the transient is below 1e-7.",
+        scale="value",
+        axes={
+            "amplitude, damping ratio 0.2": (
+                "frequency over that of the main mass",
+                "amplitude over static displacement",
+            )
+        },
     ),
-)  # fmt: skip
+)

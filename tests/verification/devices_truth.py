@@ -102,12 +102,14 @@ def sliding_block() -> Outcome:
                 if abs(drive) <= 1:  # sticks until the drive exceeds 1 N
                     grid = np.linspace(t, t + 1, 4001)[1:]
                     i = int(np.argmax(np.abs(size * np.sin(w * grid)) > 1))
-                    t = brentq(lambda s: abs(size * np.sin(w * s)) - 1, grid[i - 1] if i else t, grid[i], xtol=1e-15)
+                    t = brentq(
+                        lambda s, size=size: abs(size * np.sin(w * s)) - 1, grid[i - 1] if i else t, grid[i], xtol=1e-15
+                    )
                 sign = np.sign(size * np.sin(w * (t + 1e-9)))
                 drive = size * np.sin(w * t)
             start, v0 = t, v
 
-            def speed(s, start=start, v0=v0, sign=sign):
+            def speed(s, start=start, v0=v0, sign=sign, size=size):
                 return v0 + size / w * (np.cos(w * start) - np.cos(w * s)) - sign * (s - start)
 
             grid = np.linspace(start, start + 1.5, 6001)[2:]

@@ -31,7 +31,9 @@ def law_of(name: str) -> wd.laws.Law:
         own = dict(zip(rules, truth.HYSTERETIC["rules"], strict=True))
         return wd.laws.Hysteretic(yield_force=YIELD, **sides(both, truth.HYSTERETIC), **own)
     if name == "pinching4":
-        own = dict(zip(("reloading_drift", "reloading_force", "unloading_force"), truth.PINCHING4["pinching"], strict=True))
+        own = dict(
+            zip(("reloading_drift", "reloading_force", "unloading_force"), truth.PINCHING4["pinching"], strict=True)
+        )
         names = ("by_drift", "by_use", "drift_exponent", "use_exponent", "limit")
         for kind, values in truth.PINCHING4_DAMAGE.items():
             own |= {f"{kind}_damage_{each}": v for each, v in zip(names, values, strict=True)}
@@ -93,9 +95,7 @@ def frame(name: str) -> Outcome:
     return Outcome([*np.abs(drift).max(axis=0), *drift[-1]], {"drift of the first storey": curve})
 
 
-TURN_ROWS = [
-    Row(f"force at {sign}{cycle:g} yield drifts", "N") for cycle in truth.CYCLES for sign in ("+", "-")
-]
+TURN_ROWS = [Row(f"force at {sign}{cycle:g} yield drifts", "N") for cycle in truth.CYCLES for sign in ("+", "-")]
 STOREY_INPUT = (
     ("stiffness", "2e7", "N/m"),
     ("yield force", "1e5", "N"),
@@ -103,7 +103,9 @@ STOREY_INPUT = (
 )
 
 
-def law_problem(number: str, title: str, name: str, material: str, inputs, tolerance=1e-9, shape="degrading") -> Problem:
+def law_problem(
+    number: str, title: str, name: str, material: str, inputs, tolerance=1e-9, shape="degrading"
+) -> Problem:
     """Return the problem of a storey law along cycles."""
     return Problem(
         number, title, GROUP, OPENSEES,
@@ -140,49 +142,87 @@ def frame_problem(number: str, title: str, name: str, inputs, tolerance: float, 
 
 PROBLEMS = (
     Problem(
-        "V42", "Self-centring storey: flag-shaped loop", GROUP, STORED,
+        "V42",
+        "Self-centring storey: flag-shaped loop",
+        GROUP,
+        STORED,
         "Solution that is exact for each segment (stored); parameters of OpenSees' SelfCentering.",
         "Cycles of growing amplitude with partial unloading. The table lists the forces at the turning points.",
         (
-            ("stiffness", "2e7", "N/m"), ("post-activation stiffness", "1e6", "N/m"), ("activation force", "2e5", "N"),
+            ("stiffness", "2e7", "N/m"),
+            ("post-activation stiffness", "1e6", "N/m"),
+            ("activation force", "2e5", "N"),
             ("flag height", "0.8", ""),
         ),
         [Row(f"force at turning point {i + 1}", "N") for i in range(len(truth.flag_case()["turning_points"]))],
-        ("law", {"shape": "flag"}), truth.flag_loop, flag_loop, 1e-7, "Stored forces have 8 digits.", axes=AXES,
+        ("law", {"shape": "flag"}),
+        truth.flag_loop,
+        flag_loop,
+        1e-7,
+        "Stored forces have 8 digits.",
+        axes=AXES,
         notes="OpenSees' SelfCentering itself has an error of first order in the step, because it stores a branch that was "
         "passed within a step. So the exact loop is used.",
     ),
     law_problem(
-        "V43", "Pinched trilinear storey with damage (Hysteretic)", "hysteretic", "Hysteretic",
-        (("corners", "ductility 4, 10; force 1.2, 0.6", ""), ("pinching, damage, unloading", "0.5, 0.4, 0.005, 0.02, 0.3", "")),
+        "V43",
+        "Pinched trilinear storey with damage (Hysteretic)",
+        "hysteretic",
+        "Hysteretic",
+        (
+            ("corners", "ductility 4, 10; force 1.2, 0.6", ""),
+            ("pinching, damage, unloading", "0.5, 0.4, 0.005, 0.02, 0.3", ""),
+        ),
     ),
     law_problem(
-        "V44", "Four-point storey with damage by drift and energy (Pinching4)", "pinching4", "Pinching4",
+        "V44",
+        "Four-point storey with damage by drift and energy (Pinching4)",
+        "pinching4",
+        "Pinching4",
         (
-            ("corners", "ductility 4, 7, 12; force 1.2, 1.3, 0.4", ""), ("reloading and unloading", "0.5, 0.25, 0.05", ""),
+            ("corners", "ductility 4, 7, 12; force 1.2, 1.3, 0.4", ""),
+            ("reloading and unloading", "0.5, 0.25, 0.05", ""),
             ("damage", "stiffness, reloading and strength, by energy", ""),
         ),
         1e-8,
     ),
     law_problem(
-        "V45", "Peak-oriented storey of Ibarra, Medina and Krawinkler", "peak_oriented", "IMKPeakOriented",
+        "V45",
+        "Peak-oriented storey of Ibarra, Medina and Krawinkler",
+        "peak_oriented",
+        "IMKPeakOriented",
         (
-            ("plastic drift to capping, post-capping drift", "0.02, 0.08", "m"), ("capping and residual force", "1.15, 0.1", ""),
+            ("plastic drift to capping, post-capping drift", "0.02, 0.08", "m"),
+            ("capping and residual force", "1.15, 0.1", ""),
             ("deterioration drifts", "1.0", "m"),
         ),
     ),
     law_problem(
-        "V46", "Giuffrè-Menegotto-Pinto storey with isotropic hardening (Steel02)", "menegotto_pinto", "Steel02",
-        (("hardening ratio", "0.02", ""), ("R₀, cR₁, cR₂", "18, 0.925, 0.15", ""), ("isotropic hardening", "0.02, 3", "")),
+        "V46",
+        "Giuffrè-Menegotto-Pinto storey with isotropic hardening (Steel02)",
+        "menegotto_pinto",
+        "Steel02",
+        (
+            ("hardening ratio", "0.02", ""),
+            ("R₀, cR₁, cR₂", "18, 0.925, 0.15", ""),
+            ("isotropic hardening", "0.02, 3", ""),
+        ),
         shape="smooth",
     ),
     frame_problem(
-        "V47", "Three-storey bilinear frame under El Centro", "bilinear", (("hardening ratio", "0.03", ""),), 2e-4,
+        "V47",
+        "Three-storey bilinear frame under El Centro",
+        "bilinear",
+        (("hardening ratio", "0.03", ""),),
+        2e-4,
         "Average acceleration at 1 ms changes the third frequency (about 50 rad/s) by (ωh)²/12 = 2e-4; rk4 does not.",
     ),
     frame_problem(
-        "V48", "Three-storey frame of Menegotto-Pinto storeys under El Centro", "menegotto_pinto",
-        (("hardening ratio, R₀", "0.02, 18", ""),), 2e-4,
+        "V48",
+        "Three-storey frame of Menegotto-Pinto storeys under El Centro",
+        "menegotto_pinto",
+        (("hardening ratio, R₀", "0.02, 18", ""),),
+        2e-4,
         "Average acceleration at 1 ms changes the third frequency (about 50 rad/s) by (ωh)²/12 = 2e-4; rk4 does not.",
     ),
-)  # fmt: skip
+)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+from itertools import pairwise
 
 import numpy as np
 from opensees import chain_drifts, growing, material_forces
@@ -31,7 +32,9 @@ STEEL = {"hardening": 0.02, "curvature": 18.0, "isotropic": 0.02, "after": 3.0}
 
 def corners(ductility, ratio) -> list[float]:
     """Return forces and drifts of a backbone, in OpenSees' order of Pinching4 and Hysteretic."""
-    return [v for d, f in zip((1.0, *ductility), (1.0, *ratio), strict=True) for v in (f * YIELD, d * YIELD / STIFFNESS)]
+    return [
+        v for d, f in zip((1.0, *ductility), (1.0, *ratio), strict=True) for v in (f * YIELD, d * YIELD / STIFFNESS)
+    ]
 
 
 def material(name: str) -> tuple[str, list[float | str]]:
@@ -71,7 +74,7 @@ def flag_path(case: dict, steps: int = 100) -> tuple[np.ndarray, np.ndarray]:
     """Return drifts through the turning points, and the rows at which the case has forces, shape [segment, fraction]."""
     turns = np.array([0.0, *case["turning_points"]])
     along = np.arange(1, steps + 1) / steps
-    drift = np.concatenate([a + (b - a) * along for a, b in zip(turns[:-1], turns[1:], strict=True)])
+    drift = np.concatenate([a + (b - a) * along for a, b in pairwise(turns)])
     fractions = np.round(np.array(case["fractions_of_segment"]) * steps).astype(int)
     return drift, np.arange(len(turns) - 1)[:, None] * steps + fractions - 1
 
@@ -108,7 +111,14 @@ def frame(name: str) -> np.ndarray:
             materials.append(("Steel02", [f, k, 0.02, 18.0, 0.925, 0.15]))
     damping = (of_mass, of_stiffness * FRAME_STIFFNESS)
     return chain_drifts(
-        np.full(3, FRAME_MASS), materials, damping, gravity, 9.81 * el_centro()[: INTERVALS + 1], STEP, INTERVALS, SUBSTEPS
+        np.full(3, FRAME_MASS),
+        materials,
+        damping,
+        gravity,
+        9.81 * el_centro()[: INTERVALS + 1],
+        STEP,
+        INTERVALS,
+        SUBSTEPS,
     )
 
 

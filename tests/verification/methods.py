@@ -10,7 +10,7 @@ from warpdyn.engine.methods.table import METHODS
 
 from . import methods_truth as truth
 from .problem import CLOSED, PUBLISHED, SCIPY, Outcome, Problem, Row, series
-from .runs import AS_GIVEN, at, curve, history
+from .runs import at, curve, history
 
 GROUP = "Integration methods"
 ROUNDING = "Both programs use the same formulas; the difference is rounding."
@@ -33,7 +33,9 @@ def newmark_examples() -> Outcome:
 def near_resonance() -> Outcome:
     """Harmonic force, method `newmark_average` at 0.01 s."""
     w = 6 * np.pi
-    run = history(wd.LinearSystem([1.0], [[0.0]], [[w**2]]), wd.HarmonicForce([1.0], 1.1 * w, 1.0), 0.01, "newmark_average")
+    run = history(
+        wd.LinearSystem([1.0], [[0.0]], [[w**2]]), wd.HarmonicForce([1.0], 1.1 * w, 1.0), 0.01, "newmark_average"
+    )
     values = [at(run, each, truth.NEAR_TIMES) for each in ("displacement", "acceleration")]
     return Outcome(np.concatenate(values), {"displacement": curve(run)})
 
@@ -137,9 +139,11 @@ PROBLEMS = (
         "Newmark's method: displacements, velocities and accelerations",
         GROUP,
         PUBLISHED,
-        "Chopra, Dynamics of Structures, 4th ed. 2012, examples 5.3 (average acceleration) and 5.4 (linear acceleration); "
+        "Chopra, Dynamics of Structures, 4th ed. 2012, examples 5.3 (average acceleration) and 5.4 (linear "
+        "acceleration); "
         "printed velocities and accelerations as in OpenSees, EXAMPLES/verification/NewmarkIntegrator.tcl.",
-        "A damped oscillator under a half sine force, integrated with a coarse step, so that every digit depends on the "
+        "A damped oscillator under a half sine force, integrated with a coarse step, so that every digit depends on "
+        "the "
         "formulas of the method.",
         (
             ("mass m", "0.2533", "kip s²/in"),
@@ -223,10 +227,15 @@ PROBLEMS = (
         "Stability limits of explicit and Newmark methods",
         GROUP,
         PUBLISHED,
-        "Newmark 1959, ASCE EM3, h/T = 0.318 and 0.551 for β = 0 and 1/6; Runge-Kutta methods: first root of |R(q)| = 1.",
-        "warpdyn chooses and checks steps with these limits. The manual compares them with closed forms and with roots of "
+        "Newmark 1959, ASCE EM3, h/T = 0.318 and 0.551 for β = 0 and 1/6; Runge-Kutta methods: first root of |R(q)| "
+        "= 1.",
+        "warpdyn chooses and checks steps with these limits. The manual compares them with closed forms and with "
+        "roots of "
         "the stability functions that are found without warpdyn.",
-        (("damping ratios", "0, 0.05, 0.2", ""), ("methods", "central_difference, newmark_linear, heun, kutta3, rk4, dormand_prince5", "")),
+        (
+            ("damping ratios", "0, 0.05, 0.2", ""),
+            ("methods", "central_difference, newmark_linear, heun, kutta3, rk4, dormand_prince5", ""),
+        ),
         [
             Row("h/T, central_difference", "1", 0.318),
             Row("h/T, newmark_linear", "1", 0.551),
@@ -244,8 +253,10 @@ PROBLEMS = (
         "Two degrees of freedom under a step force: four integration methods",
         GROUP,
         PUBLISHED,
-        "Bathe, Finite Element Procedures, 2nd ed. 2014, examples 9.1 (central difference), 9.3 (Newmark) and 9.7 (exact), "
-        "as cited in ONSAS/StructuralDynamicsODESolvers.jl, test/solvers.jl; Wilson's method: 1st ed. 1996, example 9.3.",
+        "Bathe, Finite Element Procedures, 2nd ed. 2014, examples 9.1 (central difference), 9.3 (Newmark) and 9.7 "
+        "(exact), "
+        "as cited in ONSAS/StructuralDynamicsODESolvers.jl, test/solvers.jl; Wilson's method: 1st ed. 1996, example "
+        "9.3.",
         "An undamped system from rest under a constant force. The step is a tenth of the second period.",
         (
             ("mass matrix", "diag(2, 1)", "kg"),

@@ -13,7 +13,8 @@ from .runs import AS_GIVEN, storey
 
 GROUP = "Random vibration"
 REASON = (
-    "The difference is divided by the standard error of a sample variance, s²√(2/n). The tolerance of 4 standard errors is "
+    "The difference is divided by the standard error of a sample variance, s²√(2/n). The tolerance of 4 standard "
+    "errors is "
     "exceeded by 1 of 16,000 correct results; the seed is fixed."
 )
 
@@ -57,35 +58,70 @@ def seed_frame() -> Outcome:
 NOISE = ("intensity S₀ (two-sided, over circular frequency)", "0.01", "m²/s³")
 PROBLEMS = (
     Problem(
-        "V49", "Oscillator under white noise from rest", GROUP, SCIPY,
+        "V49",
+        "Oscillator under white noise from rest",
+        GROUP,
+        SCIPY,
         "Covariance recursion with matrix exponentials. The stationary variance under ideal white noise is "
         "πS₀/(2ζω³) = 1.2665e-3 m²; noise that is linear between nodes at 0.02 s has 0.9974 of it.",
         "Variance of the displacement of 32,768 oscillators under different motions.",
-        (("circular frequency", "2π", "rad/s"), ("damping ratio", "0.05", ""), NOISE, ("method and step", "rk4, 0.02 s", "")),
+        (
+            ("circular frequency", "2π", "rad/s"),
+            ("damping ratio", "0.05", ""),
+            NOISE,
+            ("method and step", "rk4, 0.02 s", ""),
+        ),
         series("variance of u({} s)", truth.TIMES, "m²"),
-        ("oscillator", {"damper": True, "load": "a_g(t)"}), truth.white_noise, white_noise, 4.0, REASON,
-        scale="error", axes={"variance": ("time [s]", "variance of the displacement [m²]")},
+        ("oscillator", {"damper": True, "load": "a_g(t)"}),
+        truth.white_noise,
+        white_noise,
+        4.0,
+        REASON,
+        scale="error",
+        axes={"variance": ("time [s]", "variance of the displacement [m²]")},
     ),
     Problem(
-        "V50", "Oscillator under Kanai and Tajimi's ground motion", GROUP, SCIPY,
+        "V50",
+        "Oscillator under Kanai and Tajimi's ground motion",
+        GROUP,
+        SCIPY,
         "Lyapunov equation of ground filter and oscillator (scipy.linalg.solve_continuous_lyapunov): 1.6825e-3 m².",
         "Variance of the displacement in the stationary state.",
         (
-            ("circular frequency", "2π", "rad/s"), ("damping ratio", "0.05", ""), NOISE,
-            ("ground frequency and damping", "15 rad/s, 0.6", ""), ("method and step", "rk4, 0.02 s", ""),
+            ("circular frequency", "2π", "rad/s"),
+            ("damping ratio", "0.05", ""),
+            NOISE,
+            ("ground frequency and damping", "15 rad/s, 0.6", ""),
+            ("method and step", "rk4, 0.02 s", ""),
         ),
         [Row("stationary variance of u", "m²")],
-        ("oscillator", {"damper": True, "load": "a_g(t)"}), truth.kanai_tajimi, kanai_tajimi, 4.0, REASON, scale="error",
+        ("oscillator", {"damper": True, "load": "a_g(t)"}),
+        truth.kanai_tajimi,
+        kanai_tajimi,
+        4.0,
+        REASON,
+        scale="error",
     ),
     Problem(
-        "V51", "Three-storey frame under white noise", GROUP, SCIPY,
-        "Covariance recursion with matrix exponentials. The stationary standard deviations are 0.0953, 0.1610 and 0.1902 m.",
+        "V51",
+        "Three-storey frame under white noise",
+        GROUP,
+        SCIPY,
+        "Covariance recursion with matrix exponentials. The stationary standard deviations are 0.0953, 0.1610 and "
+        "0.1902 m.",
         "The frame of problem V18 under a random base acceleration; variances after 20 s, before the stationary state.",
         (
-            ("masses", "200, 150, 100", "kg"), ("storey stiffness and dampers", "20000 N/m, 30 N s/m", ""), NOISE,
+            ("masses", "200, 150, 100", "kg"),
+            ("storey stiffness and dampers", "20000 N/m, 30 N s/m", ""),
+            NOISE,
             ("method and step", "rk4, 0.02 s", ""),
         ),
         [Row(f"variance of u{dof}(20 s)", "m²") for dof in (1, 2, 3)],
-        ("chain", {"masses": 3, "motion": True}), truth.seed_frame, seed_frame, 4.0, REASON, scale="error",
+        ("chain", {"masses": 3, "motion": True}),
+        truth.seed_frame,
+        seed_frame,
+        4.0,
+        REASON,
+        scale="error",
     ),
-)  # fmt: skip
+)

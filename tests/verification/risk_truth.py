@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize
@@ -84,8 +86,8 @@ def rate(name, median, dispersion) -> float:
     x, y = segments(name)
     points, weights = np.polynomial.legendre.leggauss(60)
     total = 0.0
-    for a, b in zip(x[:-1], x[1:], strict=True):
-        for low, high in zip(*(np.linspace(a, b, 9)[i : 8 + i] for i in (0, 1)), strict=True):
+    for a, b in pairwise(x):
+        for low, high in pairwise(np.linspace(a, b, 9)):
             s = (low + high) / 2 + (high - low) / 2 * points
             density = norm.pdf((s - np.log(median)) / dispersion) / dispersion
             total += (high - low) / 2 * np.sum(weights * np.exp(np.interp(s, x, y)) * density)
@@ -123,7 +125,10 @@ def shape_factors() -> Outcome:
 def uncertainties() -> Outcome:
     """Root of the sum of squares, rounded to 0.025; mu_T >= 3, so beta_RTR = 0.4."""
     total = [
-        np.sqrt(0.4**2 + RATINGS[d] ** 2 + RATINGS[t] ** 2 + RATINGS[m] ** 2) for m in "AB" for d in "ABCD" for t in "ABCD"
+        np.sqrt(0.4**2 + RATINGS[d] ** 2 + RATINGS[t] ** 2 + RATINGS[m] ** 2)
+        for m in "AB"
+        for d in "ABCD"
+        for t in "ABCD"
     ]
     return Outcome(np.round(np.array(total) / 0.025) * 0.025)
 

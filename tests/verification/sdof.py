@@ -108,10 +108,18 @@ PROBLEMS = (
             ("method and step", "rk4, 1 ms", ""),
         ),
         [
-            *series("u({} s)", truth.TIMES_U, "m", [
-                0.000118914, -9.42819e-05, 9.97958e-05, -9.97748e-05, 9.78457e-05, -9.88705e-05, 9.99961e-05]),
-            *series("v({} s)", truth.TIMES_V, "m/s", [
-                0.003314, -0.0051376, 0.00493337, -0.00500087, 0.00495298, -0.00487813, 0.00498415, -0.00499041]),
+            *series(
+                "u({} s)",
+                truth.TIMES_U,
+                "m",
+                [0.000118914, -9.42819e-05, 9.97958e-05, -9.97748e-05, 9.78457e-05, -9.88705e-05, 9.99961e-05],
+            ),
+            *series(
+                "v({} s)",
+                truth.TIMES_V,
+                "m/s",
+                [0.003314, -0.0051376, 0.00493337, -0.00500087, 0.00495298, -0.00487813, 0.00498415, -0.00499041],
+            ),
         ],
         OSCILLATOR,
         truth.critical_damping,
@@ -129,7 +137,8 @@ PROBLEMS = (
         "Chopra, Dynamics of Structures, figures 6.4.1 and 6.6.2; deformations as in OpenSees, "
         "EXAMPLES/verification/sdofTransient.tcl.",
         "Peak displacement D, pseudo-velocity V = 2πD/T and pseudo-acceleration A = (2π/T)² D of linear oscillators. "
-        "`response_spectra` returns the peak in continuous time; the last rows are the peaks at the samples of the record, "
+        "`response_spectra` returns the peak in continuous time; the last rows are the peaks at the samples of the "
+        "record, "
         "by the method `exact`.",
         (
             ("ground motion", "El Centro 1940 NS as in Chopra's book, 1560 samples at 0.02 s", ""),
@@ -138,14 +147,22 @@ PROBLEMS = (
             ("damping ratios", "0, 0.02, 0.05", ""),
         ),
         [
-            *[Row(f"D(T = {t:g} s, ζ = {z:g}), between samples", "in", p)
-              for (t, z), p in zip(truth.SPECTRUM, (2.67, 5.97, 7.47, 9.91, 5.37), strict=True)],
-            *[Row(f"V(T = {t:g} s, ζ = 0.02)", "in/s", p)
-              for (t, _), p in zip(truth.SPECTRUM[:3], (33.7, 37.5, 23.5), strict=True)],
-            *[Row(f"A(T = {t:g} s, ζ = 0.02)", "g", p)
-              for (t, _), p in zip(truth.SPECTRUM[:3], (1.09, 0.61, 0.191), strict=True)],
-            *[Row(f"D(T = {t:g} s, ζ = {z:g}), at samples", "in", p)
-              for (t, z), p in zip(truth.SPECTRUM, (2.67, 5.97, 7.47, 9.91, 5.37), strict=True)],
+            *[
+                Row(f"D(T = {t:g} s, ζ = {z:g}), between samples", "in", p)
+                for (t, z), p in zip(truth.SPECTRUM, (2.67, 5.97, 7.47, 9.91, 5.37), strict=True)
+            ],
+            *[
+                Row(f"V(T = {t:g} s, ζ = 0.02)", "in/s", p)
+                for (t, _), p in zip(truth.SPECTRUM[:3], (33.7, 37.5, 23.5), strict=True)
+            ],
+            *[
+                Row(f"A(T = {t:g} s, ζ = 0.02)", "g", p)
+                for (t, _), p in zip(truth.SPECTRUM[:3], (1.09, 0.61, 0.191), strict=True)
+            ],
+            *[
+                Row(f"D(T = {t:g} s, ζ = {z:g}), at samples", "in", p)
+                for (t, z), p in zip(truth.SPECTRUM, (2.67, 5.97, 7.47, 9.91, 5.37), strict=True)
+            ],
         ],
         ("oscillator", {"damper": True, "load": "a_g(t)"}),
         truth.el_centro_spectrum,
@@ -162,9 +179,11 @@ PROBLEMS = (
         "Ramp force with finite rise time",
         GROUP,
         CLOSED,
-        "Model of SAP2000 verification example 6-001; theory: Chopra, Dynamics of Structures, section 4.5. The numbers of "
+        "Model of SAP2000 verification example 6-001; theory: Chopra, Dynamics of Structures, section 4.5. The "
+        "numbers of "
         "the manual could not be read.",
-        "An undamped oscillator under a force that rises linearly to p₀ in the time t_r and is constant afterwards. With "
+        "An undamped oscillator under a force that rises linearly to p₀ in the time t_r and is constant afterwards. "
+        "With "
         "t_r = T no vibration remains after the ramp.",
         (
             ("mass m", "1", "kip s²/in"),
@@ -195,9 +214,11 @@ PROBLEMS = (
         "Spring with a dashpot and with a Maxwell damper at resonance",
         GROUP,
         CLOSED,
-        "Model of SAP2000 verification example 6-005; theory: Chopra, Dynamics of Structures, section 3.2. The numbers of "
+        "Model of SAP2000 verification example 6-005; theory: Chopra, Dynamics of Structures, section 3.2. The "
+        "numbers of "
         "the manual could not be read.",
-        "The oscillator starts from rest under a sine force at its natural frequency. The amplitude approaches p₀/(c ω) = 1 "
+        "The oscillator starts from rest under a sine force at its natural frequency. The amplitude approaches p₀/(c "
+        "ω) = 1 "
         "in. The second run has a Maxwell damper: the dashpot in series with a stiff spring.",
         (
             ("mass m", "1", "kip s²/in"),
@@ -223,7 +244,8 @@ PROBLEMS = (
         CLOSED,
         "Chopra, Dynamics of Structures, sections 3.1 and 3.2; model as in OpenSees, "
         "EXAMPLES/verification/sdofTransient.tcl, which prints no fixed number.",
-        "The force has a period of 5 s, the oscillator one of 0.8 s. The response is the steady state plus free vibration.",
+        "The force has a period of 5 s, the oscillator one of 0.8 s. The response is the steady state plus free "
+        "vibration.",
         (
             ("stiffness k", "2", "consistent units"),
             ("period", "0.8", "s"),
@@ -247,7 +269,8 @@ PROBLEMS = (
         GROUP,
         SCIPY,
         "Matrix exponentials of the straight pieces (scipy.linalg.expm).",
-        "The base acceleration is linear through five points and zero after the last one. rk4 and the method `exact` are "
+        "The base acceleration is linear through five points and zero after the last one. rk4 and the method `exact` "
+        "are "
         "compared with the exact solution, during and after the motion.",
         (
             ("circular frequency ω", "2π", "rad/s"),

@@ -79,7 +79,9 @@ def el_centro_strengths() -> Outcome:
     material = ("ElasticPP", [k, 0.25 * ELASTIC_PEAK * INCH])
     dashpot = 2 * 0.05 * np.sqrt(k)
     drift = chain_drifts([1.0], [material], (0.0, [dashpot]), [0.0], 9.81 * el_centro()[:751], STEP, 750, 10)[:, 0]
-    return Outcome([ELASTIC_PEAK, *values], {"displacement, f = 0.25": (STEP / 10 * np.arange(len(drift)), drift / INCH)})
+    return Outcome(
+        [ELASTIC_PEAK, *values], {"displacement, f = 0.25": (STEP / 10 * np.arange(len(drift)), drift / INCH)}
+    )
 
 
 def bouc_wen_rate(x, z, n, direction):
@@ -103,7 +105,9 @@ def bouc_wen_curves() -> Outcome:
             return [direction * bouc_wen_rate(s, y[0], 2, direction), direction * y[0]]
 
         length = abs(turn - x)
-        run = solve_ivp(rate, (0, length), [z, work], "DOP853", rtol=1e-12, atol=1e-14, max_step=0.01, dense_output=True)
+        run = solve_ivp(
+            rate, (0, length), [z, work], "DOP853", rtol=1e-12, atol=1e-14, max_step=0.01, dense_output=True
+        )
         path += [(x + direction * s, run.sol(s)[0]) for s in np.linspace(0, length, 41)[1:]]
         (z, work), x = run.y[:, -1], turn
         ends.append((z, work))
