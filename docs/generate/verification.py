@@ -29,7 +29,9 @@ def write_pages(docs: Path) -> None:
     results = json.loads(kept.read_text(encoding="utf-8"))
     out = docs / "verification" / "generated"
     if results.keys() - {"machine"} != {problem.number for problem in problems}:
-        raise ValueError("results.json has other problems: run `python studies/verification.py --out docs/verification`")
+        raise ValueError(
+            "results.json has other problems: run `python studies/verification.py --out docs/verification`"
+        )
     sources = [kept, *(docs / "generate").glob("verification*.py"), *(ROOT / "tests" / "verification").glob("*.py")]
     for problem in problems:
         own = results[problem.number]
@@ -69,7 +71,7 @@ def problem_list(problems: Any, results: dict[str, Any]) -> str:
         link = f"[{problem.number}](generated/{problem.number.lower()}.md)"
         line = (link, problem.title, problem.kind, short(problem.source), difference(problem, largest(own)))
         groups.setdefault(problem.group, []).append((*line, verdict(problem, own)))
-    head = ("problem", "title", "independent result", "source", "largest difference", "verdict")
+    head = ("problem", "title", "kind of check", "source", "largest difference", "verdict")
     rows = sum(len(problem.rows) for problem in problems)
     passed = sum(verdict(problem, results[problem.number]) == "pass" for problem in problems)
     words = f"{len(problems)} problems with {rows} compared values, {passed} within their tolerances. Computed with "
@@ -108,12 +110,13 @@ def page(problem: Any, own: dict[str, Any], docs: Path) -> str:
         "error": "Differences are in standard errors of the independent result.",
     }[problem.scale]
     figures = [
-        f"![{figure} by both methods, problem {problem.number}]({name}_{i + 1}.svg)" for i, figure in enumerate(problem.axes)
+        f"![{figure} by both methods, problem {problem.number}]({name}_{i + 1}.svg)"
+        for i, figure in enumerate(problem.axes)
     ]
     worst = difference(problem, largest(own))
     parts = [
         f"# {problem.number} {problem.title}",
-        f"**Independent result:** {problem.kind}. **Largest difference:** {worst}. **Verdict:** {verdict(problem, own)}.",
+        f"**Kind of check:** {problem.kind}. **Largest difference:** {worst}. **Verdict:** {verdict(problem, own)}.",
         f"## Problem\n\n{problem.statement}",
         f"![Sketch of problem {problem.number}: {problem.title}]({name}_sketch.svg)",
         inputs,

@@ -19,7 +19,7 @@ def draw_curve(problem: Any, figure: str, pair: list[list[list[float]]], path: P
     canvas = Figure(figsize=SIZE, layout="constrained")
     axes = canvas.subplots()
     (x, y), (own_x, own_y) = (np.array(curve) for curve in pair)
-    axes.plot(x, y, color=GREY, lw=5, alpha=0.6, label=f"independent ({problem.kind})", solid_capstyle="round")
+    axes.plot(x, y, color=GREY, lw=5, alpha=0.6, label="independent", solid_capstyle="round")
     style = {"marker": "o", "ls": "", "ms": 6} if len(own_x) < FEW and len(own_x) < len(x) else {"lw": 1.5}
     axes.plot(own_x, own_y, color=BLUE, label="warpdyn", **style)
     if figure in problem.marks:

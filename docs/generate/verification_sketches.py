@@ -104,16 +104,17 @@ def chain(
 
 def device(axes: Axes, kind: str = "viscous") -> None:
     """Draw a mass with a spring and a device."""
-    _wall(axes, 0)
     if kind == "stop":
         _mass(axes, 1.4, "m")
         _arrow(axes, (2.1, 0), (2.7, 0), "")
-        _spring(axes, 3.4, 4.6, 0, "contact stiffness")
+        _spring(axes, 3.4, 4.6, 0)
+        axes.text(4.0, 0.75, "contact stiffness", ha="center")
         _wall(axes, 4.6, 1)
         axes.plot([3.4, 3.4], [-0.4, 0.4], color=INK, lw=2)
         axes.annotate("", (3.4, -0.6), (2.1, -0.6), arrowprops={"arrowstyle": "<->", "color": GREY})
         axes.text(2.75, -0.9, "clearance", ha="center")
         return
+    _wall(axes, 0)
     _spring(axes, 0, 3, 0.3, "k")
     if kind == "viscous":
         _dashpot(axes, 0, 3, -0.3, "c, exponent a")
@@ -235,7 +236,7 @@ def hazard(axes: Axes) -> None:
     axes.plot(2 * x, -0.9 + 1.8 * (x / 0.1) ** -0.9, color=GREEN, lw=2)
     axes.plot(2 * x, -0.9 + 1.6 * ndtr(np.log(x / 0.9) / 0.4), color=BLUE, lw=2)
     axes.text(0.55, 0.4, "hazard", color=GREEN)
-    axes.text(2.9, 0.4, "fragility or loss", color=BLUE)
+    axes.text(2.9, 0.2, "fragility or loss", color=BLUE)
     axes.text(4.1, -0.9, "intensity", va="center")
 
 

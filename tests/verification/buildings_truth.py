@@ -1,4 +1,4 @@
-"""Independent results of the problems on buildings with more than a chain: torsion, soil, equipment; no warpdyn here."""
+"""Independent results of the problems on torsion, soil, equipment and Hazus chains; no warpdyn here."""
 
 from __future__ import annotations
 

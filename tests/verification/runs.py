@@ -53,6 +53,7 @@ def storey(mass: float, stiffness: float, **parameters) -> wd.ShearBuilding:
     return wd.ShearBuilding(mass, stiffness, 3.0, **parameters)
 
 
+@AS_GIVEN
 def loop(building: wd.ShearBuilding, drift: np.ndarray) -> np.ndarray:
     """Return the storey forces of a one-storey building along drifts."""
     return wd.storey_hysteresis(building, drift)["storey_force"].values[:, 0]

@@ -66,7 +66,7 @@ def ramp_force() -> Outcome:
 
 
 def resonance() -> Outcome:
-    """Closed form with a dashpot; matrix exponential of displacement, velocity and damper force with a Maxwell damper."""
+    """Closed form with a dashpot; matrix exponential of displacement, velocity and force with a Maxwell damper."""
     m, k, c, w, p0, brace = 1.0, 100.0, 1.0, 10.0, 10.0, 1e4
     ratio = c / (2 * m * w)
     damped = w * np.sqrt(1 - ratio**2)

@@ -218,7 +218,7 @@ PROBLEMS = (
         CLOSED,
         "Monotonic loading: x = ∫ dz/(1 - zⁿ), so z = 1 - exp(-x) for n = 1 and tanh x for n = 2. Cycles: SciPy's "
         "DOP853.",
-        "The hysteretic variable z against the drift x over the yield drift, β = γ = ½, without hardening.",
+        "The hysteretic variable z against the drift x over the yield drift, beta = gamma = ½, without hardening.",
         (("exponents n", "1, 2, 3, 5, 10", ""), ("cycles (n = 2)", "0, 2, -2, 2, -2", "yield drifts")),
         [
             *series("z(1), n = {}", truth.EXPONENTS, "1"),
@@ -244,7 +244,7 @@ PROBLEMS = (
             ("mass m", "1", "kg"),
             ("stiffness k", "100", "N/m"),
             ("yield force", "1", "N"),
-            ("β, γ, n, hardening ratio", "0.5, 0.5, 2, 0", ""),
+            ("β, gamma, n, hardening ratio", "0.5, 0.5, 2, 0", ""),
             ("initial velocity", "0.3", "m/s"),
             ("method and step", "rk4, 0.5 ms", ""),
         ),
@@ -284,7 +284,8 @@ PROBLEMS = (
         1e-10,
         "Rounding.",
         scale="value",
-        notes="AISC prints 1.33, 1.75 and 2.56 in, which include P-δ. A shear building has P-Delta only: 1.231, 1.507 and "
+        notes="AISC prints 1.33, 1.75 and 2.56 in, which include P-δ. A shear building has P-Delta only: 1.231, "
+        "1.507 and "
         "1.942 in.",
     ),
 )
