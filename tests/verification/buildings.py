@@ -321,8 +321,7 @@ PROBLEMS = (
         [
             *series("ω{}", (1, 2, 3), "rad/s", [5.878, 6.553, 6.794]),
             Row("peak of u_y", "m"),
-            Row("peak deformation of frame A", "m"),
-            Row("peak deformation of frame B", "m"),
+            *[Row(f"peak deformation of frame {frame}", "m") for frame in "AB"],
             Row("peak rotation", "rad"),
         ],
         ("plan", {}),
@@ -356,9 +355,7 @@ PROBLEMS = (
         [
             Row("period of the first complex mode", "s"),
             Row("its damping ratio", "1"),
-            Row("peak deformation", "m"),
-            Row("peak sway", "m"),
-            Row("peak displacement relative to the ground", "m"),
+            *[Row(f"peak {name}", "m") for name in ("deformation", "sway", "displacement relative to the ground")],
             Row("peak rocking", "rad"),
         ],
         ("rocking", {}),

@@ -132,13 +132,10 @@ def shape_factors() -> Outcome:
 def uncertainties() -> Outcome:
     """`collapse_margin` with all ratings."""
     values = []
-    for m in "AB":
-        for d in "ABCD":
-            for t in "ABCD":
-                found = wd.collapse_margin(
-                    2.4, 1.5, period=0.7, ductility=6.0, design_requirements=d, test_data=t, model=m
-                )
-                values.append(float(np.ravel(found["total_uncertainty"])[0]))
+    for m, d, t in itertools.product("AB", "ABCD", "ABCD"):
+        ratings = {"design_requirements": d, "test_data": t, "model": m}
+        found = wd.collapse_margin(2.4, 1.5, period=0.7, ductility=6.0, **ratings)
+        values.append(float(np.ravel(found["total_uncertainty"])[0]))
     return Outcome(values)
 
 
