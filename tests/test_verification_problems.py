@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from verification import PROBLEMS, Problem, judge
-from verification.problem import CLOSED, OPENSEES, PUBLISHED, SCIPY, STORED, Outcome, Row
+from verification.problem import CLOSED, OPENSEES, PUBLISHED, SCIPY, STORED, Outcome, Row, scales_of
 
 KEPT = ROOT / "docs" / "verification" / "results.json"
 ADVICE = "run `python studies/verification.py --out docs/verification`"
@@ -69,6 +69,17 @@ def test_tolerances_of_methods_are_far_below_the_wrong_printed_numbers() -> None
             if row.printed is not None and due and abs(row.printed / due - 1) > 0.01:
                 seen += problem.tolerance < 1e-3
     assert seen > 20
+
+
+def test_every_tolerance_is_small_beside_its_value() -> None:
+    for problem in PROBLEMS:
+        if problem.scale == "error":
+            continue
+        independent = np.array(kept()[problem.number]["independent"])
+        allowed = [problem.tolerance if row.tolerance is None else row.tolerance for row in problem.rows]
+        allowed *= scales_of(problem, independent, None)
+        # A row whose tolerance is of the size of its value would pass for any value; values of 0 have no size.
+        assert np.all((allowed <= 0.01 * np.abs(independent)) | (independent == 0)), problem.number
 
 
 def imports_of(path: Path) -> set[str]:

@@ -245,7 +245,7 @@ PROBLEMS = (
         SCIPY,
         "Table of peak displacements in the paper on explicit Runge-Kutta methods from which warpdyn started "
         "(see studies/seed_frame.py). Exact solution: matrix exponentials, confirmed in 40-digit arithmetic.",
-        "M u'' + C u' + K u = [0, 100, 0] sin(10t) N from rest, C = 0.0015 K, for 10 s. The rows are displacements, "
+        "M ü + C u̇ + K u = [0, 100, 0] sin(10t) N from rest, C = 0.0015 K, for 10 s. The rows are displacements, "
         "peaks, "
         "times of the peaks, and the largest errors of rk4 at three steps, which show its order 4.",
         (
@@ -259,7 +259,7 @@ PROBLEMS = (
             *[Row(f"peak |u{dof}|", "m", p) for dof, p in zip((1, 2, 3), (0.0038, 0.0051, 0.0042), strict=True)],
             *[Row(f"time of the peak of u{dof}", "s", p) for dof, p in zip((1, 2, 3), (1.27, 1.26, 1.26), strict=True)],
             Row("peak u3 over peak u1", "1", 4.2 / 3.8),
-            *[Row(f"largest error of rk4, h = {step * 1e3:g} ms", "µm", None, 2e-4) for step in truth.SEED_STEPS],
+            *[Row(f"largest error of rk4, h = {step * 1e3:g} ms", "µm") for step in truth.SEED_STEPS],
         ],
         ("chain", {"masses": 3, "load": 2}),
         truth.seed_frame,
