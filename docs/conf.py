@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import gc
+import hashlib
 import importlib
 import os
 import re
 import sys
 import tempfile
+import tomllib
 from pathlib import Path
 
 from docutils import nodes
@@ -38,6 +40,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "generate.equations",
+    "generate.front.thumbnails",
 ]
 html_math_renderer = "mathml"  # of generate.equations: pages show equations without a network
 templates_path = ["_templates"]
@@ -45,7 +48,23 @@ exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts o
 suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
 
 # Pages
-myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist"]
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "fieldlist", "substitution"]
+URLS = tomllib.loads((DOCS.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"].get("urls", {})
+REPOSITORY = next((url for name, url in URLS.items() if name.lower() in ("repository", "source", "code")), None)
+ADDRESS = f"  url     = {{{REPOSITORY}}},\n" if REPOSITORY else ""
+BIBTEX = f"""```bibtex
+@software{{warpdyn,
+  author  = {{{{The warpdyn developers}}}},
+  title   = {{warpdyn: ensembles of structural dynamics on GPUs and CPUs}},
+  version = {{{version}}},
+  year    = {{2026}},
+{ADDRESS}}}
+```"""
+myst_substitutions = {
+    "version": version,
+    "repository": f"[Repository]({REPOSITORY}) · " if REPOSITORY else "",
+    "bibtex": BIBTEX,
+}
 myst_heading_anchors = 3
 
 # Programs in pages show their pyplot figures, as in a notebook, for any matplotlib backend of this process.
@@ -95,16 +114,19 @@ default_role = "py:obj"
 html_theme = "pydata_sphinx_theme"
 html_title = "warpdyn"
 html_static_path = ["_static"]
+html_favicon = "_static/favicon.svg"
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
-html_sidebars = {"getting_started": []}  # a section of one page
+SINGLE = ("getting_started", "gallery", "comparison", "faq", "release_notes", "citation", "licence")
+html_sidebars = {page: [] for page in SINGLE}
 html_theme_options = {
     "show_prev_next": True,
     "navigation_with_keys": False,
     "show_toc_level": 2,
     "header_links_before_dropdown": 6,
     "navbar_align": "left",
+    "icon_links": [{"name": "Repository", "url": REPOSITORY, "icon": "fa-solid fa-code-branch"}] if REPOSITORY else [],
     # Pages of one function or class need the full width for their examples.
     "secondary_sidebar_items": {
         "[!r]**": ["page-toc"],
@@ -158,8 +180,19 @@ def tidy_page(app: Sphinx, page: nodes.document) -> None:
             block.children = [nodes.Text(block.rawsource)]
 
 
+def package_digest() -> str:
+    """Return a digest of the package's code, on which the results of programs in pages depend."""
+    digest = hashlib.sha256()
+    for file in sorted(Path(wd.__file__).parent.rglob("*.py")):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()[:16]
+
+
 def setup(app: Sphinx) -> None:
     """Have these pages written before Sphinx looks for pages, and all pages tidied."""
+    # Pages are made again if the package's code has changed, and the results of their programs are kept by its digest.
+    app.add_config_value("digest_of_code", package_digest(), "env")
+    app.config.nb_execution_cache_path = str(app.outdir / ".jupyter_cache" / app.config.digest_of_code)
     app.connect("builder-inited", write_generated_pages, priority=100)
     app.connect("autodoc-process-signature", plain_signature)
     app.connect("doctree-read", tidy_page)

@@ -192,7 +192,7 @@ def write_costs(device: str) -> None:
         for row in measure_costs(law, device):
             print(*row.values(), flush=True)
             before = measured_costs().get((row["law"], row["method"], row["steps"]), {})  # type: ignore[arg-type]
-            rows.append({name: cost for name, cost in before.items() if name != device} | row)
+            rows.append({name: f"{cost:.2f}" for name, cost in before.items() if name != device} | row)
     write_table(COSTS, COSTS_HEAD, ["law", "method", "steps", *DEVICES], rows)
 
 

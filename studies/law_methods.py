@@ -2,11 +2,13 @@
 
     python studies/law_methods.py --out docs/reference/laws
 
-Buildings of five storeys of one law each, with a first period of 0.6 s, under eight strong parts of far-field records
-at one, two and four times the level at which they yield. All methods have the same steps, by RK4's default rule.
-An error is that of a sample's peak storey drifts, against RK4 in float64 at a sixteenth of the step, over the largest
-of them. Bilinear storeys are analysed with every method that has a given step, others with five methods. Times are
-processor times, the shortest of several runs that alternate with bilinear storeys and RK4. Writes measured.csv.
+Each building has five storeys of the same law and a first period of 0.6 s. It is analysed under the strong parts of
+eight far-field records, scaled to one, two and four times the intensity at which it yields. All methods have the same
+step, the default step of RK4. The error of a sample is the largest error of its peak storey drifts, divided by its
+largest peak drift; the reference is RK4 in float64 at a sixteenth of the step. Bilinear storeys are analysed with every
+method that has a given step, other laws with five methods. A time is the shortest processor time of several runs. Runs
+of bilinear storeys with RK4 alternate with them, so that changes of the speed of the machine affect both. Writes
+measured.csv.
 """
 
 from __future__ import annotations

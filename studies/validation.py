@@ -30,7 +30,7 @@ def rows_of(lines: list[str]) -> list[dict[str, object]]:
     """Return one row per claim, with the largest error of its cases.
 
     Raises:
-        ValueError: If cases of one claim differ in anything else, such as their bounds.
+        ValueError: If cases of one claim differ in reference, bound, units or test.
     """
     found: dict[str, list[dict[str, object]]] = {}
     for line in lines:

@@ -198,7 +198,7 @@ def test_slices_hold_all_rows_of_lanes_once_and_equal_work():
     steps = [np.sort(random.integers(100, 10_000, count))[::-1] for count in (5000, 37, 1)]
     intervals = np.concatenate(steps)
     samples = np.split(np.arange(intervals.size), np.cumsum([each.size for each in steps])[:-1])
-    launches = [devices.Launch(None, None, None, order.size, 1, order, intervals) for order in samples]
+    launches = [devices.Launch(None, (None,) * 4, order.size, 1, order, intervals) for order in samples]
     lanes, threads = 16, 4
     parts = devices.slices(launches, lanes, threads)
     covered = {id(launch): [] for launch in launches}

@@ -17,6 +17,7 @@ import warp as wp
 from test_simulate import MOTIONS, assert_same_bits, make_scene
 
 import warpdyn as wd
+from warpdyn.campaigns.integration import model
 from warpdyn.campaigns.reductions import workers as reducing
 from warpdyn.campaigns.running import blocks
 from warpdyn.campaigns.running.regions import job
@@ -355,8 +356,11 @@ def test_histories_of_several_steps_are_launched_one_after_the_other(pretended):
 
 
 @pytest.mark.meant_as_given("no_damping")
-def test_samples_with_divided_steps_run_beside_those_of_one_step(pretended, monkeypatch):
-    # Every motion is stepped at its own step, for which those with no step divided have a kernel of their own.
+@pytest.mark.parametrize("is_interpolated", [True, False])
+def test_samples_with_divided_steps_run_beside_those_of_one_step(is_interpolated, pretended, monkeypatch):
+    # Motions have a value for each step, unless these values take too much memory: then another kernel divides steps.
+    if not is_interpolated:
+        monkeypatch.setattr(model, "MOST_VALUES", 1)
     building = wd.ShearBuilding(
         1e3, 1e3, 3.0, law="bouc_wen", yield_force=2.0, hardening_ratio=0.0, exponent=2.0, damping="none"
     )
@@ -370,7 +374,7 @@ def test_samples_with_divided_steps_run_beside_those_of_one_step(pretended, monk
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: plans.add(plan) or original(plan, device))
     blocks_of(monkeypatch, 13)
     assert_close(wd.simulate(scene, device="cuda", **settings), whole)
-    assert {plan.undivided for plan in plans} == {True, False}
+    assert {plan.undivided for plan in plans} == ({True} if is_interpolated else {True, False})
 
 
 def test_groups_of_a_portfolio_share_the_places_on_a_gpu(pretended, monkeypatch):

@@ -2,18 +2,23 @@
 
 import numpy as np
 import pytest
+from combination_cases import rules_of
 
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
 from warpdyn.engine.kernels import build, queues
+from warpdyn.engine.kernels.parts import collapse_groups
+from warpdyn.engine.kernels.plan import Plan
 
 DRIFT = ("drift",)
 # Collapses take a branch of their own in a kernel that a sample leaves; parts that see forces keep it in the loop.
 CASES = [
-    ("elastic", 1, DRIFT, False),
-    ("bouc_wen", 2, DRIFT, False),
-    ("bilinear", 2, ("drift", "time_of_peak"), True),
-    ("bilinear", 2, ("acceleration", "drift", "energy"), True),
+    ("elastic", 1, DRIFT, False, "rk4"),
+    ("bouc_wen", 2, DRIFT, False, "rk4"),
+    ("bilinear", 2, DRIFT, False, "stoermer"),
+    ("bilinear", 2, DRIFT, True, "stoermer"),
+    ("bilinear", 2, ("drift", "time_of_peak"), True, "rk4"),
+    ("bilinear", 2, ("acceleration", "drift", "energy"), True, "rk4"),
 ]
 
 
@@ -38,20 +43,22 @@ def make_scene(law, storeys, recorders, collapses, *, is_undivided):
     return wd.Scene(building, stripes, tail=0.5, recorders=recorders, collapse_drift_ratio=limit)
 
 
-@pytest.mark.parametrize("is_undivided", [True, False])
-@pytest.mark.parametrize(("law", "storeys", "recorders", "collapses"), CASES)
+@pytest.mark.parametrize("kernel", ["undivided", "interpolated", "divided"])
+@pytest.mark.parametrize(("law", "storeys", "recorders", "collapses", "method"), CASES)
 def test_alone_in_its_thread_a_sample_gives_what_it_gives_in_a_row(
-    law, storeys, recorders, collapses, is_undivided, monkeypatch
+    law, storeys, recorders, collapses, method, kernel, monkeypatch
 ):
-    scene = make_scene(law, storeys, recorders, collapses, is_undivided=is_undivided)
-    terms = {"structures": 1, "step": 0.01, "dtype": "float64", "device": "cpu"}
+    scene = make_scene(law, storeys, recorders, collapses, is_undivided=kernel == "undivided")
+    if kernel == "divided":
+        monkeypatch.setattr(model, "MOST_VALUES", 1)  # no motion is interpolated before the launch
+    terms = {"structures": 1, "method": method, "step": 0.01, "dtype": "float64", "device": "cpu"}
     rows = wd.simulate(scene, **terms)
     launched = set()
     load = queues.load_kernel
     monkeypatch.setattr(queues, "load_kernel", lambda plan, device: launched.add(plan) or load(plan, device))
     monkeypatch.setattr(model, "fitted", lambda plan, is_gpu: build.fitted(plan, is_gpu=True))
     alone = wd.simulate(scene, **terms)
-    assert {(plan.lanes, plan.undivided) for plan in launched} == {(1, is_undivided)}
+    assert {(plan.lanes, plan.undivided) for plan in launched} == {(1, True), (1, kernel != "divided")}
     assert set(np.unique(rows["status"])) == ({0, 1} if collapses else {0})
     for name in rows.data_vars:
         if rows[name].dtype.kind == "f":
@@ -60,3 +67,16 @@ def test_alone_in_its_thread_a_sample_gives_what_it_gives_in_a_row(
             np.testing.assert_allclose(alone[name], rows[name], rtol=1e-9, atol=1e-10 * largest, err_msg=name)
         else:
             np.testing.assert_array_equal(alone[name], rows[name], err_msg=name)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("dtype", ["float32", "float64"])
+@pytest.mark.parametrize("storeys", [1, 2, 5, 8, 9, 20])
+def test_collapses_are_looked_for_in_groups_only_in_kernels_that_hold_the_step(storeys, dtype):
+    # On a GPU, kernels whose threads share a sample lost their collapses when they had the groups.
+    plan = Plan(
+        "chain", storeys, rules_of("takeda"), "rayleigh", "base_acceleration", DRIFT, "stoermer", dtype, collapses=True
+    )
+    fitted = build.undivided(build.fitted(plan, is_gpu=True))
+    assert collapse_groups.wanted(fitted) == (fitted.sections == 1 and storeys <= collapse_groups.MOST_STOREYS)
+    assert not collapse_groups.wanted(build.fitted(plan, is_gpu=False))

@@ -115,7 +115,7 @@ def test_what_does_not_go_together_is_refused(case):
 def test_archetypes_without_counted_buildings_are_refused():
     none = shares()
     none["counted_buildings"] = none["counted_buildings"].copy(data=[[3, 3, 3, 3], [2, 0, 2, 2]])
-    with pytest.raises(ValueError, match="'heavy' has no counted building in motion 1"):
+    with pytest.raises(ValueError, match="'heavy' has no building with a valid result in motion 1"):
         wd.portfolio_losses(none, RATIOS, VALUES)
 
 

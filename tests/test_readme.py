@@ -34,6 +34,7 @@ def test_first_screen_holds_the_two_commands() -> None:
 # Pages whose programs are run here, one after the other in one process; each begins anew.
 PAGES = (
     "README.md",
+    "docs/index.md",
     "docs/getting_started.md",
     "docs/how_to/answers.md",
     "docs/how_to/loads_and_designs.md",
@@ -42,8 +43,8 @@ PAGES = (
     "docs/how_to/scatter.md",
     "docs/how_to/reproduce.md",
 )
-# Run by hand, and named in the page of studies without a command: what the last three write is held by other tests.
-BY_HAND = {"clusters", "default_methods", "law_cycles", "law_methods", "validation"}
+# Run by hand, and named in the page of studies without a command: what the last four write is held by other tests.
+BY_HAND = {"clusters", "default_methods", "law_cycles", "law_methods", "validation", "verification"}
 
 
 @pytest.mark.fast
@@ -82,7 +83,7 @@ def test_seed_frame_command(tmp_path: Path) -> None:
 
 def program_of(page: str) -> str:
     """Return the program of a page: its blocks of Python, and the cells that the site runs."""
-    fences = r"^```(?:python|\{code-cell\} ipython3)\n(.*?)^```$"
+    fences = r"^```(?:python|\{code-cell\} ipython3)\n(?::[^\n]*\n)*(.*?)^```$"
     blocks = re.findall(fences, (ROOT / page).read_text(), flags=re.DOTALL | re.MULTILINE)
     assert blocks, f"{page} has no program"
     return "".join(blocks)

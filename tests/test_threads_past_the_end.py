@@ -26,7 +26,7 @@ def test_they_leave_the_mean_of_residual_drifts_alone(method, monkeypatch):
         found = output.residual_drift_ratio.numpy().copy()
         output.residual_drift_ratio.fill_(np.nan)
         for each in launches:
-            inputs = [each.order.size, each.control, each.samples, *arguments]
+            inputs = [each.order.size, *each.inputs, *arguments]
             wp.launch(load_kernel(each.plan, "cpu"), dim=3, inputs=inputs, device="cpu")
         left_by_others.append(output.residual_drift_ratio.numpy().copy())
         output.residual_drift_ratio.assign(found)

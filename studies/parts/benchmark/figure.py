@@ -34,7 +34,7 @@ PART_COLOURS = (SKY, BLUE, YELLOW, PURPLE, GREEN, ORANGE)
 
 
 def draw(result: xr.Dataset) -> Figure:
-    """Draw the benchmark: kernels and peers of each device, the main job, and the scaling.
+    """Draw the speed of kernels and of other programs on each device, the parts of the main job, and the scaling.
 
     Args:
         result: Dataset written by studies/benchmark.py.

@@ -16,6 +16,7 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import prepare
 from warpdyn.campaigns.integration.stability_guard import guard, integrate_guarded
 from warpdyn.engine.kernels.auxiliary.frequencies import circular_frequencies
+from warpdyn.engine.kernels.queues import seconds_in_kernels
 from warpdyn.engine.methods.defaults import HIGHEST_LIGHT_MODE, LIGHT_RATIO, LIGHT_RAYLEIGH
 from warpdyn.foundations.core.output_variables import DIVERGED
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
@@ -139,12 +140,12 @@ class Case:
 
 
 def seconds_of(run: Ensemble) -> float:
-    """Return the time that an integration takes [s]: of the processor on a CPU, by the clock on a GPU."""
-    clock = time.process_time if run.queue.device == "cpu" else time.perf_counter
+    """Return the time that an integration takes [s]: of the processor on a CPU, of the kernels on a GPU."""
     part = run.select(np.arange(run.sample.size))
     part.pack()
     rows = part.model.blank_outputs(part.sample.size)
-    started = clock()
+    part.queue.begin()
+    started = time.process_time()
     part.start(rows)
     part.finish(rows)
-    return clock() - started
+    return time.process_time() - started if run.queue.device == "cpu" else seconds_in_kernels([part.queue])

@@ -79,7 +79,7 @@ def multipliers(states: np.ndarray, stride: np.ndarray | int = 1, *, is_multiste
 def growth_per_step(
     method: str, frequency_step: np.ndarray, damping_ratio: np.ndarray, device: str | None = None
 ) -> np.ndarray:
-    """Return the largest factor by which a step multiplies a motion of oscillators, shape [oscillator]."""
+    """Return the spectral radius of the method for each oscillator, the largest growth per step, shape [oscillator]."""
     states = oscillator_states(method, frequency_step, damping_ratio, STEPS_SEEN, device)
     return np.abs(multipliers(states, is_multistep=isinstance(METHODS[method], MultistepMethod))).max(axis=1)
 

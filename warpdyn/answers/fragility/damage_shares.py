@@ -310,7 +310,7 @@ def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]
 
 
 def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) -> np.ndarray:
-    """Return the damage state of every sample: 0 for no damage, FAILED for a failed sample."""
+    """Return the damage state of every sample: 0 for no damage, FAILED if its analysis has no valid result."""
     if "peak_storey_drift_ratio" not in run:
         raise ValueError("the run has no 'peak_storey_drift_ratio': add 'drift' to Scene(recorders=...)")
     status, archetype = decoded_status(run["status"]), run["archetype_index"].values

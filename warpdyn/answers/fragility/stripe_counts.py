@@ -59,12 +59,12 @@ class StripeCounts:
 
     @cached_property
     def of_records(self) -> np.ndarray:
-        """Number of exceeding samples by record, shape [record, im_level, place + 1, damage_state]."""
+        """Number of exceeding samples by record, shape [record, im_level, place and worst place, damage_state]."""
         return self.exceeding.sum(axis=1)
 
     @cached_property
     def of_groups(self) -> np.ndarray:
-        """Number of exceeding samples by group of structures, shape [group, im_level, place + 1, damage_state]."""
+        """Number of exceeding samples by group, shape [group, im_level, place and worst place, damage_state]."""
         return self.exceeding.sum(axis=0)
 
     @cached_property

@@ -76,6 +76,11 @@ class HazardCurve(FrozenArrays):
             )
         if intensity.size < 2:
             raise ValueError("a hazard curve needs at least 2 points, got 1: add the rate at another intensity")
+        if (np.diff(intensity) < 0).all() and (np.diff(rate) > 0).all():
+            raise ValueError(
+                "intensity decreases and annual_rate increases: the arguments seem to be swapped. Give the intensities "
+                "first, HazardCurve(intensity, annual_rate), or, if they are in order, sort the points by intensity"
+            )
         for i in np.flatnonzero(np.diff(intensity) <= 0):
             raise ValueError(
                 f"intensity must increase, but {intensity[i]:g} is followed by {intensity[i + 1]:g}: sort the points "
@@ -84,7 +89,8 @@ class HazardCurve(FrozenArrays):
         for i in np.flatnonzero(np.diff(rate) > 0):
             raise ValueError(
                 f"a hazard curve never rises, but annual_rate goes from {rate[i]:g} at {intensity[i]:g} {units} to "
-                f"{rate[i + 1]:g} at {intensity[i + 1]:g} {units}; give rates of exceedance, not of occurrence"
+                f"{rate[i + 1]:g} at {intensity[i + 1]:g} {units}; give rates of exceedance, not of occurrence; "
+                "of return periods in years, give 1 / return_period"
             )
         if rate[-1] == rate[-2]:
             raise ValueError(
@@ -198,7 +204,7 @@ class HazardCurve(FrozenArrays):
 
     @property
     def slopes(self) -> np.ndarray:
-        """Slope -d ln(rate) / d ln(intensity) of each segment between points [1], shape [point - 1]."""
+        """Slope -d ln(rate) / d ln(intensity) [1] between neighbouring points, shape [number of points - 1]."""
         return -np.diff(np.log(self.annual_rate)) / np.diff(np.log(self.intensity))
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:

@@ -71,8 +71,8 @@ def portfolio_losses(
     if not (counted > 0).all():
         archetype, event = (int(place[0]) for place in np.nonzero(~(counted > 0).values)[:2])
         raise ValueError(
-            f"{_FUNCTION}: archetype {names[archetype]!r} has no counted building in {along} {event}, so its loss is "
-            "unknown: remove this event from the shares, or simulate with a smaller step="
+            f"{_FUNCTION}: archetype {names[archetype]!r} has no building with a valid result in {along} {event}, "
+            f"so its loss is unknown: simulate with a smaller step=, or remove this {along} from shares"
         )
 
     def by_state(rows: np.ndarray) -> xr.DataArray:

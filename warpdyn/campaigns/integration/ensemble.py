@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -174,9 +174,9 @@ class Ensemble:
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
         # Queue the uploads first: anything queued before them would delay them until the GPU finishes the last block.
-        structures, launches = self._launches()
+        launches = self._launches()
         output = self.queue.blank(rows, self.plan.dtype)
-        self._launch(structures, launches, output, history, advance)
+        self.queue.launch(launches, [output, history], advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
@@ -214,8 +214,8 @@ class Ensemble:
         output = self.queue.blank(outcomes, self.plan.dtype)
         for own in np.unique(every_own):
             rows = np.flatnonzero(every_own == own)
-            structures, launches = part._launches_of(part._pack(rows), history_plan(self.plan), int(own))
-            part._launch(structures, launches, output, history)
+            launches = part._launches_of(part._pack(rows), history_plan(self.plan), int(own))
+            self.queue.launch(launches, [output, history])
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         if self.plan.collapses:
             # The last state is the one at the end of the step in which the sample collapses; an adaptive method stops
@@ -263,32 +263,49 @@ class Ensemble:
             arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
         )
 
-    def _launches(self) -> tuple[Any, list[devices.Launch]]:
-        """Upload all samples with their structures; return the struct of the structures, and the launches."""
+    def _launches(self) -> list[devices.Launch]:
+        """Upload all samples with their structures; return the launches."""
         packed, self._packed = self._packed, None
-        return self._launches_of(self._pack() if packed is None else packed, self.plan)
+        return self._launches_of(self._pack() if packed is None else packed)
 
-    def _launches_of(self, packed: Packed, plan: Plan, every: int = 1) -> tuple[Any, list[devices.Launch]]:
-        """Upload packed samples with their structures; return the struct of the structures, and the launches.
+    def _launches_of(self, packed: Packed, plan: Plan | None = None, every: int = 1) -> list[devices.Launch]:
+        """Upload packed samples with their structures; return the launches.
 
         Args:
             packed: The samples.
-            plan: Plan of the kernel.
+            plan: Plan of the kernel that keeps histories; None: the kernels of the model.
             every: Number of steps from one kept state to the next.
         """
-        structures = self.queue.upload("Structure", packed.structures, plan.dtype)
-        samples = self.queue.upload("Samples", packed.samples, plan.dtype)
+        dtype = self.plan.dtype
+        structures = self.queue.upload("Structure", packed.structures, dtype)
+        samples = self.queue.upload("Samples", packed.samples, dtype)
         launches, first = [], 0
         for substeps, count in packed.groups:
             part, last = samples, first + count
             if len(packed.groups) > 1:
-                part = arguments.with_part(samples, "Samples", packed.samples, plan.dtype, order=slice(first, last))
-            own = self.model.undivided if substeps == 1 and plan is self.plan else plan
-            order, intervals = packed.samples["order"][first:last], packed.samples["run_intervals"]
-            control = self._control(count, substeps, plan.dtype, every)
-            launches.append(devices.Launch(own, control, part, count, substeps, order, intervals))
+                part = arguments.with_part(samples, "Samples", packed.samples, dtype, order=slice(first, last))
+            of_launch = packed.samples["order"][first:last], packed.samples["run_intervals"]
+            launches.append(self._launch(structures, part, count, substeps, *of_launch, plan=plan, every=every))
             first = last
-        return structures, launches
+        return launches
+
+    def _launch(
+        self,
+        structures: object,
+        samples: object,
+        count: int,
+        substeps: int,
+        order: np.ndarray,
+        intervals: np.ndarray,
+        *,
+        plan: Plan | None = None,
+        every: int = 1,
+    ) -> devices.Launch:
+        """Return the launch of samples with the same number of steps per interval; see `Launch` and `_launches_of`."""
+        own, finer = self.model.launched(substeps) if plan is None else (plan, 1)
+        loads = self.model.loads_on(self.queue.device, finer)
+        inputs = self._control(count, substeps, own.dtype, every), samples, structures, loads
+        return devices.Launch(own, inputs, count, substeps, order, intervals)
 
     def _control(self, samples: int, substeps: int, dtype: str, every: int = 1) -> object:
         """Return the scalar arguments of a launch.
@@ -309,15 +326,3 @@ class Ensemble:
             tolerance=self.tolerance,
             key=key_of(self.model.seed),
         )
-
-    def _launch(
-        self,
-        structures: object,
-        launches: list[devices.Launch],
-        output: object,
-        history: object,
-        advance: Callable[[int], object] = lambda done: None,
-    ) -> None:
-        """Integrate samples."""
-        loads = self.model.loads_on(self.queue.device)
-        self.queue.launch(launches, [structures, loads, output, history], advance)

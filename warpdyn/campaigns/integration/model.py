@@ -13,6 +13,7 @@ from warpdyn.campaigns.integration.dense import DenseDynamics
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Vibration
 from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.engine.kernels import arguments
+from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
 from warpdyn.engine.kernels.build import composed, fitted, undivided
 from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
 from warpdyn.engine.kernels.plan import Plan
@@ -26,6 +27,7 @@ from warpdyn.foundations.core.output_variables import Variable
 from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
+MOST_VALUES = 2**24  # values of interpolated motions on a GPU: 64 MiB in float32
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
 
 
@@ -124,7 +126,7 @@ class Model:
     seed: int
     threads: int
     refinement: int = 1
-    _loads: dict[tuple[str, str], object] = field(default_factory=dict, repr=False)  # by device and dtype
+    _loads: dict[tuple[str, str, int], object] = field(default_factory=dict, repr=False)  # loads_on
 
     @cached_property
     def variables(self) -> dict[str, Variable]:
@@ -142,15 +144,16 @@ class Model:
         table = RECORDERS[self.plan.family]
         return {k: v for row in self.scene.recorders for k, v in table[row].items() if v.is_demand}
 
-    @cached_property
-    def undivided(self) -> Plan:
-        """The plan of the kernel for samples with one step in each interval of their motions.
+    def launched(self, substeps: int) -> tuple[Plan, int]:
+        """Return the plan of the kernel for samples with this number of steps per interval, and its `finer` motions.
 
-        If any motion has several steps in an interval, it is `plan`, because compiling a second kernel takes longer
-        than the kernel saves. If no motion has several steps, but those of a sample are divided later (which is rare),
-        the kernel of `plan` is compiled when this sample is launched.
+        On a GPU the motions are interpolated before the launch, so that they have a value for each step, unless these
+        values take too much memory.
         """
-        return undivided(self.plan) if self.timeline.substeps.max() == 1 else self.plan
+        own = undivided(self.plan)
+        values = sum(motion.values.size for motion in self.timeline.motions)
+        is_interpolated = own.undivided and values * substeps <= max(values, MOST_VALUES)
+        return (own, substeps) if is_interpolated else (self.plan, 1)
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:
@@ -199,12 +202,20 @@ class Model:
             return self
         return replace(self, plan=replace(self.plan, method=FALLBACK), method=METHODS[FALLBACK])
 
-    def loads_on(self, device: str) -> object:
-        """Return the load in the memory of a device; models of the same scene share one copy."""
-        place = device, self.plan.dtype
+    def loads_on(self, device: str, finer: int = 1) -> object:
+        """Return the load in the memory of a device; models of the same scene share one copy.
+
+        Args:
+            device: The device.
+            finer: Number of intervals that replace each interval of the motions; their accelerations are interpolated.
+        """
+        place = device, self.plan.dtype, finer
         if place not in self._loads:
-            packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
-            self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
+            if finer > 1:
+                self._loads[place] = interpolated(self.loads_on(device), self.plan.dtype, finer)
+            else:
+                packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
+                self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[place]
 
     def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:

@@ -136,9 +136,10 @@ class StabilityFindings:
                 f"{advice}"
             )
         elif self.beyond:
+            next_one = "They are stable, but not accurate: see the next warning"
             messages.append(
                 f"{beyond}: each of them takes the fewest stable steps instead, up to {self.most:.3g} times as many. "
-                "No action is needed"
+                f"{next_one if self.too_long else 'No action is needed'}"
             )
         reasons = {
             DIVERGED: "flagged diverged: the state is not finite, or a storey drifts by a thousand times its height",

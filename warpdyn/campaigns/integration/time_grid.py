@@ -119,7 +119,9 @@ def build_timeline(
         if skipped:
             warn_caller(
                 f"at {step:g} s, {skipped} of {len(excitation.motions)} motions are resampled at less than their own "
-                "rate, which removes their higher frequencies. Give a smaller step=, or remove step= and resample="
+                f"rate, without a filter: their frequencies above {0.5 / step:.3g} Hz appear as lower ones, and peak "
+                "drifts may be several times too large or too small. Give a smaller step=, remove step= and resample=, "
+                "or filter the motions before, with records.band_pass"
             )
     timeline = excitation.timeline(step, target, resample=resample)
     return timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)

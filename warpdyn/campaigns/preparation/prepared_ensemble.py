@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -150,18 +149,16 @@ class PreparedEnsemble(Ensemble):
             return np.zeros(self.size, np.int32)
         return np.repeat(np.arange(len(self.range), dtype=np.int32), self._each)
 
-    def _launches(self) -> tuple[Any, list[Launch]]:
-        """Return the struct of the structures, and the launches."""
+    def _launches(self) -> list[Launch]:
+        """Return the launches."""
         block = self._block
         assert block is not None
         launches, first = [], 0
         for substeps, count in block.groups:
-            own = self.model.undivided if substeps == 1 else self.plan
             part, on_host = block.samples_from(first, count), block.on_host(first, count)
-            control = self._control(count, substeps, self.plan.dtype)
-            launches.append(Launch(own, control, part, count, substeps, *on_host))
+            launches.append(self._launch(block.structures, part, count, substeps, *on_host))
             first += count
-        return block.structures, launches
+        return launches
 
     def _on_host(self, samples: np.ndarray, *, divides: bool = True) -> tuple[Ensemble, Vibration]:
         """Return some of the samples and the vibration of their structures, prepared on the host.

@@ -108,9 +108,11 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
 
 
 def undivided(plan: Plan) -> Plan:
-    """Return the plan for samples whose step equals the time step of their motion.
+    """Return the plan for motions that have a value for each step of the integration.
 
-    On a GPU their kernel has no loop over the steps of an interval; for one storey this saves 1/10 of the instructions.
+    On a GPU their kernel has no loop over the steps of an interval. Measured on an H100 with two steps in each interval
+    of the original motions: kernels of stoermer take 0.43 to 0.97 of the time (1 to 20 storeys), those of rk4 0.94 to
+    1.02.
     """
     is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
     gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive

@@ -47,7 +47,7 @@ class Plan:
         collapses: Whether a sample ends when a storey drift passes its capacity (chain).
         has_drift_capacity: Whether storeys have drift capacities in addition to the drift ratio of the building.
         resumes: Whether each structure starts from its final state in the last event.
-        undivided: Whether the step equals the interval of the motion.
+        undivided: Whether the motions have a value for each step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at a drift, to which they are pushed slowly from rest.
         records_late: Whether recorders of peaks start later than the run (`record_from`).
     """

@@ -132,7 +132,7 @@ class CpuQueue:
 
         Args:
             launches: The launches.
-            arguments: The arguments of the kernels that follow `samples`.
+            arguments: The arguments of the kernels that follow those of each launch.
             advance: Function that is called with the number of samples that have finished since its last call.
         """
         # Load the kernels before the threads start; otherwise each thread would compile them.
@@ -152,7 +152,7 @@ class CpuQueue:
                     done + 1,
                     int(np.searchsorted(costs, before + self._pace.get(plan, FIRST_PIECE / plan.dofs), "right")),
                 )
-                inputs = [first + done, launch.control, launch.samples, *arguments]
+                inputs = [first + done, *launch.inputs, *arguments]
                 began = time.perf_counter()
                 wp.launch(kernels[plan], dim=until - done, inputs=inputs, device=self.device)
                 seconds = max(time.perf_counter() - began, SECONDS_OF_A_PIECE / MOST_GROWTH)
@@ -291,7 +291,7 @@ class CudaQueue:
             stream.wait_event(ready)
         for stream, launch in zip(cycle(self.streams), launches):
             start = stream.record_event(wp.Event(self.device, enable_timing=True))
-            inputs = [0, launch.control, launch.samples, *arguments]
+            inputs = [0, *launch.inputs, *arguments]
             plan = launch.plan
             threads = -(-launch.count // plan.lanes) * plan.sections
             # Whole thread blocks, because threads of a sample exchange values; others repeat the last sample.

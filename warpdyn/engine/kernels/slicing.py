@@ -15,8 +15,7 @@ class Launch(NamedTuple):
 
     Args:
         plan: Plan of the kernel.
-        control: Struct Control of the launch.
-        samples: Struct Samples of the launch.
+        inputs: Structs Control, Samples, Structure and Load of the launch.
         count: Number of samples.
         substeps: Steps per interval.
         order: Indices of the samples among the uploaded samples, longest runs first, shape [sample]; a GPU needs none.
@@ -24,8 +23,7 @@ class Launch(NamedTuple):
     """
 
     plan: Plan
-    control: object
-    samples: object
+    inputs: tuple[object, object, object, object]
     count: int
     substeps: int
     order: np.ndarray

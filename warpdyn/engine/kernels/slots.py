@@ -120,6 +120,12 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "interval_from",
             "interval_until",
         ),
+        "end_phase": _slot(
+            "kernel",
+            "After the intervals from interval_from on; the next ones begin at interval_until (one sample per thread).",
+            "interval_from",
+            "interval_until z",
+        ),
         "end_steps": _slot("kernel", "After the last interval (one sample per thread)."),
         "see_last": _slot("kernel", "After the last state has been seen (one sample per thread)."),
         "begin_interval": _slot("kernel", "Begin an interval; standing = 0 ends the run.", "", "standing"),

@@ -133,7 +133,7 @@ def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., 
 
 
 def _described(cls: type[StoreyElement]) -> str:
-    """Return the docstring of a class with an Args section, written from its fields, before its example."""
+    """Return the docstring of a class with an Args section, made from the fields of the class, before the example."""
     text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
     arguments = "\n".join(
         textwrap.fill(f"{name}: {known.description}", 100, initial_indent=" " * 4, subsequent_indent=" " * 8)
@@ -378,4 +378,6 @@ StoreyElement.kinds = (Law, Device)
 #: Yield force [N], a parameter of most laws.
 YIELD_FORCE = Parameter("N", "storey yield force", low=0.0, low_open=True)
 #: Hardening ratio [1], a parameter of most laws.
-HARDENING_RATIO = Parameter("1", "ratio of post-yield to initial storey stiffness", low=0.0, high=1.0, high_open=True)
+HARDENING_RATIO = Parameter(
+    *("1", "ratio of post-yield to initial storey stiffness"), low=0.0, high=1.0, high_open=True, often_in_percent=True
+)

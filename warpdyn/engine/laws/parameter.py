@@ -10,6 +10,18 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import checked_text, real_number, true_or_false
 
+# Units that are not SI base or derived units, and the SI unit in their place: kernels convert no units.
+NOT_SI = {
+    **{f"{prefix}N": "N" for prefix in ("k", "M", "G")},
+    **{f"{prefix}Pa": "Pa" for prefix in ("k", "M", "G")},
+    **dict.fromkeys(("mm", "cm", "km", "in", "ft"), "m"),
+    **dict.fromkeys(("t", "g", "tonne", "tonnes", "lb"), "kg"),
+    **dict.fromkeys(("kip", "kips", "lbf"), "N"),
+    **dict.fromkeys(("ms", "min", "h"), "s"),
+    **dict.fromkeys(("%", "percent"), "1"),
+    **dict.fromkeys(("deg", "degree", "degrees"), "rad"),
+}
+
 
 @dataclass(frozen=True)
 class Parameter:
@@ -28,8 +40,8 @@ class Parameter:
         optional: Text for the docstring: the value that is used if an optional parameter is omitted.
 
     Raises:
-        ValueError, TypeError: If a bound is not a number, a text is not a string, a flag is not True or False, or no
-            value is within the bounds.
+        ValueError, TypeError: If a unit is not an SI unit, a bound is not a number, a text is not a string, a flag is
+            not True or False, or no value is within the bounds.
 
     Example:
         >>> stiffness = wd.laws.Parameter("N m-1", "storey stiffness", low=0.0, low_open=True)
@@ -51,6 +63,12 @@ class Parameter:
     def __post_init__(self) -> None:
         for name in ("units", "long_name", "opensees", "optional"):
             checked_text(f"Parameter.{name}", getattr(self, name))
+        for unit in re.findall(r"[A-Za-z%]+", self.units):
+            if unit in NOT_SI:
+                raise ValueError(
+                    f"Parameter.units is {self.units!r}, but values of parameters are in SI units: use "
+                    f"{NOT_SI[unit]!r} instead of {unit!r}, and convert the values"
+                )
         for name in ("low_open", "high_open", "often_in_percent"):
             true_or_false(f"Parameter.{name}", getattr(self, name))
         for name in ("low", "high", "default"):

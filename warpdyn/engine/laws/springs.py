@@ -82,7 +82,7 @@ def is_mixed(rules: StoreyRules) -> bool:
 
 @functools.cache
 def spring_row(rules: StoreyRules) -> Spring:
-    """Return the device functions of a variant or a combination; equal arguments give the same object.
+    """Return the device functions of a variant of a law, or of laws and devices together; each is made only once.
 
     Raises:
         TypeError: If built-in device functions read a different number of coefficients than their law provides.

@@ -55,7 +55,8 @@ def key_of(seed: int) -> int:
 def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.ndarray:
     """Return the first numbers of NumPy's generator for (seed, purpose), float32 in [0, 1), shape [row, column].
 
-    Several threads compute the numbers; the result is the same as with one thread.
+    Each use of a seed has its own `purpose`, so that its numbers are independent of those of other uses. Several
+    threads compute the numbers; the result is the same as with one thread.
     """
     found = np.empty((rows, columns), np.float32)
     words = np.random.SeedSequence([seed, purpose])

@@ -102,7 +102,8 @@ def from_openquake(path: object, measure: str) -> tuple[str, float]:
     found = measure_named(measure)
     if found is None or not found.kind:
         warn_caller(
-            f"{path}: warpdyn does not know the intensity measure {measure!r}; its values are read without conversion"
+            f"{path}: warpdyn does not know the intensity measure {measure!r}; its values are read without conversion. "
+            "Check that they are in the unit of your levels or hazard curves, or correct its name, such as 'SA(1.0)'"
         )
         return "1", 1.0
     return found.from_openquake()

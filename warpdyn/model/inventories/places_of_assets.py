@@ -79,7 +79,7 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
 
 
 def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
-    """Return the ids in several columns as one text per row; 11.0 becomes "11", because it is the same unit as 11."""
+    """Return the ids in several columns as one text per row; 11.0 becomes "11", because both are the same area."""
     texts = []
     for name in columns:
         values = table[name]

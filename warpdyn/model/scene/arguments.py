@@ -20,7 +20,7 @@ BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_K
 
 
 def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function of a scene, so that it checks the scene and the number and names of its arguments.
+    """Decorate a function whose first argument is a scene; it checks the scene, and the names of all arguments.
 
     Raises:
         TypeError: If the first argument is not a scene, there are too many positional arguments, or a name is unknown.

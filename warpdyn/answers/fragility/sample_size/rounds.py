@@ -147,7 +147,10 @@ class Rounds:
         return True
 
     def _plan(self, needed: int, count: int) -> bool:
-        """Choose method and step by `plan` if many histories are needed; return whether it discarded the rounds."""
+        """Choose method and step by `plan` if more than PLANNED_FROM histories are expected in all.
+
+        Then the rounds so far are discarded, because they had another method or step. Return whether this happened.
+        """
         expected = sum(each.attrs["histories"] for each in self.rounds) * needed / count
         if expected <= PLANNED_FROM or "longest_step" in self.integration:
             return False

@@ -137,7 +137,7 @@ def _of_table(table: Table) -> NumericalShape:
 def _of_cloud(
     function: str, curves: xr.Dataset, median: np.ndarray, dispersion: np.ndarray, drawn: np.ndarray
 ) -> NumericalShape:
-    """Return the shape of curves of demand and collapse; replicates shift and stretch it along ln(intensity)."""
+    """Return the shape of fragility curves that combine demands and collapses; replicates shift and stretch it."""
     missing = [name for name in CLOUD_VARIABLES if name not in curves]
     if missing:
         raise ValueError(

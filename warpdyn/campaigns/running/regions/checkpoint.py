@@ -1,7 +1,8 @@
 """Checkpoint of a run with `path=`: one file per finished region, so that a run that was killed can resume.
 
-The folder contains `run.json`, with the fingerprint of the run and the decisions before its first region, and one file
-for each finished region, with checksums. Regions whose file is missing or damaged are run again, with the same bits.
+The folder contains `run.json` and a file with checksums for each finished region, a range of structures. `run.json` has
+a hash of everything that decides the results of the run, and what was found before the first region, such as limits of
+recorders. A region whose file is missing or damaged is run again; its results are identical, bit by bit.
 """
 
 from __future__ import annotations

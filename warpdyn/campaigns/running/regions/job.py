@@ -157,9 +157,10 @@ class Prepared:
         """The kernels that are launched."""
         outputs, found = self.job.outputs, list[Plan]()
         for model in self.run.model.by_event:
-            found.append(model.undivided)
+            substeps = np.unique(model.timeline.substeps).tolist()
             if is_checked(model):
-                found.append(model.plan)  # with its steps divided
+                substeps.append(2 * substeps[-1])  # its steps are divided
+            found += [model.launched(each)[0] for each in substeps]
             if outputs.checked_share is not None or outputs.sample_error is not None:
                 found.append(model.checking.in_float64(model.tolerance, self.run.execution.devices[0]).plan)
         return found if outputs.histories is None else [*found, history_plan(self.run.model.plan)]

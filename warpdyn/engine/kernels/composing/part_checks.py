@@ -151,7 +151,12 @@ def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -
             known = fields.get(STRUCTS[argument], ())
             if field not in known:
                 meant = _meant(field, known)
-                refuse(part, slot, line, f"names {argument}.{field}, which does not exist{meant}; declare it in FIELDS")
+                refuse(
+                    part,
+                    slot,
+                    line,
+                    f"names {argument}.{field}, which does not exist{meant}: correct the name, or declare it in FIELDS",
+                )
 
 
 def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot], constants: Collection[str]) -> None:

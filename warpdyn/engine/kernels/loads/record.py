@@ -48,7 +48,7 @@ def begin_phase():
                 gain[j] = dtype(0.0)
                 base_at_end[j] = dtype(0.0)
                 stride[j] = int(0)
-            else:
+            elif interval_from < silent_from[j]:
                 interval_until = wp.min(interval_until, silent_from[j])
 
 

@@ -162,7 +162,7 @@ def end_part():
 
 
 def end_step():
-    if not PROPAGATED and not ADAPTIVITY:
+    if not (PROPAGATED or ADAPTIVITY or COLLAPSE_GROUPS):
         slot("watch_drifts")
 
 

@@ -4,7 +4,8 @@ order = -100
 
 BORROWS = {"adaptivity": ("done", "part")}
 FIELDS = {
-    "Control": {"samples": "int32", "substeps": "int32"},  # number of samples; steps per interval of the motion
+    # Number of samples; steps per interval of the motion, which an undivided kernel reads in such intervals.
+    "Control": {"samples": "int32", "substeps": "int32"},
     "Samples": {
         "order": "int32[]",  # the samples in the order of their launch
         "structure": "int32[]",
@@ -74,7 +75,7 @@ def read_lane():
     o = samples.order[sample[j]]
     s = samples.structure[o]
     motion[j] = samples.motion[o]
-    live_intervals[j] = samples.run_intervals[o]
+    live_intervals[j] = samples.run_intervals[o] * control.substeps if UNDIVIDED else samples.run_intervals[o]
     intervals = wp.max(intervals, live_intervals[j])
     scale[j] = samples.scale[o]
     step[j] = samples.step[o]

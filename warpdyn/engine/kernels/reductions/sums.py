@@ -1,4 +1,4 @@
-"""Kernels that compute drift ratios and losses, and sums of demands and losses for each cell."""
+"""Kernels that compute drift ratios and losses, and their sums over all samples with the same labels (a cell)."""
 
 import warp as wp
 

@@ -198,14 +198,15 @@ def integrate_chain(
                     slot("end_attempt")
                     slot("end_part")
                 slot("end_step")
-                if HOLDS_STEP and COLLAPSE:
+                if HOLDS_STEP and COLLAPSE and not COLLAPSE_GROUPS:
                     if stands[0] == dtype(0.0):
                         break
-            if HOLDS_STEP and COLLAPSE:
+            if HOLDS_STEP and COLLAPSE and not COLLAPSE_GROUPS:
                 if stands[0] == dtype(0.0):
                     interval_until = intervals  # ends the run
                     break
         if HOLDS_STEP:
+            slot("end_phase")
             interval_from = interval_until
     if HOLDS_STEP:
         slot("end_steps")

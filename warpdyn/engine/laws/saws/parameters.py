@@ -184,7 +184,7 @@ def _peak(p: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _crossing(hardening: np.ndarray, force: np.ndarray, slope: np.ndarray, peak_drift: np.ndarray) -> np.ndarray:
-    """Return the drift at which the envelope crosses the line force + slope * drift."""
+    """Return the drift at which the envelope crosses the straight line `force + slope * drift`."""
     low, high = np.zeros_like(peak_drift * hardening), peak_drift * np.ones_like(hardening)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

@@ -2,8 +2,7 @@
 
 Impossible values are errors. A plausibility check warns of possible values that users rarely intend; most of them are
 in a wrong unit. The range of usual values is wider than in practice; comments give sources. For quantities of a
-building, the table also has a function that computes the quantity from a `BuildingView`
-(warpdyn/model/scene/building_plausibility.py).
+building, the table also has a function that computes it from a `BuildingView` (warpdyn/model/scene).
 """
 
 from __future__ import annotations
@@ -18,14 +17,13 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 MOST_MISTAKES = 2  # named in a warning, each with the value that it explains
 MOST_NAMED = 3  # named if no mistake explains the value
-# The top storeys of FEMA's Hazus buildings without seismic design yield at 9.5e-5; forces in kN lead to 5e-5 at most.
-LEAST_YIELD_DRIFT_RATIO = 7e-5
-# Slope of the highest hazard of any site, ln(rate) over ln(intensity).
-HIGHEST_HAZARD_SLOPE = 1.7
-# The largest recorded horizontal components exceed 2 g only rarely: 2.7 g at Tsukidate in 2011 (K-NET, MYG004).
-LARGEST_RECORDED = 2 * STANDARD_GRAVITY
+LEAST_YIELD_DRIFT_RATIO = 7e-5  # top storeys of old Hazus buildings: 9.5e-5; forces in kN lead to 5e-5 at most
+HIGHEST_HAZARD_SLOPE = 1.7  # of the highest hazard of any site, ln(rate) over ln(intensity)
+LARGEST_RECORDED = 2 * STANDARD_GRAVITY  # exceeded only rarely: 2.7 g at Tsukidate in 2011 (K-NET, MYG004)
 
-Mistakes = dict[str, float | None]
+# Clause that describes a likely mistake -> factor from the given to the intended value. None: no factor corrects the
+# mistake. A function: nor here; it returns whether the mistake may lead to a value.
+Mistakes = dict[str, float | Callable[[float], bool] | None]
 G = STANDARD_GRAVITY
 # Units that users give in place of SI units, each with its size in SI units.
 LENGTH = {"mm": 1e-3, "cm": 1e-2, "feet": 0.3048}
@@ -49,8 +47,7 @@ class Check:
         units: Unit of the quantity in warpdyn.
         low: Smallest usual value.
         high: Largest usual value.
-        mistakes: Clause that describes a likely mistake -> factor from the given to the intended value; None if no
-            factor corrects the mistake.
+        mistakes: Likely mistakes.
         typical: Typical value; the mistakes whose corrected values are nearest to it are named first. None: the
             geometric mean of `low` and `high`.
         of_building: Function that computes the quantity from a `BuildingView`, shape [row]; None: the value is passed
@@ -71,12 +68,14 @@ class Check:
         """Return a sentence about an implausible value: the value, the usual values and likely mistakes."""
         unit = "" if self.units == "1" else f" {self.units}"
         usual = f"at most {high:.4g}" if self.low == 0 else f"{self.low:g} to {high:.4g}"
-        meant = {clause: value * factor for clause, factor in self.mistakes.items() if factor is not None}
+        meant = {clause: value * factor for clause, factor in self.mistakes.items() if isinstance(factor, float)}
         fitting = {clause: m for clause, m in meant.items() if self.low <= m <= high}
         middle = self.typical or (np.sqrt(self.low * high) if self.low > 0 else high)
         likely = sorted(fitting, key=lambda clause: abs(np.log(fitting[clause] / middle)))[:MOST_MISTAKES]
         reasons = [f"{clause}, it would be {fitting[clause]:.3g}{unit}" for clause in likely]
-        reasons += [clause for clause, factor in self.mistakes.items() if factor is None]
+        for clause, factor in self.mistakes.items():
+            if factor is None or (callable(factor) and factor(value)):
+                reasons.append(clause)
         if value == 0 and meant:
             reasons = ["it is zero in any unit"]
         elif not reasons:
@@ -125,9 +124,10 @@ _MOTIONS = with_units("motions", ACCELERATION, -1)
 _RATIO = given_in(PERCENT) | {"if given as a drift in mm of a storey of 3 m": 1 / 3000}
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
 _DURATION: Mistakes = given_in(TIME) | {"it may be a number of steps": None}
-_AS_FREQUENCY: Mistakes = given_in(TIME) | {"it may be a frequency in Hz": None}
+_AS_FREQUENCY: Mistakes = given_in(TIME) | {"it may be a frequency in Hz": lambda value: value >= 10}
 _IN_MANY_YEARS: Mistakes = {
-    "these may be probabilities in many years, for which there is HazardCurve.from_probabilities": None
+    "these may be probabilities in many years, for which there is HazardCurve.from_probabilities": None,
+    "they may be return periods: give 1 / period": lambda value: value > 10,
 }
 
 # In the order of warnings: first arguments, then quantities that follow from them.
@@ -253,7 +253,11 @@ CHECKS: Mapping[str, Check] = {
         *("gravity load over mass times g", "1", 0.15, 10.0, _GRAVITY_LOAD | _PER_MASS),
         of_building=lambda b: b["gravity_load"].sum(axis=1) / b.weight_above[:, 0],
     ),
-    "first_period": Check("first period", "s", 0.02, 20.0, _PERIOD | given_in(TIME), of_building=lambda b: b.period),
+    "first_period": Check(
+        *("first period", "s", 0.02, 20.0),
+        _PERIOD | given_in(TIME) | {"mass and stiffness may be swapped": lambda period: period > 20},
+        of_building=lambda b: b.period,
+    ),
     # Not of a single storey: it may be an oscillator, whose height only divides its drift.
     "first_period_over_height": Check(
         *("first period over height", "s/m", 5e-3, 1.0, _PERIOD | _PER_HEIGHT),
@@ -303,7 +307,7 @@ CHECKS: Mapping[str, Check] = {
         {"damping='none' is the default; 5 % of critical is damping='rayleigh', damping_ratio=0.05": None},
         of_building=lambda b: np.where(b.needs_damping, b.damping_ratio, np.nan),
     ),
-    "record_step": Check("record step", "s", 5e-4, 0.05, _AS_FREQUENCY),
+    "record_step": Check("record step", "s", 5e-4, 0.05, _AS_FREQUENCY | {"with the decimal point misplaced": 0.1}),
     "peak_ground_acceleration": Check(
         *("peak ground acceleration", "m/s2", 1e-4 * G, LARGEST_RECORDED),
         given_in({"m/s2 and read as g": 1 / G} | ACCELERATION),
@@ -318,7 +322,11 @@ CHECKS: Mapping[str, Check] = {
     ),
     "record_baseline": Check(
         *("baseline (a straight line fitted to the record) over the peak", "1", 0.0, 0.02),
-        {"the record has an offset, which warpdyn.records.detrend removes": None},
+        {
+            "the values may be the time column": lambda ratio: 0.98 < ratio < 1.02,
+            "the values may be a velocity or a displacement": lambda ratio: ratio > 0.5 and not 0.98 < ratio < 1.02,
+            "the record has an offset, which warpdyn.records.detrend removes": lambda ratio: not 0.98 < ratio < 1.02,
+        },
     ),
     "ground_damping_ratio": Check("damping ratio of the filter", "1", 0.02, 2.0, given_in(PERCENT)),
     "scale_factor": Check(

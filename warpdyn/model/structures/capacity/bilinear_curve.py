@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.foundations.core.checks import finite_numbers
 from warpdyn.foundations.core.messages import warn_caller
 
+LARGEST_DISPLACEMENT = 1e4  # [m]; displacements in mm are below it, forces in N are above it
 SECANT_SHARE = 0.6  # share of the yield strength at which the secant gives a curve's initial stiffness
 
 
@@ -101,13 +102,18 @@ def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndar
     """Return the curve, with the origin as its first point.
 
     Raises:
-        ValueError: If the curve starts below zero, a displacement does not increase, or capacities are negative or all
-            zero.
+        ValueError: If the curve starts below zero, a displacement does not increase or is above LARGEST_DISPLACEMENT,
+            or capacities are negative or all zero.
     """
     x, y = finite_numbers("displacement", displacement), finite_numbers("capacity", capacity)
     if x.ndim != 1 or x.shape != y.shape or not x.size:
         raise ValueError(
             f"displacement and capacity must have the same shape [point], got shapes {np.shape(x)} and {np.shape(y)}"
+        )
+    if x.max() > LARGEST_DISPLACEMENT:
+        raise ValueError(
+            f"the displacement of the capacity curve reaches {x.max():g} m: give the displacements [m] first and the "
+            "capacities [N or m/s2] second; they seem to be swapped"
         )
     if x[0] < 0 or y[0] < 0 or (x[0] == 0 and y[0] != 0) or (x[0] > 0 and y[0] == 0):
         raise ValueError(

@@ -175,7 +175,7 @@ def block(
 
 
 def _check_line(line: str, fields: int, layout: Layout, place: str, *, is_end: bool) -> None:
-    """Raise a ValueError unless a line has this number of fields, each with a number at its right end."""
+    """Raise a ValueError unless a line has exactly this number of fields, each with a right-aligned number."""
     width = layout.width
     row = [line[i : i + width] for i in range(0, len(line), width)]
     for field in row:

@@ -1,0 +1,51 @@
+"""The kernel that interpolates recorded motions on a device, so that they have a value for each integration step."""
+
+import functools
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.processor import module_options
+from warpdyn.engine.kernels.kernel_cache import block_size, loaded
+from warpdyn.engine.kernels.plan import DTYPES, structs
+
+
+@functools.cache
+def interpolation_kernel(dtype: str) -> wp.Kernel:
+    """Return the kernel for values of a number type."""
+    number = DTYPES[dtype]
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
+    def interpolate(values: wp.array(dtype=number), finer: int, result: wp.array(dtype=number)):
+        k = wp.tid()
+        at = k // finer
+        begin = values[at]
+        place = k - at * finer
+        if place > 0:
+            begin += number(place) / number(finer) * (values[at + 1] - begin)
+        result[k] = begin
+
+    return interpolate
+
+
+def interpolated(load: Any, dtype: str, finer: int) -> Any:
+    """Return a load with `finer` intervals in the place of each interval of the motions, by linear interpolation.
+
+    Args:
+        load: Struct Load with all motions in one array, their first values, and their numbers of intervals.
+        dtype: Its number type.
+        finer: Number of intervals that replace an interval.
+    """
+    struct = structs(dtype).Load
+    result, device = struct(), str(load.values.device)
+    for name in struct.vars:
+        setattr(result, name, getattr(load, name))
+    count = finer * (load.values.size - 1) + 1  # between two motions there are values that nothing reads
+    result.values = wp.empty(count, dtype=DTYPES[dtype], device=device)
+    inputs = [load.values, finer, result.values]
+    kernel = loaded(interpolation_kernel(dtype), device)
+    wp.launch(kernel, dim=count, inputs=inputs, device=device, block_dim=block_size(device))
+    for name in ("first", "intervals"):
+        setattr(result, name, wp.array(getattr(load, name).numpy() * finer, dtype=wp.int32, device=device))
+    wp.synchronize_device(device)
+    return result
