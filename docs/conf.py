@@ -118,7 +118,7 @@ html_favicon = "_static/favicon.svg"
 html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
-SINGLE = ("getting_started", "validation/index", "gallery", "comparison", "faq", "release_notes", "citation", "licence")
+SINGLE = ("getting_started", "gallery", "comparison", "faq", "release_notes", "citation", "licence")
 html_sidebars = {page: [] for page in SINGLE}
 html_theme_options = {
     "show_prev_next": True,
@@ -146,7 +146,7 @@ copybutton_selector = ":not(.output) > div.highlight > pre"  # not what a progra
 
 def write_generated_pages(app: Sphinx) -> None:
     """Write the files that are generated from the code: pages of laws, tables and diagrams."""
-    from generate import architecture, laws, methods, slots, theory, validation
+    from generate import architecture, laws, methods, slots, theory, validation, verification
 
     for part in (
         laws.write_pages,
@@ -155,6 +155,7 @@ def write_generated_pages(app: Sphinx) -> None:
         slots.write_table,
         architecture.write_pictures,
         theory.write_parts,
+        verification.write_pages,
     ):
         part(DOCS)
 

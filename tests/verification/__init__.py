@@ -1,0 +1,20 @@
+"""Problems of the verification manual: one description for the tests and for the pages of the site."""
+
+from __future__ import annotations
+
+from .buildings import PROBLEMS as BUILDINGS
+from .chains import PROBLEMS as CHAINS
+from .devices import PROBLEMS as DEVICES
+from .loops import PROBLEMS as LOOPS
+from .methods import PROBLEMS as METHODS
+from .problem import Problem, Verdict, judge
+from .random_motion import PROBLEMS as RANDOM
+from .risk import PROBLEMS as RISK
+from .sdof import PROBLEMS as SDOF
+from .yielding import PROBLEMS as YIELDING
+
+PROBLEMS: tuple[Problem, ...] = (
+    *SDOF, *METHODS, *CHAINS, *BUILDINGS, *YIELDING, *DEVICES, *LOOPS, *RANDOM, *RISK,
+)  # fmt: skip
+
+__all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]
