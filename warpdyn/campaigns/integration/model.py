@@ -27,7 +27,7 @@ from warpdyn.foundations.core.output_variables import Variable
 from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
-MOST_VALUES = 2**24  # values of interpolated motions on a GPU: 64 MiB in float32
+MOST_VALUES = 2**28  # values of interpolated motions on a GPU: 1 GiB in float32
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
 
 
@@ -152,7 +152,8 @@ class Model:
         """
         own = undivided(self.plan)
         values = sum(motion.values.size for motion in self.timeline.motions)
-        is_interpolated = own.undivided and values * substeps <= max(values, MOST_VALUES)
+        most = values * substeps * (substeps + 1) // 2  # with all smaller numbers of steps
+        is_interpolated = own.undivided and most <= max(values, MOST_VALUES)
         return (own, substeps) if is_interpolated else (self.plan, 1)
 
     @cached_property

@@ -91,7 +91,7 @@ def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
     for name in COMPUTED:
         if name in body:
             raise TypeError(f"{name} is computed by warpdyn, so that this value has no effect: remove {name}")
-    base = cls.__mro__[-2]
+    base = _first_of_warpdyn(cls)
     known = {each for each in {*vars(base), *base.__annotations__, *ARGUMENTS} if not each.startswith("_")}
     read = set().union(*(_names_read(value) for value in body.values()))
     for name in body.keys() - known - read - vars(cls).get("__annotations__", {}).keys():
@@ -101,6 +101,11 @@ def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
                 f"{name} is not a name that warpdyn reads, so that it has no effect: rename it to {close[0]!r}, or to "
                 f"_{name} if it is not meant as {close[0]!r}"
             )
+
+
+def _first_of_warpdyn(cls: type) -> type:
+    """Return the class of warpdyn from which all laws and devices derive, in any order of a user's bases."""
+    return next(each for each in reversed(cls.__mro__) if each.__module__.startswith("warpdyn."))
 
 
 def _names_read(value: Any) -> set[str]:
@@ -129,7 +134,7 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
             raise TypeError(
                 f"parameter {field.name!r} has the name of a property of every storey: rename the parameter"
             )
-        base = cls.__mro__[-2]  # StoreyElement, whose attributes a parameter would replace
+        base = _first_of_warpdyn(cls)  # StoreyElement, whose attributes a parameter would replace
         is_taken = field.name in OF_OTHERS or field.name in {*vars(base), *base.__annotations__}
         if not cls.__module__.startswith("warpdyn.") and (is_taken or OF_DEMANDS.match(field.name)):
             raise TypeError(
