@@ -196,7 +196,7 @@ def capacities(
             search.run()
             found.add(search)
     findings.warn(on_unstable)
-    _refuse_failed(found, run)
+    _refuse_failed(found)
     result = labelled_capacities(found, run, run.integration, float(highest or np.nan))
     result.attrs["seconds_in_kernels"] = seconds_in_kernels([queue])
     _warn_of_resurrections(result)
@@ -272,7 +272,7 @@ def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
     return BEYOND_ELASTIC * float(known.max(initial=pairs.first_level / FIRST_SHARE))
 
 
-def _refuse_failed(found: Found, run: Run) -> None:
+def _refuse_failed(found: Found) -> None:
     """Raise a ValueError if too many pairs failed; warn if some failed."""
     failed = found.failed
     count = int(failed.sum())

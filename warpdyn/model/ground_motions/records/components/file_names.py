@@ -42,7 +42,6 @@ _GLUED_LETTER = re.compile(r"(?P<code>.+)(?P<label>[NSEWVZULTXY]|[LTV][1-9])$", 
 _YEAR_OR_DATE = re.compile(r"(?:19|20)\d\d(?:\d\d){0,5}$|\d{7,}$")
 # Distinctiveness of a label.
 _SURE, _USUAL, _POSSIBLE, _ONLY_IN_SETS = 3, 2, 1, 0
-_OF_ONE_LETTER = frozenset("NSEWVZULTXYRH")
 
 
 @dataclass(frozen=True)
