@@ -11,7 +11,7 @@ import xarray as xr
 from warpdyn.campaigns.incremental.labels import Found, labelled_capacities
 from warpdyn.campaigns.incremental.pairs import Pairs
 from warpdyn.campaigns.incremental.search import Search
-from warpdyn.campaigns.integration.run import Run, build_run
+from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.reductions.limits import DRIFT as DRIFT_RATIO, DamageLimits
