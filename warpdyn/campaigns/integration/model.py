@@ -150,11 +150,19 @@ class Model:
         On a GPU the motions are interpolated before the launch, so that they have a value for each step, unless these
         values take too much memory.
         """
-        own = undivided(self.plan)
-        values = sum(motion.values.size for motion in self.timeline.motions)
-        most = values * substeps * (substeps + 1) // 2  # with all smaller numbers of steps
-        is_interpolated = own.undivided and most <= max(values, MOST_VALUES)
-        return (own, substeps) if is_interpolated else (self.plan, 1)
+        most = self._values * substeps * (substeps + 1) // 2  # with all smaller numbers of steps
+        is_interpolated = self._undivided.undivided and most <= max(self._values, MOST_VALUES)
+        return (self._undivided, substeps) if is_interpolated else (self.plan, 1)
+
+    @cached_property
+    def _undivided(self) -> Plan:
+        """The plan for motions that have a value for each step; `plan` where it gains nothing."""
+        return undivided(self.plan)
+
+    @cached_property
+    def _values(self) -> int:
+        """Number of values of all motions."""
+        return sum(motion.values.size for motion in self.timeline.motions)
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:
