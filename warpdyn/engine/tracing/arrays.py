@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -193,10 +194,15 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
             raise NotTraceableError(f"numpy.{function.__name__} is not recorded")
         record = FUNCTIONS[function]
         try:
-            inspect.signature(record).bind(*given, **named)
+            _signature(record).bind(*given, **named)
         except TypeError as error:
             raise NotTraceableError(f"arguments of numpy.{function.__name__} are not recorded: {error}") from error
         return record(*given, **named)
+
+
+@functools.cache
+def _signature(record: Callable) -> inspect.Signature:
+    return inspect.signature(record)
 
 
 def nodes_of(values: Any) -> np.ndarray:
