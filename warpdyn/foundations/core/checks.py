@@ -66,10 +66,10 @@ def real_number(
     """
     value = without_units(what, value, units)
     if getattr(value, "shape", None) == () and hasattr(value, "item"):
-        value = value.item()
+        value = value.item()  # Python has integers larger than any float
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
-    number: Any = value.item() if isinstance(value, np.generic) else value  # Python has integers larger than any float
-    good = isinstance(value, Real) and not isinstance(value, bool | np.bool_) and abs(number) <= LARGEST_NUMBER
+    number: Any = value  # type checkers do not know the absolute value of a Real
+    good = isinstance(value, Real) and not isinstance(value, bool) and abs(number) <= LARGEST_NUMBER
     if not good or (above is not None and not value > above) or (least is not None and not value >= least):
         raise ValueError(f"{what} must be a finite number{bound}, got {shortened(value)}")
     return float(value)
