@@ -265,7 +265,7 @@ PROBLEMS = (
         CLOSED,
         "u = H/(k - P/L), T = 2π√(m/(k - P/L)). The column is case 2 of the AISC 360-16 commentary C2.1 (W14x48, 28 "
         "ft), "
-        "without the second-order effect of its own curvature (P-δ).",
+        "without the second-order effect of the curvature of the column (P-δ).",
         "A storey with a gravity load. `pushover` gives the lateral load at a displacement of 1 in.",
         (
             ("stiffness 3EI/L³", "1.11006", "kip/in"),

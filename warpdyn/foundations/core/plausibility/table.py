@@ -22,7 +22,7 @@ HIGHEST_HAZARD_SLOPE = 1.7  # of the highest hazard of any site, ln(rate) over l
 LARGEST_RECORDED = 2 * STANDARD_GRAVITY  # exceeded only rarely: 2.7 g at Tsukidate in 2011 (K-NET, MYG004)
 
 # Clause that describes a likely mistake -> factor from the given to the intended value. None: no factor corrects the
-# mistake. A function: nor here; it returns whether the mistake may lead to a value.
+# mistake. A function: neither, and it returns whether the mistake may lead to a value.
 Mistakes = dict[str, float | Callable[[float], bool] | None]
 G = STANDARD_GRAVITY
 # Units that users give in place of SI units, each with its size in SI units.
