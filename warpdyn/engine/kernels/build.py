@@ -1,10 +1,7 @@
 """Build the kernel of a plan; choose the number of lanes, the unrolling and the threads per sample for a device."""
 
 import functools
-import gc
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 
 import warp as wp
@@ -165,20 +162,8 @@ def _sections(plan: Plan) -> int:
 
 def build_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel of a plan; equal plans share one kernel."""
-    with BUILDING, _without_collection():
+    with BUILDING:
         return _composed_kernel(plan, users_of(plan.recorders))
-
-
-@contextmanager
-def _without_collection() -> Iterator[None]:
-    """Pause the garbage collector, which would repeatedly search the syntax trees; they contain no cycles."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
 
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:
