@@ -10,6 +10,7 @@ from scipy.linalg import eigh
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.engine.methods.amplification import _conditions
 from warpdyn.engine.methods.kinds import ExplicitMethod
 from warpdyn.engine.methods.stability_limits import (
     stability_limit,
@@ -306,3 +307,17 @@ def test_stable_step_with_a_power_law_damper_holds_at_every_slope_of_its_force(r
     )
     assert linear > 1.02 * limit
     assert 0.997 * limit < power_law <= limit  # the limits are looked up in a table, on the safe side
+
+
+@pytest.mark.fast
+def test_conditions_of_a_multistep_method_are_those_of_its_eigenvalues():
+    """The conditions on the characteristic polynomial hold exactly if no eigenvalue is outside of the unit circle."""
+    random = np.random.default_rng(1)
+    steps, ratios = 10 ** random.uniform(-2, 1, 20_000), 10 ** random.uniform(-4, 2, 20_000)
+    matrices = METHODS["stoermer"].amplification(steps, ratios)
+    radius = np.abs(np.linalg.eigvals(matrices)).max(axis=-1)
+    is_clear = np.abs(radius - 1) > 1e-9  # eigenvalues have rounding errors of about 1e-14 times the largest entry
+    meets = (_conditions(METHODS["stoermer"], steps, ratios) >= 0).all(axis=0)
+    assert is_clear.mean() > 0.99
+    assert 0.1 < meets.mean() < 0.9
+    np.testing.assert_array_equal(meets[is_clear], (radius < 1)[is_clear])

@@ -14,7 +14,7 @@ from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method,
 SCANNED_STEPS = np.geomspace(0.05, 1000, 500)
 ROUNDING = 1e-13  # tolerance of a condition on an amplification matrix; rounding errors are about 2e-15
 BISECTIONS = 50
-DAMPING_RATIOS_AT_A_TIME = 64
+DAMPING_RATIOS_AT_A_TIME = 128
 
 
 def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
@@ -141,7 +141,7 @@ def _conditions(
     """
     matrix = method.amplification(frequency_step, damping_ratio)
     if isinstance(method, MultistepMethod):
-        return 1 - np.abs(np.linalg.eigvals(matrix)).max(axis=-1)[None]
+        return _conditions_of_four(matrix)
     size = matrix.shape[-1]
     entry = np.moveaxis(matrix, (-2, -1), (0, 1))
     trace = sum(entry[i, i] for i in range(size))
@@ -154,3 +154,21 @@ def _conditions(
             1 - determinant**2 - np.abs(determinant * trace - minors),
         ]
     )
+
+
+def _conditions_of_four(matrix: np.ndarray) -> np.ndarray:
+    """Return conditions that are 0 or above if all four eigenvalues of a multistep method are within the unit circle.
+
+    The map (1 + s) / (1 - s) of the characteristic polynomial moves the unit circle to the imaginary axis, where the
+    criterion of Lienard and Chipart (1914) applies. The last two rows of the matrix shift changes by one step, so that
+    the coefficients of the polynomial follow from the first two rows.
+    """
+    (a, a0, a1, a2), (b, b0, b1, b2) = np.moveaxis(matrix[..., :2, :], (-2, -1), (0, 1))
+    cubic, square, linear, constant = -(b0 + a), a * b0 - b1 - b * a0, a * b1 - b2 - b * a1, a * b2 - b * a2
+    s4 = 1 - cubic + square - linear + constant
+    s3 = 4 - 2 * cubic + 2 * linear - 4 * constant
+    s2 = 6 - 2 * square + 6 * constant
+    s1 = 4 + 2 * cubic - 2 * linear - 4 * constant
+    s0 = 1 + cubic + square + linear + constant
+    terms = np.stack([s1 * s2 * s3, -s4 * s1**2, -s0 * s3**2])
+    return np.stack([s0, s4, s3, s2, terms.sum(axis=0) / np.abs(terms).sum(axis=0)])

@@ -290,13 +290,17 @@ class MultistepMethod:
             Matrices of shape [..., 4, 4].
         """
         x, ratio = np.broadcast_arrays(np.asarray(frequency_step, float), np.asarray(damping_ratio, float))
-        u, *changes = np.eye(4)
-        rate = np.sum([weight * change for weight, change in zip(self.velocity, changes, strict=True)], axis=0)
-        pull = -(x**2)[..., None] * u - (2 * ratio * x)[..., None] * rate
-        change = changes[0] + pull
-        reached = u + change + self.correction * (pull - (changes[0] - changes[1]))
-        last = np.broadcast_to(np.stack(changes[:2]), (*x.shape, 2, 4))
-        return np.concatenate([np.stack([reached, change], axis=-2), last], axis=-2)
+        matrix = np.zeros((*x.shape, 4, 4))
+        matrix[..., 2, 1] = matrix[..., 3, 2] = 1
+        # The change of this step, in the second row: w - (w h)^2 u - 2 zeta w h times the weighted velocity.
+        matrix[..., 1, 0] = -(x**2)
+        for place, weight in enumerate(self.velocity, start=1):
+            matrix[..., 1, place] = -2 * ratio * x * weight
+        matrix[..., 0, :] = (1 + self.correction) * matrix[..., 1, :]
+        matrix[..., 1, 1] += 1
+        for place, part in enumerate((1, 1 - self.correction, self.correction)):
+            matrix[..., 0, place] += part
+        return matrix
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from threading import Lock
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,7 @@ TABLE_MARGIN = 1e-5  # largest relative depth of a smooth minimum between two ta
 # Above a damping ratio of a million, a limit times `limit_scale` is constant.
 LAST_PLACE = 2 - 1e-6
 CELLS = 1000  # number of cells of the table before refinement
+COMPUTING = Lock()
 Table = Callable[[Method], tuple[np.ndarray, np.ndarray]]
 
 
@@ -173,9 +175,14 @@ def stable_step_of_yielding(
         return np.minimum(elastic_step, np.where(step > 0, step, relaxation_limit(method) / rate))
 
 
-@cache
 def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
     """Return places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
+    with COMPUTING:  # otherwise several threads would compute the same limits
+        return _computed_nodes(method)
+
+
+@cache
+def _computed_nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
     place = np.concatenate([[0, LEAST_DAMPING_RATIO], np.linspace(0, LAST_PLACE, CELLS + 1)[1:]])
     limit = oscillator_limits(method, _ratio(place))
     while np.isfinite(limit).all():  # a method has limits at all damping ratios, or at none
