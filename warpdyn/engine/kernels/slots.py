@@ -1,7 +1,8 @@
 """The table of all slots: when their statements run, and which variables a part may read and write there.
 
-`compose` checks each part against this table. In every slot, a part may also read the variables of COMMON and those
-that the part declares.
+A slot is a place in the time loop of a kernel, to which parts (modules with statements) contribute. `compose` checks
+each part against this table. In every slot, a part may also read the variables of COMMON and those that the part
+declares.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ INDICES = {
 
 
 class Slot(NamedTuple):
-    """A slot: parts fill it with statements.
+    """A slot: a place in the time loop of a kernel that parts (modules with statements) fill with statements.
 
     Args:
         index: Key of INDICES: the loops around the slot, whose variables the statements may use.

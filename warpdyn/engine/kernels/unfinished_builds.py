@@ -1,8 +1,8 @@
-"""Check the free space of the kernel cache, and remove unfinished files of killed processes.
+"""Check the free space of the kernel cache, and remove unfinished files of processes that were killed.
 
 Warp compiles into a temporary folder next to the folder of the module and then renames it; the compiler writes
-precompiled headers in the same way. While a process compiles, it locks a note: a file with the name of the temporary
-folder. If a note is not locked, its process was killed. Folders without a note are not removed.
+precompiled headers in the same way. While a process compiles, it creates and locks a note: a file with the name of the
+temporary folder. If a note is not locked, its process was killed. Folders without a note are not removed.
 """
 
 import atexit
@@ -28,7 +28,10 @@ ROOM = 2**25
 
 
 def check_room(cache: Path) -> None:
-    """Raise an OSError if the disk of the kernel cache is too full; the compiler would end the process."""
+    """Raise an OSError if the disk of the kernel cache has less than ROOM bytes free.
+
+    Without this check, the compiler would end the Python process when the disk is full.
+    """
     while not cache.is_dir() and cache.parent != cache:
         cache = cache.parent
     try:
@@ -51,7 +54,10 @@ def check_room(cache: Path) -> None:
 
 @contextmanager
 def noted(folder: Path) -> Iterator[None]:
-    """Remove files of killed processes, and lock a note while this thread compiles the module of this folder."""
+    """Lock a note while this thread compiles a module into `folder`; first remove unfinished files of killed processes.
+
+    The note is a file that names Warp's temporary folder. A later process removes the folder if the note is not locked.
+    """
     if fcntl is None:
         yield
         return
@@ -99,7 +105,7 @@ def _remove_if_unused(folder: Path) -> None:
 
 
 def _sweep(cache: Path) -> None:
-    """Remove folders of killed processes, and unfinished headers if no process compiles."""
+    """Remove temporary folders of killed processes, and unfinished precompiled headers if no process compiles."""
     # A process locks a note before it writes headers, so a process without note now did not write these files.
     unfinished = [path for folder in cache.glob(HEADERS) for path in folder.glob(UNFINISHED_HEADERS)]
     held = [not _is_removed(note) for note in cache.glob(f"*{NOTE}")]
@@ -110,7 +116,10 @@ def _sweep(cache: Path) -> None:
 
 
 def _is_removed(note: Path) -> bool:
-    """Remove a note that is not locked and the folder that it names; return whether the note was removed."""
+    """Remove a note that is not locked, with the folder that it names; return whether the note was removed.
+
+    A note is a file that a process locks while it compiles into the folder. Without a lock, the process was killed.
+    """
     try:
         file = os.open(note, os.O_RDWR | OPENED)
     except FileNotFoundError:

@@ -37,7 +37,8 @@ ERRORS = """Raises:
 
 
 class Layout(enum.IntEnum):
-    """Names of the elements of a vector (the coefficients or the memory of a storey), numbered from 0.
+    """Names for the elements of a vector, such as the coefficients or the memory of a storey; the elements count from
+    0.
 
     Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like `c[2]`. `names()` returns the keys of
     the same values in `named_coefficients` of the law. Define members as `enum.auto()`.
@@ -110,7 +111,15 @@ def _field(make: Callable[[], Parameter], default: float | None) -> Any:
 
 
 def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
-    """Return a field for a parameter of the negative side; its default is the value of the parameter `positive`."""
+    """Return a field of a law for a parameter of the negative side of its backbone.
+
+    If the parameter is omitted, the value of the parameter `positive` is used.
+
+    Args:
+        parameter: The parameter of the positive side.
+        positive: Name of the parameter of the positive side.
+        opensees: OpenSees' name of the parameter of the negative side.
+    """
     words = f"{parameter.long_name}, negative side"
     found = dataclasses.replace(
         parameter, long_name=words, default=None, opensees=opensees, optional=parameter.optional or f"as `{positive}`"
@@ -119,7 +128,7 @@ def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
 
 
 def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., None]) -> Callable[..., None]:
-    """Return a class's `__init__` with an error that suggests the right name for an unknown parameter."""
+    """Return `__init__` of a class, with an error for unknown parameters that suggests the correct name."""
 
     @functools.wraps(initialise)
     def checked(self: StoreyElement, *positional: Any, **values: Any) -> None:
@@ -133,7 +142,7 @@ def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., 
 
 
 def _described(cls: type[StoreyElement]) -> str:
-    """Return the docstring of a class with an Args section, made from the fields of the class, before the example."""
+    """Return the docstring of a law with an Args section before the example; the section describes the parameters."""
     text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
     arguments = "\n".join(
         textwrap.fill(f"{name}: {known.description}", 100, initial_indent=" " * 4, subsequent_indent=" " * 8)
@@ -215,7 +224,7 @@ class StoreyElement:
 
     @classmethod
     def describe(cls) -> None:
-        """Add the parameters to the docstring."""
+        """Add a description of the parameters to the docstring of the class."""
         cls.__doc__ = _described(cls)
 
     def __post_init__(self) -> None:
@@ -249,12 +258,20 @@ class StoreyElement:
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the key in `rows` of the device functions for these parameters; "" if the class has no variants."""
+        """Return the name of the set of device functions for these parameters, a key of `rows`; "" without variants.
+
+        Args:
+            p: Parameters and "stiffness", each [structure, storey].
+        """
         return next(iter(cls.rows), "")
 
     @classmethod
     def variant(cls, p: Values) -> Variant:
-        """Return the device functions for these parameters."""
+        """Return the variant (set of device functions) for these parameters.
+
+        Args:
+            p: Parameters and "stiffness", each [structure, storey].
+        """
         return cls.variants[cls.spring(p)]
 
     @staticmethod
@@ -290,7 +307,11 @@ class StoreyElement:
 
     @classmethod
     def coefficients(cls, p: Values, row: str) -> tuple[np.ndarray, ...]:
-        """Return the coefficients of a set of device functions, in the order of `rows`.
+        """Return the coefficients of a set of device functions, in the order of `rows`, each [structure, storey].
+
+        Args:
+            p: Parameters and "stiffness", each [structure, storey].
+            row: Name of the set, from `spring`.
 
         Raises:
             TypeError: If the names from `named_coefficients` differ from the names in `rows`.
@@ -306,12 +327,16 @@ class StoreyElement:
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on parameters that contradict each other, or None."""
+        """Return a sentence about parameters that contradict each other, or None; each parameter is [structure,
+        storey].
+        """
         return None
 
     @staticmethod
     def caution(p: Values) -> str | None:
-        """Return a warning about parameters that make results unreliable, or None."""
+        """Return a warning about parameters that make results unreliable, or None; each parameter is [structure,
+        storey].
+        """
         return None
 
     @classmethod
@@ -324,20 +349,24 @@ class StoreyElement:
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """Return whether a small change of the step or the motion may change the peak drifts a lot.
+        """Return whether a small change of the step or the motion may change the peak drifts by a large amount.
 
-        This is the case if reversals cause damage, if the strength falls with the drift, or if parts come into contact.
+        This is the case if reversals cause damage, if the strength decreases with the drift, or if bodies come into
+        contact.
         """
         return cls.counts_reversals(p)
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness [N/m] that storeys can have, [structure, storey]."""
+        """Return the largest tangent stiffness that storeys with these parameters can have [N/m], shape [structure,
+        storey].
+        """
         return p["stiffness"]
 
     @classmethod
     def relaxation_rate(cls, p: Values) -> np.ndarray:
-        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0 if they do not."""
+        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0 if they do not relax.
+        """
         return np.zeros_like(p["stiffness"])
 
 
@@ -362,7 +391,7 @@ class Law(StoreyElement):
 
 
 class Device(StoreyElement):
-    """Base class of devices, which act in parallel with the law of a storey; storeys without it have strength 0.
+    """Base class of devices, which act in parallel with the law of a storey; storeys without a device have strength 0.
 
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)

@@ -1,4 +1,4 @@
-"""Find the laws and devices that a user gives as names, OpenSees' names, classes, or objects with parameters."""
+"""Find the classes of laws and devices that a user gives as names, OpenSees' names, classes or objects."""
 
 from __future__ import annotations
 
@@ -65,11 +65,14 @@ def devices_and_values(
 
 
 def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike]) -> tuple[tuple[type[Law], ...], Own]:
-    """Return the classes of the laws (one, or one per storey), and the parameters of laws that are given as objects.
+    """Return the classes of the laws of a building, and the parameters of the laws that are given as objects.
 
     Args:
-        law: One law, or one per storey.
+        law: One law for all storeys, or a list with one law per storey.
         others: Parameters that are given to the building, for laws that are given by name.
+
+    Returns:
+        The classes: one, or one per storey; and {name of a parameter: values}.
 
     Raises:
         ValueError: If a name is unknown, a parameter is given twice, or an object has several values of a parameter for
@@ -108,14 +111,14 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
 
 
 def check_written(texts: Mapping[str, str], where: str) -> None:
-    """Check that the users' laws and devices of a stored scene are defined; warn if their source has changed.
+    """Check that the users' laws and devices in a stored scene are defined; warn if their source has changed.
 
     Args:
         texts: {name: source of the law or device when the scene was stored}.
         where: The place of the stored scene, for messages.
 
     Raises:
-        ValueError: If one of them is not defined.
+        ValueError: If a law or device is not defined.
     """
     for name, text in texts.items():
         known: type[StoreyElement] | None = LAWS.get(name) or DEVICES.get(name)
@@ -138,7 +141,7 @@ def _only_value(name: str, value: float | tuple[float, ...], storey: int) -> flo
 
 
 def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> None:
-    """Raise a ValueError if a parameter is given both in an object and to the building."""
+    """Raise a ValueError if a parameter is given twice: in an object of a law or device, and to the building."""
     for name in own:
         if name in others:
             raise ValueError(f"{name} is given twice: by {what}=, and as a parameter of the building")
@@ -177,7 +180,7 @@ def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) 
 
 
 def _opensees(table: Mapping[str, type[StoreyElement]]) -> dict[str, tuple[str, ...]]:
-    """Return {OpenSees' name: names of the laws or devices that it may mean}."""
+    """Return {OpenSees' name: names in warpdyn of the laws or devices that it may mean}."""
     found: dict[str, tuple[str, ...]] = {}
     for name, element in table.items():
         for word in element.opensees:

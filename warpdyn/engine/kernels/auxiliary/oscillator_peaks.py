@@ -1,6 +1,6 @@
 """The kernel of response spectra: the largest displacements of oscillators under recorded base motions.
 
-A thread integrates LANES oscillators under one record with the exact solution from each point of the record to the
+A thread integrates LANES oscillators under one record, with the exact solution from each point of the record to the
 next. An interval between two points is searched for a larger displacement only if both of these bounds exceed the peak
 so far:
 
@@ -38,10 +38,10 @@ class Records:
 
 @wp.struct
 class Oscillators:
-    """Oscillators, and coefficients of their steps and bounds.
+    """Oscillators, and for each of them the coefficients of its integration step and of the bounds of its displacement.
 
-    Increments of displacement u and velocity v over a step are linear in u, v and the base acceleration; `u_by_v` is
-    the coefficient of v in the increment of u.
+    Increments of displacement u and velocity v over a step are linear in u, v and the base acceleration. For example,
+    `u_by_v` is the coefficient of v in the increment of u.
     """
 
     frequency: wp.array(dtype=double)  # undamped circular frequency, [oscillator]
@@ -68,7 +68,7 @@ class Oscillators:
 
 @functools.cache
 def oscillator_kernel(lanes: int, unroll: int) -> wp.Kernel:
-    """Return the kernel for `lanes` oscillators per thread."""
+    """Return the kernel for `lanes` oscillators per thread, with loops of at most `unroll` iterations unrolled."""
     LANES = lanes
     row = wp.types.vector(length=lanes, dtype=double)
     indices = wp.types.vector(length=lanes, dtype=wp.int32)
@@ -245,7 +245,7 @@ def largest_displacements(
 
 
 def _filled(struct: type, arrays: dict[str, np.ndarray], device: str) -> object:
-    """Copy arrays to the device, with the dtypes of the struct's fields, and return a struct that contains them."""
+    """Copy arrays {field: array} to the device and return a struct that contains them, in the dtypes of its fields."""
     instance = struct()
     for name, values in arrays.items():
         setattr(instance, name, wp.array(as_field(struct, name, values), device=device))

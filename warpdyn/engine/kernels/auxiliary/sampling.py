@@ -88,10 +88,10 @@ def normals_kernel(lanes: int) -> wp.Kernel:
 
 
 def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
-    """Draw the same uniform numbers of structures as `warpdyn.foundations.core.random_numbers`.
+    """Draw uniform random numbers of structures, equal to those of `warpdyn.foundations.core.random_numbers`.
 
     Args:
-        values: Output: the numbers, shape [variable, structure]; an array from `lane_rows`.
+        values: Output: numbers in (0, 1), shape [variable, structure]; an array from `lane_rows`.
         seed: Seed of the run.
         numbers: Indices of the structures in the run, shape [structure].
     """

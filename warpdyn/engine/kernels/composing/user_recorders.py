@@ -1,4 +1,4 @@
-"""Recorders that users define in a script or notebook: defining a class registers it."""
+"""Recorders that users define in a script or notebook: the definition of a class registers the recorder."""
 
 from __future__ import annotations
 
@@ -71,18 +71,23 @@ class Recorder:
 
     @classmethod
     def wanted(cls, plan: Any) -> bool:
-        """Return whether the kernel of a plan contains the recorder."""
+        """Return whether the kernel of a plan contains this recorder: whether the plan names it."""
         return cls.part_name in plan.recorders
 
     @classmethod
     def values_held(cls, plan: Any) -> int:
-        """Return the number of values that a thread keeps for the recorder: one per element of its variables."""
+        """Return the number of values per sample that a thread keeps for the recorder: one per element of its
+        variables.
+        """
         variables = cls.VARIABLES.get(plan.family, {}).values()
         return sum(plan.dofs if variable.dims else 1 for variable in variables)
 
 
 class RecorderName(str):
-    """The name of a user's recorder; it is pickled with the class, so that other processes can register the class."""
+    """The name of a user's recorder as a text.
+
+    The class of the recorder is pickled with the name, so that other processes can register it.
+    """
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (USERS[str(self)],)
@@ -102,12 +107,12 @@ def recorder_name(recorder: Any) -> Any:
 
 
 def users_of(recorders: Iterable[str]) -> tuple[type[Recorder], ...]:
-    """Return the classes of those recorders in a list of names that users have defined."""
+    """Return the classes of users' recorders with these names; names of warpdyn's recorders are ignored."""
     return tuple(USERS[name] for name in sorted({str(name) for name in recorders} & USERS.keys()))
 
 
 def users_of_variables(names: Iterable[str]) -> tuple[type[Recorder], ...]:
-    """Return the classes of users' recorders that write some of these variables."""
+    """Return the classes of those users' recorders that write at least one of the variables `names`."""
     wanted = set(names)
     writers = [name for name, each in USERS.items() if any(wanted & rows.keys() for rows in each.VARIABLES.values())]
     return users_of(writers)

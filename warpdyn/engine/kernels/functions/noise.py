@@ -19,11 +19,12 @@ from warpdyn.foundations.core.random_numbers import Purpose
 
 @functools.cache
 def noise_of(plan: Plan) -> SimpleNamespace:
-    """Return the types and the function for random motions in a plan's kernel.
+    """Return the types and the function for random base motions in the kernel of a plan.
 
     Returns:
         `Processes`, the type of the states of the random processes, [state, lane]; `Numbers`, the type of the indices
-        of the samples; and `over_interval`, the function that computes the motions in an interval.
+        of the samples; and `over_interval`, the function that computes the motions in an interval. A lane is one of the
+        samples that a thread integrates at once.
     """
     dtype, types, LANES = DTYPES[plan.dtype], structs(plan.dtype), plan.lanes
     STATES = max(1, LOADS[plan.load].noise_states)
@@ -37,7 +38,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
 
     @wp.func
     def at_node(loads: types.Load, key: wp.uint64, number: Numbers, node: int, before: Processes):
-        """Return the processes at a node, from those at the node before."""
+        """Return the states of the random processes at a time node, from their states at the node before."""
         after = Processes()
         first = row64()
         second = row64()
@@ -68,7 +69,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
 
     @wp.func
     def acceleration(loads: types.Load, node: int, processes: Processes):
-        """Return the motions at a node [m/s2]."""
+        """Return the base accelerations of all lanes at a time node [m/s2]."""
         total = row64()
         for k in range(STATES):
             share = loads.noise[OUTPUT + k] * loads.noise[ENVELOPE + node]
@@ -86,16 +87,20 @@ def noise_of(plan: Plan) -> SimpleNamespace:
         scale: row,
         processes: Processes,
     ):
-        """Return start and change of the motions of all lanes, as `loads.sampled`, and the processes at the end.
+        """Return the random motions of all lanes in an interval, and the states of the random processes at its end.
 
         Args:
             loads: The load.
-            key: Key of the seed.
-            number: Each sample's index in the run.
-            interval: The interval.
-            run: Intervals of each sample's run.
+            key: Key of the random numbers, computed from the seed.
+            number: Index of each sample in the run.
+            interval: Index of the interval.
+            run: Number of intervals in the run of each sample.
             scale: Factor on each motion.
-            processes: The processes at the interval's start, which the last interval returned.
+            processes: The states at the start of the interval, which the call for the previous interval returned.
+
+        Returns:
+            The acceleration at the start of the interval and its change over the interval [m/s2], as `loads.sampled`
+            does; and the states at the end of the interval.
         """
         begin = row()
         change = row()

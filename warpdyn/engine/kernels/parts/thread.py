@@ -1,4 +1,4 @@
-"""The samples of a thread: one on a GPU; on a CPU several, one per lane."""
+"""The samples of a thread: one sample on a GPU; on a CPU several samples, one per lane of the vector registers."""
 
 order = -100
 

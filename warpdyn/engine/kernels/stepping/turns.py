@@ -1,4 +1,8 @@
-"""Return-mapping laws: the error if a storey turns within a step, which the estimate of adaptive methods omits."""
+"""Adaptive methods and laws with a return mapping: the error if the velocity of a storey changes sign within a step.
+
+The error estimate of the method does not contain this error, because the storey passed a larger drift than its final
+one.
+"""
 
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS
