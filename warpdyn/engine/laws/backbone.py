@@ -1,5 +1,4 @@
-"""Backbones that are given by corners: drift and force of each corner, divided by those of the yield point (corner 1).
-"""
+"""Backbones that are given by corners: drift and force of each corner, divided by those of the yield point."""
 
 from __future__ import annotations
 

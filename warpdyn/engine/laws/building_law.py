@@ -154,7 +154,7 @@ class BuildingLaw:
         """Return a sentence about parameters that are outside their bounds or contradict each other, or None."""
         for law, storeys, own in self._laws(p):
             text = None
-            for name, parameter in law.parameters.items() if storeys.size else ():  # a building with several laws has only the widest bounds
+            for name, parameter in law.parameters.items() if storeys.size else ():  # bounds of this law alone
                 if name not in own:
                     continue
                 if is_traced(own[name]):
@@ -186,8 +186,7 @@ class BuildingLaw:
         )
 
     def stiffest(self, p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness of each storey, including its devices [N/m], shape [structure, storey].
-        """
+        """Return the largest tangent stiffness [N/m] of each storey with its devices, shape [structure, storey]."""
         stiffest = p["stiffness"].astype(float)
         for law, storeys, own in self._laws(p):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)

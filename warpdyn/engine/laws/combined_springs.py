@@ -70,8 +70,7 @@ def _device_function(name: str, function: Callable) -> Callable:
 
 
 def _instead(field: str, spring: Spring, name: str) -> Callable | None:
-    """Return the function of `spring` that replaces its missing function `field`, if the other law has this function.
-    """
+    """Return the replacement for the function `field` that `spring` does not have, but the other law has."""
     mapped, tangent = spring.return_mapping or is_kept, spring.tangent
 
     # This replacement does not use the increment of the drift. Only rate laws would need it, and they have no lines.

@@ -107,8 +107,7 @@ def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
 
 
 def _first_of_warpdyn(cls: type) -> type:
-    """Return the base class of all laws and devices (StoreyElement), in whatever order a user's class names its bases.
-    """
+    """Return the base class of all laws and devices (StoreyElement), for any order of a user's base classes."""
     return next(each for each in reversed(cls.__mro__) if each.__module__.startswith("warpdyn."))
 
 
@@ -171,8 +170,7 @@ def _check_name(cls: type[StoreyElement]) -> None:
 
 
 def _functions(cls: type[StoreyElement], body: Mapping[str, Any]) -> dict[str, Captured]:
-    """Remove the device functions from a new class, and return them with those of its base classes: {name: function}.
-    """
+    """Remove the device functions from a new class; return them and those of its base classes: {name: function}."""
     found = dict(cls.captured)
     for name, value in body.items():
         function = device_function(value)

@@ -111,14 +111,9 @@ def _field(make: Callable[[], Parameter], default: float | None) -> Any:
 
 
 def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
-    """Return a field of a law for a parameter of the negative side of its backbone.
+    """Return a field for a parameter of the negative side of a backbone.
 
-    If the parameter is omitted, the value of the parameter `positive` is used.
-
-    Args:
-        parameter: The parameter of the positive side.
-        positive: Name of the parameter of the positive side.
-        opensees: OpenSees' name of the parameter of the negative side.
+    Without this parameter, the law uses the value of `positive`, the name of the parameter of the positive side.
     """
     words = f"{parameter.long_name}, negative side"
     found = dataclasses.replace(
@@ -258,20 +253,12 @@ class StoreyElement:
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the name of the set of device functions for these parameters, a key of `rows`; "" without variants.
-
-        Args:
-            p: Parameters and "stiffness", each [structure, storey].
-        """
+        """Return the name of the set of device functions for these parameters, a key of `rows`; "" without variants."""
         return next(iter(cls.rows), "")
 
     @classmethod
     def variant(cls, p: Values) -> Variant:
-        """Return the variant (set of device functions) for these parameters.
-
-        Args:
-            p: Parameters and "stiffness", each [structure, storey].
-        """
+        """Return the variant (set of device functions) for these parameters, each [structure, storey]."""
         return cls.variants[cls.spring(p)]
 
     @staticmethod
@@ -308,10 +295,6 @@ class StoreyElement:
     @classmethod
     def coefficients(cls, p: Values, row: str) -> tuple[np.ndarray, ...]:
         """Return the coefficients of a set of device functions, in the order of `rows`, each [structure, storey].
-
-        Args:
-            p: Parameters and "stiffness", each [structure, storey].
-            row: Name of the set, from `spring`.
 
         Raises:
             TypeError: If the names from `named_coefficients` differ from the names in `rows`.
@@ -365,8 +348,7 @@ class StoreyElement:
 
     @classmethod
     def relaxation_rate(cls, p: Values) -> np.ndarray:
-        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0 if they do not relax.
-        """
+        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0: no relaxation."""
         return np.zeros_like(p["stiffness"])
 
 

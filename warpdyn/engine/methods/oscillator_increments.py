@@ -18,7 +18,7 @@ HIGHEST_POWER = 14  # highest power of the series; the first omitted term is at 
 
 
 def halvings_of(norm: np.ndarray) -> np.ndarray:
-    """Return the number of halvings after which the norm of a step is at most `LARGEST_NORM`."""
+    """Return how often a step must be halved until its norm (1 + 2 zeta) omega h is at most LARGEST_NORM."""
     return np.maximum(np.frexp(norm)[1] + 1, 0)
 
 

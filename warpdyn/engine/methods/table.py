@@ -1,4 +1,4 @@
-"""The table METHODS of all time integration methods, and which methods support which structures."""
+"""The table METHODS of all time integration methods, and the rules which methods support which structures."""
 
 from __future__ import annotations
 
@@ -14,7 +14,9 @@ from warpdyn.foundations.core.checks import one_of
 
 
 def _dissipative(name: str, force_lag: float, mass_lag: float) -> ImplicitMethod:
-    """Return the second-order method with the strongest damping of high frequencies for these lags (Chung, Hulbert)."""
+    """Return the second-order method of Chung and Hulbert for these lags, with the strongest damping of high
+    frequencies.
+    """
     difference = force_lag - mass_lag
     return ImplicitMethod(name, 2, (1 + difference) ** 2 / 4, 0.5 + difference, mass_lag, force_lag)
 
@@ -37,7 +39,7 @@ _RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
 
 @dataclass(frozen=True)
 class StoreyForces:
-    """The properties of the storey forces of a structure that decide which methods support it.
+    """Properties of the storey forces of a structure that decide which integration methods support the structure.
 
     Args:
         names: Names of the laws and devices.
@@ -101,7 +103,7 @@ CHOICES = {
 
 
 class Methods(dict[str, Method]):
-    """{name: method}; a name may contain a parameter, as in `METHODS["hht_alpha(alpha=-0.3)"]`."""
+    """The dictionary {name: method}; a name may contain a parameter, as in `METHODS["hht_alpha(alpha=-0.3)"]`."""
 
     def __contains__(self, name: object) -> bool:
         return super().__contains__(name) or (isinstance(name, str) and _with_parameter(name) is not None)
@@ -115,7 +117,7 @@ class Methods(dict[str, Method]):
 
 @cache
 def _with_parameter(name: str) -> Method | None:
-    """Return the method for a name with a parameter; None for other names."""
+    """Return the method for a name with a parameter, such as "hht_alpha(alpha=-0.3)"; None for other names."""
     form = re.fullmatch(r"(\w+)\((\w+)=([^()=]+)\)", name)
     if form is None or form[1] not in CHOICES:
         _refuse_other_forms(name)
@@ -138,7 +140,7 @@ def _with_parameter(name: str) -> Method | None:
 
 
 def _refuse_other_forms(name: str) -> None:
-    """Raise a ValueError with an example if a name contains a parameter in a wrong form."""
+    """Raise a ValueError with an example if the name of a method contains a parameter in a wrong form."""
     word = name.partition("(")[0].strip()
     if "(" in name and word in CHOICES:
         raise ValueError(
@@ -226,7 +228,7 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
 
 
 def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None:
-    """Raise a ValueError if a method is unknown or does not support the storey forces or the damping."""
+    """Raise a ValueError if a method is unknown, or if it does not support the storey forces or the kind of damping."""
     one_of("method", method, METHODS)
     fitting, row = fitting_methods(forces, damping), method.partition("(")[0]
     if row in fitting:

@@ -1,5 +1,4 @@
-"""Explicit methods whose stages need only the last slope: the kernel adds the sum of the stages' slopes once per step.
-"""
+"""Explicit methods whose stages need only the last slope: the kernel adds the sum of all slopes once per step."""
 
 from warpdyn.engine.kernels.plan import keeps_drifts, keeps_slopes, tableau
 from warpdyn.engine.methods.table import METHODS

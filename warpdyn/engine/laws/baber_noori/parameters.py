@@ -36,7 +36,7 @@ class Coefficient(Layout):
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
-    RATE = enum.auto()  # 1 / yield drift
+    RATE = enum.auto()  # 1 / yield drift [1/m]
     BETA = enum.auto()
     GAMMA = enum.auto()
     EXPONENT = enum.auto()
@@ -57,8 +57,9 @@ class Coefficient(Layout):
 class BaberNoori(BoucWen):
     """A Bouc-Wen storey with degradation and pinching by dissipated energy (OpenSees: BoucWen and BWBN).
 
-    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module has
-    the equations and the differences from OpenSees. Losses and rates are per energy divided by Fy dy (OpenSees: per J).
+    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995). The docstring of its module
+    contains the equations and the differences from OpenSees. Losses and rates refer to the dissipated energy divided by
+    Fy dy, yield force times yield drift (OpenSees: to the energy in J).
 
     Example:
         >>> wd.laws.BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)
@@ -108,7 +109,10 @@ class BaberNoori(BoucWen):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the fastest variant: no exponentials if no storey pinches, no powers if all exponents are 1."""
+        """Return the name of the fastest set of device functions for these parameters.
+
+        Sets without pinching need no exponentials; sets for the exponent 1 need no powers.
+        """
         name = "baber_noori_pinching" if np.any(p["total_slip"] > 0) else "baber_noori"
         return f"{name}_1" if np.all(p["exponent"] == 1) else name
 

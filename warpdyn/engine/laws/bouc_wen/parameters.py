@@ -12,10 +12,10 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions.
+    """Coefficients of the device functions of a Bouc-Wen storey.
 
-    EXPONENT is used only if it is neither 1 nor 2, BETA_RATE and GAMMA_RATE only if n is not 1 or beta and gamma
-    differ.
+    EXPONENT is used only if it is neither 1 nor 2. BETA_RATE and GAMMA_RATE are used only if the exponent is not 1, or
+    if beta and gamma differ.
     """
 
     HARDENING_STIFFNESS = enum.auto()
@@ -56,10 +56,11 @@ class BoucWen(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the fastest variant: exponents 1 and 2 need no power, which would take most of the time.
+        """Return the name of the fastest set of device functions for these parameters.
 
-        Storeys with exponent 1 and beta = gamma need two coefficients less. This variant is used only if beta and gamma
-        are the same constant in all storeys, because `p` contains only a few values of a random parameter.
+        Exponents 1 and 2 need no power, which would take most of the time. Storeys with exponent 1 and beta = gamma
+        need two coefficients less. Their set is used only if beta and gamma are the same constant in all storeys,
+        because `p` contains only a few values of a random parameter.
         """
         beta = np.ravel(p["beta"])[0]
         if all(np.all(p[name] == value) for name, value in {"exponent": 1, "beta": beta, "gamma": beta}.items()):
@@ -91,7 +92,7 @@ class BoucWen(Law):
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on beta and gamma that contradict each other, or None."""
+        """Return a sentence about beta and gamma that contradict each other, or None."""
         beta, gamma = np.broadcast_arrays(p["beta"], p["gamma"])
         bad = (gamma <= -beta) | (gamma > beta)
         if not np.any(bad):
@@ -104,7 +105,8 @@ class BoucWen(Law):
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """Return the stiffness at the start of unloading from the bound of z, where it is largest.
+        """Return the largest tangent stiffness [N/m], at the start of unloading from the bound of z, [structure,
+        storey].
 
         In unloading, (Fy / k) dz/dd = 1 + (beta - gamma) |z|^n, where |z|^n is at most 1 / (beta + gamma). In loading,
         it is at most 1.

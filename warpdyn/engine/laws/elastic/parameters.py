@@ -1,4 +1,4 @@
-"""Linear storeys."""
+"""Linear elastic storeys."""
 
 from __future__ import annotations
 
