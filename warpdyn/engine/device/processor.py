@@ -175,9 +175,7 @@ __syncwarp();
 #endif
 """)
 def see_neighbours():
-    """Wait until the other threads of the GPU warp have written their values to memory, so that this thread can read
-    them.
-    """
+    """Wait until other threads of the GPU warp have written to memory, so that this thread can read their values."""
 
 
 # dtype -> functions that return the value of the section below, the value of the section above, the maximum over all

@@ -133,9 +133,7 @@ def chosen(is_first: bool, first: Polynomial, second: Polynomial):
 
 @wp.func
 def logarithm(x: wp.float64):
-    """Return the natural logarithm of a normal number; a call of the C library would prevent vectorisation over
-    samples.
-    """
+    """Return the natural logarithm of a normal number; a call of the C library would not be vectorised."""
     bits = wp.cast(x, wp.int64)
     exponent = (bits - ROOT_HALF) >> wp.int64(52)
     # x = 2^exponent (1 + f) with 1 + f from sqrt(1/2) to sqrt(2), and log(1 + f) = 2 artanh(s) with s = f / (2 + f).

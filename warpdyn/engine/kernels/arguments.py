@@ -56,15 +56,12 @@ def control(dtype: str, **values: float) -> Any:
 
 
 def output_dtype(name: str, dtype: str) -> np.dtype:
-    """Return the NumPy dtype of the output variable `name` in kernels of the number type `dtype` ("float32" or
-    "float64").
-    """
+    """Return the NumPy dtype of the output variable `name` in kernels of the number type `dtype`."""
     return np.dtype(wp.dtype_to_numpy(output_struct(dtype, (name,)).vars[name].type.dtype))
 
 
 def blank_value(struct: Any, name: str) -> float:
-    """Return the value of an output variable before the run: NaN for real numbers, -1 for integers, DIVERGED for the
-    status.
+    """Return the initial value of an output variable: NaN for real numbers, -1 for integers, DIVERGED for the status.
     """
     if name == "status":
         return DIVERGED
@@ -100,9 +97,7 @@ def check_held(name: str, values: np.ndarray, dtype: Any) -> None:
 
 
 def wrapped(struct: Any, name: str, values: np.ndarray) -> wp.array:
-    """Return a Warp array on the CPU for the field `name` of a struct; it shares the memory of the NumPy array
-    `values`.
-    """
+    """Return a Warp array on the CPU for the field `name` of a struct; it shares the memory of `values`."""
     return wp.array(values, dtype=struct.vars[name].type.dtype, device="cpu", copy=False)
 
 

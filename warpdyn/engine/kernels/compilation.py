@@ -168,9 +168,7 @@ def _compile_in_threads(plans: list[Plan], threads: int) -> None:
 
 
 def _hand_out(left: deque[Plan], processes: Executor, device: str) -> None:
-    """Let one worker process compile the kernels of the remaining plans one after another, from the end of the list
-    `left`.
-    """
+    """Let a worker process compile the kernels of the remaining plans one by one, from the end of the list `left`."""
     while (plan := _taken(left.pop)) is not None:
         processes.submit(_compile, plan, device).result()
 

@@ -161,9 +161,7 @@ def kernel_of(
 
 
 def _add(values: dict[str, Any], part: Any, more: Mapping[str, Any]) -> None:
-    """Add the names of a kernel part with their values to a dictionary; raise a ValueError if a name has another value
-    there.
-    """
+    """Add the named values of a part to a dictionary; raise a ValueError if a name already has another value."""
     for name, value in more.items():
         if name in values and values[name] is not value and values[name] != value:
             raise ValueError(

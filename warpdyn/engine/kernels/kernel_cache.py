@@ -99,9 +99,7 @@ def folder_of(module: wp.Module, block_size: int) -> Path:
 
 
 def is_compiled_in(folder: Path, device: str) -> bool:
-    """Return whether a module's folder in the kernel cache contains compiled code for a CPU, or for a GPU, as `device`
-    is.
-    """
+    """Return whether a module's folder in the kernel cache contains compiled code for the CPU or the GPU `device`."""
     return any(path.suffix in COMPILED["cpu" if device == "cpu" else "cuda"] for path in folder.glob("*"))
 
 
@@ -162,9 +160,7 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
 
 
 def _load(module: wp.Module, device: str, block_size: int) -> None:
-    """Load a Warp module; if the cache folder is not writable, compile the module into a temporary folder of this
-    process.
-    """
+    """Load a Warp module; if the cache folder is not writable, compile it into a temporary folder of this process."""
     folder = folder_of(module, block_size)
     try:
         with nullcontext() if is_compiled_in(folder, device) else noted(folder), _kept_headers(device, folder):
@@ -226,9 +222,7 @@ def _folder_of_headers() -> Path:
 
 
 def _move_elsewhere(error: OSError) -> None:
-    """Warn that the kernel cache is not writable, and use a temporary folder for the kernels of this process from now
-    on.
-    """
+    """Warn that the kernel cache is not writable, and compile kernels of this process into a temporary folder."""
     cache = wp.config.kernel_cache_dir or os.environ.get("WARP_CACHE_PATH", "of this user")
     wp.config.kernel_cache_dir = str(folder_of_this_process())
     warn_caller(
@@ -271,9 +265,7 @@ def _is_damaged(folder: Path) -> bool:
 
 
 def _seal(folder: Path) -> None:
-    """Write the digests of the files in a module's folder to the file SEAL; kernels for other devices may be added
-    later.
-    """
+    """Write the digests of the files in a module's folder to the file SEAL; kernels for other devices may follow."""
     try:
         text = json.dumps(_digests(folder))
         if (folder / SEAL).is_file() and (folder / SEAL).read_text() == text:
@@ -285,8 +277,6 @@ def _seal(folder: Path) -> None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the SHA-256 digests {file name: digest} of the compiled files and of Warp's descriptions in a module's
-    folder.
-    """
+    """Return the SHA-256 digests {file name: digest} of the compiled files and of Warp's descriptions in a folder."""
     files = (path for path in sorted(folder.iterdir()) if path.suffix in SEALED)
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}

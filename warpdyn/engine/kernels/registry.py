@@ -102,9 +102,7 @@ def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
 
 
 def outputs_of(variables: dict[str, Variable]) -> dict[str, str]:
-    """Return the fields {name: type} of the struct Output for output variables; the last index of each array is the
-    sample.
-    """
+    """Return the fields {name: type} of the struct Output for output variables; the last index is the sample."""
     return {
         name: ("int32" if variable.is_whole else "float") + ("[,]" if variable.dims else "[]")
         for name, variable in variables.items()

@@ -37,8 +37,7 @@ ERRORS = """Raises:
 
 
 class Layout(enum.IntEnum):
-    """Names for the elements of a vector, such as the coefficients or the memory of a storey; the elements count from
-    0.
+    """Names of the elements of a vector, such as the coefficients or the memory of a storey, numbered from 0.
 
     Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like `c[2]`. `names()` returns the keys of
     the same values in `named_coefficients` of the law. Define members as `enum.auto()`.
@@ -310,16 +309,12 @@ class StoreyElement:
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence about parameters that contradict each other, or None; each parameter is [structure,
-        storey].
-        """
+        """Return a sentence about parameters that contradict each other, or None; `p` as in `derived`."""
         return None
 
     @staticmethod
     def caution(p: Values) -> str | None:
-        """Return a warning about parameters that make results unreliable, or None; each parameter is [structure,
-        storey].
-        """
+        """Return a warning about parameters that make results unreliable, or None; `p` as in `derived`."""
         return None
 
     @classmethod
@@ -341,9 +336,7 @@ class StoreyElement:
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness that storeys with these parameters can have [N/m], shape [structure,
-        storey].
-        """
+        """Return the largest tangent stiffness that storeys can have [N/m], shape [structure, storey]."""
         return p["stiffness"]
 
     @classmethod

@@ -93,8 +93,7 @@ class Parameter:
         structures: np.ndarray | None = None,
         taken: np.ndarray | None = None,
     ) -> str | None:
-        """Return a sentence about the first value outside the bounds, with its position along `axes`; None if all are
-        allowed.
+        """Return a sentence about the first value outside the bounds, with its position along `axes`; None without one.
 
         Args:
             name: Name of the parameter.

@@ -34,8 +34,7 @@ class Memory(Layout):
 
 
 def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp.Function]:
-    """Return device functions of a law whose memory rate is proportional to the velocity: {field of `Spring`:
-    function}.
+    """Return device functions {field of `Spring`: function} of a law whose memory rate is proportional to the velocity.
 
     The memory of such a law depends only on the path of the drift, not on the velocity. One RK4 step integrates the
     memory over an increment of the drift.

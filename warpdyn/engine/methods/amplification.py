@@ -1,5 +1,6 @@
-"""Step length above which an integration method amplifies free vibration of an oscillator, u'' + 2 zeta w u' + w^2 u =
-0.
+"""Step length above which an integration method amplifies the free vibration of an oscillator.
+
+The equation of motion is u'' + 2 zeta w u' + w^2 u = 0, with the circular frequency w and the damping ratio zeta.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
 
 
 def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, ...]:
-    """Return a polynomial without zeros at its end, and without rounding errors in coefficients that should be 1 / k!.
+    """Return a polynomial without zeros at its end, and with 1 / k! for coefficients that differ from it by rounding.
     """
     values = np.trim_zeros(np.array(stability_polynomial), "b")
     exact = [1 / factorial(k) for k in range(values.size)]
@@ -145,8 +146,7 @@ def _dips(
 def _conditions(
     method: ExplicitMethod | MultistepMethod | ImplicitMethod, frequency_step: np.ndarray, damping_ratio: np.ndarray
 ) -> np.ndarray:
-    """Return three values that are 0 or above if all eigenvalues of a method's step are within the unit circle (Jury
-    1962).
+    """Return values that are 0 or above if all eigenvalues of a method's step are within the unit circle (Jury 1962).
 
     The first value is 0 if an eigenvalue is 1, the second if an eigenvalue is -1, the third if the product of two
     eigenvalues is 1. Unlike the spectral radius, they cross 0 with a finite slope if a double eigenvalue splits. For

@@ -49,8 +49,7 @@ class DefaultMethod:
 
 @dataclass(frozen=True)
 class Measured:
-    """A row of the table of errors: a method compared with RK4, for a storey law, a kind of damping and a number of
-    storeys.
+    """A row of the table of errors: a method compared with RK4 for a storey law, a damping and a number of storeys.
 
     Args:
         law: Storey law.

@@ -103,8 +103,7 @@ class ExplicitMethod:
         _check_order(self)
 
     def _check_order_conditions(self) -> None:
-        """Raise a ValueError if order conditions up to order 4 are violated (Hairer, Norsett and Wanner, II.1 and
-        II.14).
+        """Raise a ValueError if order conditions up to 4 are violated (Hairer, Norsett and Wanner, II.1 and II.14).
 
         Order conditions for slopes that are nonlinear in the state are checked for Runge-Kutta methods only.
         """

@@ -14,9 +14,7 @@ from warpdyn.foundations.core.checks import one_of
 
 
 def _dissipative(name: str, force_lag: float, mass_lag: float) -> ImplicitMethod:
-    """Return the second-order method of Chung and Hulbert for these lags, with the strongest damping of high
-    frequencies.
-    """
+    """Return the second-order method of Chung and Hulbert that damps high frequencies most strongly for these lags."""
     difference = force_lag - mass_lag
     return ImplicitMethod(name, 2, (1 + difference) ** 2 / 4, 0.5 + difference, mass_lag, force_lag)
 

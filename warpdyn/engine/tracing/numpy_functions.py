@@ -1,5 +1,4 @@
-"""NumPy functions that can be recorded. A user's function that calls others, or with other arguments, is not recorded.
-"""
+"""NumPy functions that can be recorded. A user's function that calls other functions or arguments is not recorded."""
 
 from __future__ import annotations
 

@@ -24,9 +24,7 @@ class Program:
         self._names: dict[Node, str] = {}
 
     def name_of(self, node: Node) -> str:
-        """Return the text of a recorded value, such as a variable's name; first add the statements that compute the
-        value.
-        """
+        """Return the text of a recorded value, such as a variable's name; first add the statements that compute it."""
         waiting = [node]
         while waiting:  # without recursion: sums over storeys are deep
             each = waiting[-1]

@@ -38,9 +38,7 @@ def fill_state_matrix(
     of_mass: wp.float64,
     dashpot: wp.array2d(dtype=wp.float64),
 ):
-    """Write the state matrix of shear chain c into a[:, :, s]; order of rows: drift 1, velocity 1, drift 2, velocity 2,
-    ...
-    """
+    """Write the state matrix of shear chain c into a[:, :, s]; rows: drift 1, velocity 1, drift 2, velocity 2, ..."""
     size = a.shape[0]
     for i in range(size):
         for j in range(size):
@@ -122,8 +120,9 @@ def shift_twice(
     y0: wp.float64,
     w0: wp.float64,
 ):
-    """Apply a double QR step to rows `first` to `last` of a[:, :, s]; the shifts are the eigenvalues of [[y0, w0], [1,
-    x0]].
+    """Apply a double QR step to rows `first` to `last` of a[:, :, s].
+
+    The two shifts are the eigenvalues of [[y0, w0], [1, x0]].
     """
     zero = wp.float64(0.0)
     p, q, r = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)

@@ -39,8 +39,7 @@ def check_parts(
     fields: Mapping[str, Collection[str]],
     family: str,
 ) -> None:
-    """Check the parts of a kernel: the names of their functions and fields, and the variables that they read and
-    change.
+    """Check the functions and fields of the parts of a kernel, and the variables that they read and change.
 
     Args:
         home: The module of the skeleton, which contains the time loop.
@@ -63,8 +62,7 @@ def check_parts(
 
 
 def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -> NoReturn:
-    """Raise a ValueError for an undefined name in a kernel; the message names the part that reads it, the file and the
-    line.
+    """Raise a ValueError that names the part, the file and the line in which an undefined name of a kernel is read.
 
     Args:
         name: The undefined name.
@@ -236,8 +234,7 @@ def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
 
 
 def refuse(part: Any, slot: str, line: int, fault: str) -> NoReturn:
-    """Raise a ValueError about a function of a part: the message names the part, the file and the line, and states
-    `fault`.
+    """Raise a ValueError that names a part, its file and the line, and states the mistake `fault`.
 
     `line` is counted from the `def` line of the function for `slot`, which is line 1.
     """

@@ -333,9 +333,7 @@ class _Rewriter:
             self.has_emptied = True
 
     def _settled(self, test: ast.expr) -> bool | str:
-        """Return the value of a condition if it is known; else return its text without the operands whose values are
-        known.
-        """
+        """Return the value of a condition if it is known; else return its text without the operands that are known."""
         named = {name.id for name in names_of(test)}
         if named <= self.known.keys() and not any(isinstance(node, ast.Call) for node in ast.walk(test)):
             return bool(eval(ast.unparse(test), {}, dict(self.known)))

@@ -76,8 +76,7 @@ class Recorder:
 
     @classmethod
     def values_held(cls, plan: Any) -> int:
-        """Return the number of values per sample that a thread keeps for the recorder: one per element of its
-        variables.
+        """Return the number of values per sample that a thread keeps for the recorder: one per element of its outputs.
         """
         variables = cls.VARIABLES.get(plan.family, {}).values()
         return sum(plan.dofs if variable.dims else 1 for variable in variables)

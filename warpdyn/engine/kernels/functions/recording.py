@@ -96,9 +96,7 @@ def balance_error(error: Any, supplied: Any):
 
 @wp.func
 def worst_storey(output: Any, structures: Any, sample: int, structure: int, storeys: int):
-    """Write the number of the storey with the largest peak drift ratio, counted from 1, to the outputs; return this
-    ratio.
-    """
+    """Return the largest peak drift ratio of a sample, and write the number of its storey to the outputs (from 1)."""
     largest = output.peak_storey_drift[0, sample] * structures.inverse_height[0, structure]
     worst = int(0)
     for i in range(1, storeys):

@@ -1,5 +1,4 @@
-"""The time loop of kernels for shear chains and explicit methods; the state stays in registers during the whole
-history.
+"""The time loop of kernels for shear chains and explicit methods; the state stays in registers during the history.
 
 A stage visits the storeys from the top down, so that the force of the storey above is known, and updates the state in
 place. A lane is one of the samples that a thread integrates at once. On a CPU the loops over lanes are innermost and

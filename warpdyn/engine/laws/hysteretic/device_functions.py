@@ -109,8 +109,7 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
     behind_yield = device_functions(name, behind_yield)["behind_yield"]
 
     def hysteretic_step(x: Any, is_up: bool, memory: Any, c: Any, flexibility_ahead: Any, flexibility_behind: Any):
-        """Return the state of a storey after a step to the drift x; `is_up` is whether the storey moves in the positive
-        direction.
+        """Return the state of a storey after a step to the drift x, upwards (in the positive direction) if `is_up`.
 
         The results are the force, the slope, the direction, the target drift ahead, and the drift at which unloading
         from behind reached zero force; then the slope of the line that the storey follows from there, and the drift at

@@ -120,8 +120,8 @@ def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
 
 
 def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, ...], int, int | None]:
-    """Return the names of a variant's coefficients, the index of the exponent, and the first index of the negative
-    side.
+    """Return the names of a variant's coefficients and two indices: of the exponent and of the first negative-side
+    value.
 
     Args:
         law: Class of the law.

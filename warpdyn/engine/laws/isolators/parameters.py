@@ -11,7 +11,7 @@ from warpdyn.engine.laws.law import YIELD_FORCE, Law, Values, parameter, shared
 
 
 class LeadRubberBearing(Law):
-    """Lead-rubber bearings under a building; the stiffness before yield is the `stiffness` of the isolated storey.
+    """Lead-rubber bearings under a building; the stiffness before yield is the `stiffness` of their storey.
 
     OpenSees: elastomericBearingPlasticity with kInit, qd = yield force times (1 - k2 / kInit), and alpha1 = k2 / kInit,
     where kInit is the stiffness before yield and k2 the stiffness after yield.
@@ -42,8 +42,7 @@ class LeadRubberBearing(Law):
 
 
 class FrictionPendulum(Law):
-    """Friction pendulum bearings under a building; the stiffness before sliding is the `stiffness` of the isolated
-    storey.
+    """Friction pendulum bearings under a building; the stiffness before sliding is the `stiffness` of their storey.
 
     OpenSees: singleFPBearing with Coulomb friction, under a constant weight.
 

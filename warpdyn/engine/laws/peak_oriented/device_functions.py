@@ -67,7 +67,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
     IS_TAKEDA = law is Takeda
 
     def unloading(side: Any, other: Any, c: Any):
-        """Return the unloading slope of a side; `side` and `other` are the peaks of both sides minus the cracking
+        """Return the unloading slope of a side; arguments: the peaks of this and the other side minus the cracking
         drift.
         """
         slope = c[C.INITIAL_SLOPE]

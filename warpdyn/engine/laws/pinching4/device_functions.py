@@ -110,9 +110,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
     backbone, of_side = side_functions(name, len(Pinching4.rows[row]) - len(N) if ASYMMETRIC else None)
 
     def losses(memory: Any, c: Any):
-        """Return three fractions after the last step: loss of stiffness, growth of the target drift, and loss of
-        strength.
-        """
+        """Return three fractions after the last step: stiffness loss, growth of the target drift, strength loss."""
         zero, one = type(memory[M.DRIFT])(0.0), type(memory[M.DRIFT])(1.0)
         stored = type(memory[M.DRIFT])(0.5) * memory[M.FORCE] * memory[M.FORCE] / (one - memory[M.STIFFNESS_LOSS])
         above, below = one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]

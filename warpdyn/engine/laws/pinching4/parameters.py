@@ -326,10 +326,10 @@ class Pinching4(Law):
 
 
 def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Return the coefficients of one side {name: array}, the energy under its backbone, and the drift at its last
-    corner.
+    """Return the coefficients of one side {name: array}, the energy under its backbone, and its last drift.
 
-    Drifts and forces are divided by the yield drift and yield force of this side.
+    Drifts and forces are divided by the yield drift and yield force of this side; the last drift is that of the last
+    corner of the backbone.
     """
     drift, force = corners(p, 4)
     length, rise = (np.diff(np.stack(values), axis=0) for values in (drift, force))

@@ -23,7 +23,7 @@ from warpdyn.engine.laws.written.checks import (
 )
 from warpdyn.engine.laws.written.source import Captured, Written, captured, device_function
 
-QUICKER = {("min", 2): "minimum", ("max", 2): "maximum", ("clamp", 3): "clamped"}  # faster than Warp's functions on CPUs
+QUICKER = {("min", 2): "minimum", ("max", 2): "maximum", ("clamp", 3): "clamped"}  # faster than Warp's own on CPUs
 EXTREMA = "warpdyn.engine.device.extrema"
 MOST_MULTIPLIED = 4  # x**4 is written as x*x*x*x
 PYTHON = ("abs", "min", "max", "range", "type", "int", "bool", "True", "False")  # Python names that Warp supports
@@ -191,8 +191,10 @@ class _Rewriting(ast.NodeTransformer):
         return self._outer(node)
 
     def _outer(self, node: ast.Name | ast.Attribute) -> ast.expr:
-        """Return the expression that replaces a name whose value is defined outside of the class; raise a TypeError if
-        a kernel cannot use the value.
+        """Return the expression that replaces a name whose value is defined outside of the class.
+
+        Raises:
+            TypeError: If the name is not defined, or if a kernel cannot use its value.
         """
         words = ast.unparse(node)
         root, *attributes = words.split(".")
