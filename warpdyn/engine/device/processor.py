@@ -70,7 +70,7 @@ lines[last] = 0;
 #endif
 """)
 def align_rows():
-    """Align the calling kernel's variables to cache lines."""
+    """Align the variables of the calling kernel to cache lines of the CPU, so that they are read faster."""
 
 
 # The larger of two values that are not negative: one instruction on a GPU and two on a CPU (`wp.max`: three). Without

@@ -61,8 +61,7 @@ def output_dtype(name: str, dtype: str) -> np.dtype:
 
 
 def blank_value(struct: Any, name: str) -> float:
-    """Return the initial value of an output variable: NaN for real numbers, -1 for integers, DIVERGED for the status.
-    """
+    """Return the initial value of an output variable: NaN for real numbers, -1 for integers, DIVERGED for a status."""
     if name == "status":
         return DIVERGED
     return -1 if struct.vars[name].type.dtype is wp.int32 else float("nan")

@@ -142,7 +142,7 @@ def _is_lean(plan: Plan) -> bool:
 
 
 def _is_alone_on_gpu(plan: Plan) -> bool:
-    """Return whether the plan is for a chain on a GPU with one thread per sample."""
+    """Return whether a plan is for a chain on a GPU with one thread per sample."""
     return plan.family == "chain" and (plan.lanes, plan.max_unroll, plan.sections) == (GPU_LANES, GPU_UNROLL, 1)
 
 

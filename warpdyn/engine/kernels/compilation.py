@@ -36,7 +36,7 @@ CONFIGURATION = (bool, int, float, str, type(None))  # types of the settings of 
 
 
 def is_compiled(plan: Plan, device: str) -> bool:
-    """Return whether the kernel cache contains the kernel of a plan for a device such as "cpu" or "cuda:0"."""
+    """Return whether the kernel cache contains the compiled kernel of a plan for a device such as "cpu" or "cuda:0"."""
     return is_compiled_in(folder_of(build_kernel(plan).module, block_size(device)), device)
 
 

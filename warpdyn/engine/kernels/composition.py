@@ -1,27 +1,27 @@
 """Compose the source text of a kernel from a skeleton and the parts that a scene needs.
 
-A skeleton is a function that is never called. Its text is a time loop with statements `slot("name")`. The bodies of the
-functions `name` of all wanted parts, one after another, replace such a statement at its indentation. They become
-statements of the kernel and share its variables; these functions are never called. `slot("name", i=0)`
-writes 0 for the variable `i` in these bodies and in the slots inside them. Parts, and the module of a skeleton, may
-contain slots.
+A skeleton is a function that is never called. Its text is a time loop with statements `slot("name")`. Such a statement
+is replaced, at its indentation, by the bodies of the functions `name` of all parts that the kernel needs, one after
+another. These bodies become statements of the kernel and share its variables; the functions themselves are never
+called. `slot("name", i=0)` writes 0 for the variable `i` in these bodies and in the slots inside them. Parts, and the
+module of a skeleton, may contain slots.
 
 A part is a module in one of FOLDERS, or a class. It contains
 
-- `wanted(plan)`: whether the kernel of a plan has the part;
+- `wanted(plan)`: whether the kernel of a plan contains the part;
 - a function without arguments for each slot that it fills, with the name of the slot (slots.py lists all slots);
 - `names(plan)`, optional: a dictionary of constants, types and device functions that depend on the plan. If a value is
-  a string, it replaces the name in the text. Names that do not depend on the plan are imported or defined in the
-  module of the part;
+  a string, it replaces the name in the text. Names that do not depend on the plan are imported or defined in the module
+  of the part;
 - `order`, optional: a number that sorts the parts of a folder within a slot (default 0; parts with equal numbers are
   sorted by name). Folders have the order of FOLDERS;
 - `BORROWS`, optional: variables of other parts that the part reads or changes: {part: names};
 - `FIELDS`, optional: fields of the kernel's arguments that the part needs: {struct: {field: type}}.
 
 Names in capitals are conditions whose value is known: names of `names`; the name of each part (P_DELTA: true if the
-part is wanted); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD: true if a
-wanted part fills the slot). Branches of an `if` that never run are removed; so are loops over empty ranges. A `while`
-whose condition is known to be true runs once.
+kernel contains the part); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD:
+true if a part of the kernel fills the slot). Branches of an `if` that never run are removed; so are loops over empty
+ranges. A `while` whose condition is known to be true runs once.
 
 Finally, assignments to variables that are never read are removed, with their declarations; so are empty loops and
 branches. Therefore a function that is called in an assignment must have no side effects, unless `output` or `history`

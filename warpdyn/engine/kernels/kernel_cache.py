@@ -84,7 +84,7 @@ def _hidden_notice() -> Iterator[None]:
 
 
 def _has_driver() -> bool:
-    """Return whether the system finds a CUDA driver."""
+    """Return whether the operating system finds a CUDA driver."""
     try:
         ctypes.CDLL(CUDA_DRIVER)
     except OSError:
@@ -214,7 +214,7 @@ def _kept_headers(device: str, folder: Path) -> Iterator[None]:
 
 
 def _folder_of_headers() -> Path:
-    """Return the folder of precompiled headers, which differs for each installation of Warp."""
+    """Return the folder of precompiled headers in the kernel cache; each installation of Warp has its own folder."""
     header = Path(wp.__file__).parent / "native" / "builtin.h"
     about = header.stat()
     installation = hashlib.sha256(f"{header} {about.st_size} {about.st_mtime_ns}".encode()).hexdigest()[:16]

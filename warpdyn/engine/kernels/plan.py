@@ -1,4 +1,4 @@
-"""`Plan`, the properties that decide the source of a kernel; and the structs that a kernel takes as arguments."""
+"""`Plan`, the properties that decide the source of a kernel, and the structs that are arguments of a kernel."""
 
 # No `from __future__ import annotations` in this folder: Warp needs the types of annotations, not their text.
 
@@ -75,12 +75,13 @@ class Plan:
 
     @property
     def kind(self) -> str:
-        """The kind of the method: explicit, implicit or exact."""
+        """The kind of the integration method: "explicit", "implicit" or "exact"."""
         return METHODS[self.method].kind
 
     @property
     def storeys_of_thread(self) -> int:
-        """Number of storeys per thread; the last sections of a chain may be padded."""
+        """Number of storeys per thread; the last threads of a chain may have additional storeys without mass (padding).
+        """
         return -(-self.dofs // self.sections)
 
 

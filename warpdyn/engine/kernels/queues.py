@@ -39,7 +39,7 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
         device: One name or several names; "cuda": all GPUs; None: the first GPU, or the CPU if there is no GPU.
 
     Raises:
-        TypeError: If it is neither a name nor a sequence of names.
+        TypeError: If `device` is neither a name nor a sequence of names.
         ValueError: If a device does not exist, is named twice, or the CPU is named together with a GPU.
     """
     initialise()

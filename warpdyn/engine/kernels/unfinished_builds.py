@@ -93,7 +93,7 @@ def folder_of_this_process() -> Path:
 
 
 def _remove_if_unused(folder: Path) -> None:
-    """Remove the temporary folder of a process that has ended; raise an OSError if the process is running."""
+    """Remove the temporary folder of a process that has ended; raise an OSError if the process is still running."""
     if folder.is_symlink() or folder.stat().st_uid != os.geteuid():
         return
     lock = os.open(folder / LOCK, os.O_RDWR | OPENED)

@@ -1,4 +1,4 @@
-"""Bounds of a parameter that depend on other parameters."""
+"""Functions that check bounds of a parameter which depend on other parameters, and describe violations."""
 
 from __future__ import annotations
 

@@ -25,9 +25,9 @@ def missing_at(name: str, storey: int, law: str) -> str:
 
 
 class BuildingLaw:
-    """The laws of the storeys of a building, and its devices.
+    """The laws of the storeys of a building, and the devices of the building.
 
-    It has the methods of a `Law`; they refer to the whole building.
+    An object has the methods of a `Law`; they refer to the whole building.
 
     Args:
         laws: Law of each storey, or a single law for all storeys.
@@ -47,7 +47,7 @@ class BuildingLaw:
 
     @property
     def name(self) -> str:
-        """Name of the laws and devices, such as "bilinear|bouc_wen+gap"."""
+        """Names of the laws and devices as one text, such as "bilinear|bouc_wen+gap"."""
         return "+".join(["|".join(law.name for law in self.laws), *(device.name for device in self.devices)])
 
     @property
@@ -62,7 +62,7 @@ class BuildingLaw:
 
     @property
     def is_linear_until_yield(self) -> bool:
-        """Whether all storeys are linear until they yield; False with devices or if the laws of storeys differ."""
+        """Whether all storeys are linear until they yield; False with devices or if storeys have different laws."""
         return len(self.laws) == 1 and not self.devices and self.laws[0].is_linear_until_yield
 
     def forces(self, *, has_power_dampers: bool = False) -> StoreyForces:
@@ -180,7 +180,7 @@ class BuildingLaw:
         )
 
     def is_sensitive(self, p: Values) -> bool:
-        """Return whether a small change of the step or the motion may change the peak drifts a lot."""
+        """Return whether a small change of the step or the motion may change the peak drifts by a large amount."""
         return any(law.is_sensitive(own) for law, _, own in self._laws(p)) or any(
             device.is_sensitive(p) for device in self.devices
         )

@@ -156,7 +156,7 @@ class StoreyElement:
         name: Name in a scene: the name of the class in lower case, with underscores between words.
         parameters: Parameters in addition to the storey stiffness: {name: parameter}.
         memory: Names of the memory values of device functions in the class body; all are 0 at the start.
-        rows: Names of its sets of device functions, each with the names of the coefficients that the functions read.
+        rows: Names of the sets of device functions, each with the names of the coefficients that the functions read.
         variants: The sets as objects; a class that uses the sets of another law defines `variants` instead of `rows`.
         device_functions: Module with the table SPRINGS of device functions; "" for the module `device_functions` in the
             package of the class.
@@ -170,8 +170,8 @@ class StoreyElement:
         corners: Number of corners of the backbone that `ShearBuilding.from_capacity` fits; 0: a bilinear curve.
         exceptions: Checks of `wd.laws.certify` with a wider bound: {check: (bound, reason)}.
         kind: "law" or "device".
-        is_device: Whether it is a device.
-        is_dashpot: Whether its force depends only on the velocity; then it has no variants.
+        is_device: Whether the class is a device.
+        is_dashpot: Whether the force depends only on the velocity; then the class has no variants.
         forces: The properties that decide which integration methods can be used.
         captured: The device functions in the class body, as their author wrote them.
         table: LAWS or DEVICES.
@@ -211,7 +211,7 @@ class StoreyElement:
 
     @classmethod
     def make_dataclass(cls) -> None:
-        """Make the class a frozen dataclass."""
+        """Make the class a frozen dataclass whose fields are its parameters."""
         dataclasses.dataclass(frozen=True, kw_only=True, repr=False)(cls)
         # Mypy rejects every assignment to a method, even to a method that `dataclass` has just made.
         cls.__init__ = _refusing_unknown_names(cls, cls.__init__)  # type: ignore[method-assign]
@@ -264,7 +264,7 @@ class StoreyElement:
     def derived(p: Values) -> dict[str, np.ndarray]:
         """Return further coefficients for device functions in the class body: {name: values}.
 
-        They are computed once per structure. Put divisions here, because they are slow in device functions.
+        The coefficients are computed once per structure. Put divisions here, because they are slow in device functions.
 
         Args:
             p: Parameters and "stiffness", each [structure, storey].

@@ -24,7 +24,7 @@ def law_name(given: object) -> str:
     """Return the name of a storey law; `given` is its name, its OpenSees name, its class, or an object of the class.
 
     Raises:
-        ValueError: If there is no such law; the message suggests similar names.
+        ValueError: If no such law exists; the message suggests similar names.
     """
     return _given_class("storey law", given, LAWS).name
 
@@ -166,7 +166,7 @@ def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> t
 
 
 def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) -> str:
-    """Return a hint if a device was given as the law of a storey, or a law as a device; else ""."""
+    """Return a hint for a message if a device was given as the law of a storey, or a law as a device; else ""."""
     other: Mapping[str, type[StoreyElement]] = LAWS if table is DEVICES else DEVICES
     if isinstance(given, StoreyElement) and type(given).name in other:
         names: tuple[str, ...] = (type(given).name,)

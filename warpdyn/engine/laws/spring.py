@@ -1,4 +1,4 @@
-"""The device functions of a storey law, as kernels call them."""
+"""The class Spring: the device functions of a storey law, as kernels call them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -76,7 +76,7 @@ StoreyRules = Variant | SideBySide | OneOrOther
 
 
 def is_mixed(rules: StoreyRules) -> bool:
-    """Return whether the laws of the storeys differ, with or without devices."""
+    """Return whether the storeys of a building have different laws; devices do not matter."""
     return isinstance(rules, OneOrOther) or (isinstance(rules, SideBySide) and is_mixed(rules.first))
 
 

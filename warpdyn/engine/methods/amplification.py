@@ -56,6 +56,9 @@ def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
 def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np.ndarray) -> np.ndarray:
     """Return the largest w h up to which |R(z)| is at most 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)).
 
+    R(z) is the factor by which a step h of a Runge-Kutta method multiplies a motion; w is the circular frequency of an
+    oscillator and zeta its damping ratio.
+
     Args:
         stability_polynomial: Coefficients r_k of R(z) = sum r_k z^k; the first two are 1, shape [power].
         damping_ratio: Damping ratio [-], from 0 to 1, shape [ratio].
@@ -98,8 +101,7 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
 
 
 def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, ...]:
-    """Return a polynomial without zeros at its end, and with 1 / k! for coefficients that differ from it by rounding.
-    """
+    """Return a polynomial without zeros at its end, and without rounding errors in coefficients equal to 1 / k!."""
     values = np.trim_zeros(np.array(stability_polynomial), "b")
     exact = [1 / factorial(k) for k in range(values.size)]
     return tuple(np.where(np.isclose(values, exact, rtol=1e-12, atol=0), exact, values).tolist())

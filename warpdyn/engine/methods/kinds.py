@@ -160,10 +160,12 @@ class ExplicitMethod:
         return tuple(coefficients)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, h u') of an oscillator, u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies the state (u, h u') of an oscillator.
+
+        The equation of motion is u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
-            frequency_step: w h, shape [...].
+            frequency_step: w h, circular frequency times step, shape [...].
             damping_ratio: zeta, shape [...].
 
         Returns:
@@ -222,10 +224,12 @@ class ImplicitMethod:
         _check_order(self)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, h u', h^2 u'') of u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies the state (u, h u', h^2 u'') of an oscillator.
+
+        The equation of motion is u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
-            frequency_step: w h, shape [...].
+            frequency_step: w h, circular frequency times step, shape [...].
             damping_ratio: zeta, shape [...].
 
         Returns:
@@ -283,12 +287,13 @@ class MultistepMethod:
         _check_order(self)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, w, w1, w2) of u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies the state (u, d, d1, d2) of an oscillator.
 
-        w, w1 and w2 are the changes of the displacement in the last three steps.
+        The equation of motion is u'' + 2 zeta w u' + w^2 u = 0; d, d1 and d2 are the changes of the displacement in the
+        last three steps, the latest first.
 
         Args:
-            frequency_step: w h, shape [...].
+            frequency_step: w h, circular frequency times step, shape [...].
             damping_ratio: zeta, shape [...].
 
         Returns:
@@ -306,7 +311,7 @@ class MultistepMethod:
 
 @dataclass(frozen=True)
 class ExactMethod:
-    """The exact solution of a linear system from one point of its load history to the next.
+    """The method that solves a linear system exactly from one point of its load history to the next.
 
     Args:
         name: Name in `simulate` and in datasets.

@@ -204,16 +204,16 @@ METHODS = Methods((method.name, method) for method in _ROWS)
 
 
 def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, ...]:
-    """Return the methods that support these storey forces and this damping.
+    """Return the names of the methods that support these storey forces and this kind of damping.
 
     - The exact method supports only linear forces.
     - `central_difference_lagged` does not support rate laws: their force would lag behind the drift, which supplies
       energy to the motion.
-    - Multistep methods need storey drifts; they integrate the memory over the increment of the drift.
+    - Multistep methods need storey drifts; they integrate the memory of a law over the increment of the drift.
     - Implicit methods do not support damping proportional to the tangent stiffness, which jumps when a storey yields,
       so that a step may have no equilibrium.
-    - Implicit methods integrate the memory over the increment of the drift, without regard to time; they do not support
-      forces that relax.
+    - Implicit methods integrate the memory of a law over the increment of the drift, without regard to time; they do
+      not support forces that change with time at a constant drift.
     """
     unfit = set() if forces.is_linear else {"exact"}
     if forces.has_rate:

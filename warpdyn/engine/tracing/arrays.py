@@ -27,7 +27,7 @@ _conditions: ContextVar[list[Node] | None] = ContextVar("conditions", default=No
 
 
 class NotTraceableError(TypeError):
-    """A function uses an array in a way that cannot be recorded, such as a branch that depends on its values."""
+    """A function uses an array in a way that cannot be recorded, such as a branch that depends on the values."""
 
 
 @contextmanager
@@ -76,7 +76,7 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
 
     @property
     def dtype(self) -> np.dtype:
-        """The type that the values have in a kernel."""
+        """The type that the recorded values have in a kernel: bool for truth values, else float64."""
         return np.dtype(bool if self.size and self.nodes.flat[0].kind == TRUTH else np.float64)
 
     T = property(lambda self: Traced(self.nodes.T))
@@ -235,7 +235,10 @@ def is_traced(*values: Any) -> bool:
 
 
 def may_be_true(condition: Any) -> bool:
-    """Return whether a condition is true anywhere; a recorded condition may be true unless it is a constant."""
+    """Return whether a condition may be true for some structure.
+
+    A recorded condition may be true unless it is a constant, because its value is unknown while it is recorded.
+    """
     if not isinstance(condition, Traced):
         return bool(np.any(condition))
     return any(not each.is_constant or each.value for each in condition.nodes.ravel())
@@ -256,7 +259,7 @@ def _known_index(index: Any) -> Any:
 
 
 def mapped(name: str, *values: Any) -> np.ndarray:
-    """Return an operation on each element of arrays that broadcast."""
+    """Return the nodes of an operation that is applied to each element of several arrays, after broadcasting."""
     arrays: list[Any] = np.broadcast_arrays(*(nodes_of(each) for each in values))  # type: ignore[assignment] # a tuple
     found = np.empty(arrays[0].shape, object)
     for index in np.ndindex(found.shape):
@@ -308,7 +311,10 @@ def stacked(values: Any, axis: int = 0) -> Traced:
 
 
 def _expm1(values: Any) -> Any:
-    """Return exp(x) - 1 without loss of digits for small x, by Kahan's formula: kernels have no function for it."""
+    """Return exp(x) - 1 as recorded values, without loss of digits for small x.
+
+    Kahan's formula is used, because kernels have no function for it.
+    """
     power: Any = np.exp(traced(values))
     less = power - 1.0
     # The quotient is (exp(y) - 1) / y for y = log(exp(x) as rounded), which is close to x.

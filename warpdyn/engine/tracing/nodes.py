@@ -81,7 +81,7 @@ class Node:
 
     @property
     def is_constant(self) -> bool:
-        """Whether the value is known when the computation is recorded."""
+        """Whether the value of the node is known when the computation is recorded."""
         return self.operation == "constant"
 
 

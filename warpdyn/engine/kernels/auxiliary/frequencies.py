@@ -37,7 +37,7 @@ def most_storeys(storeys: int) -> int:
 
 @functools.cache
 def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
-    """Return the kernel for chains of at most `most` storeys, with `lanes` chains per thread."""
+    """Return the kernel for natural frequencies of chains of at most `most` storeys, with `lanes` chains per thread."""
     LANES = lanes
     double = wp.float64
     matrix = wp.types.matrix(shape=(most, LANES), dtype=double)

@@ -1,4 +1,4 @@
-"""The kernel that interpolates recorded motions on a device, so that they have a value for each integration step."""
+"""The kernel that interpolates recorded motions on a device, so that they have a value at each integration step."""
 
 import functools
 from typing import Any

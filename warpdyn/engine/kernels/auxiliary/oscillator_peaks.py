@@ -209,13 +209,14 @@ def largest_displacements(
     """Return the largest displacement of every oscillator under every record.
 
     Args:
-        records: The arrays of `Records`. The longest record should come first, so that no thread starts it last.
-        oscillators: The arrays of `Oscillators`.
-        device: Warp device.
-        threads: CPU threads.
+        records: The arrays of `Records`: {field: array}. The longest record should come first, so that no thread starts
+            it last.
+        oscillators: The arrays of `Oscillators`: {field: array}.
+        device: Warp device, such as "cpu" or "cuda:0".
+        threads: Number of CPU threads.
 
     Returns:
-        Displacement [m], shape [record, oscillator].
+        Largest displacement [m], shape [record, oscillator].
     """
     is_gpu = wp.get_device(device).is_cuda
     lanes, unroll = (GPU_LANES, GPU_UNROLL) if is_gpu else (CPU_LANES, CPU_UNROLL)

@@ -53,7 +53,7 @@ def _body_source(function: Callable) -> str | None:
 
 @functools.cache
 def parsed(text: str) -> ast.FunctionDef:
-    """Return the syntax tree of a function's text."""
+    """Return the syntax tree of the source text of a function."""
     [definition] = ast.parse(text).body
     return definition
 
@@ -173,14 +173,17 @@ def _one_statement_per_line(text: str) -> str:
 
 
 def _header_end(lines: Sequence[str], line: int) -> int:
-    """Return the last line number of the header of a compound statement; `line` is in this header."""
+    """Return the last line number of the header of a compound statement, such as `if` or `for`.
+
+    `line` is a line number within this header.
+    """
     while not lines[line - 1].partition("  #")[0].rstrip().endswith(":"):
         line += 1
     return line
 
 
 def names_of(syntax: object) -> Iterator[ast.Name]:
-    """Yield the names in a syntax tree; three times as fast as `ast.walk`, which yields all nodes."""
+    """Yield the name nodes in a syntax tree; this is 3 times as fast as `ast.walk`, which yields all nodes."""
     waiting = [syntax]
     while waiting:
         node = waiting.pop()
@@ -245,7 +248,7 @@ def _unread(function: ast.FunctionDef) -> set[str]:
 
 
 class _Rewriter:
-    """Writes the source of a function without branches that never run and without unread variables."""
+    """Rewrites the source text of a function without branches that never run and variables that are never read."""
 
     def __init__(self, text: str, known: Mapping[str, Any]) -> None:
         self.lines, self.known = text.splitlines(), known

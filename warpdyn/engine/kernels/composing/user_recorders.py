@@ -76,8 +76,7 @@ class Recorder:
 
     @classmethod
     def values_held(cls, plan: Any) -> int:
-        """Return the number of values per sample that a thread keeps for the recorder: one per element of its outputs.
-        """
+        """Return the number of values per sample that a thread keeps for the recorder: one per output element."""
         variables = cls.VARIABLES.get(plan.family, {}).values()
         return sum(plan.dofs if variable.dims else 1 for variable in variables)
 
@@ -92,14 +91,14 @@ class RecorderName(str):
         return _restored, (USERS[str(self)],)
 
     def __repr__(self) -> str:
-        """Return the name with a digest of the source; the fingerprint of a run contains this text."""
+        """Return the name with a digest of the recorder's source; the fingerprint of a run contains this text."""
         functions = bodies_of(USERS[str(self)]).values()
         text = "".join(part for function in functions for part in sources_read(function, source_of))
         return f"{str(self)!r} (source {hashlib.sha256(text.encode()).hexdigest()[:16]})"
 
 
 def recorder_name(recorder: Any) -> Any:
-    """Return the name of a recorder class; other values, such as names, are returned unchanged."""
+    """Return the name of a recorder that is given as a class; return other values, such as names, unchanged."""
     if isinstance(recorder, type) and issubclass(recorder, Recorder):
         return RecorderName(recorder.part_name)
     return RecorderName(recorder) if isinstance(recorder, str) and recorder in USERS else recorder

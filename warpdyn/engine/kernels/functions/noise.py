@@ -1,9 +1,8 @@
-"""Random base motions, generated interval by interval during the run and not stored.
+"""Device functions for random base motions, which a kernel generates interval by interval and does not store.
 
-`warpdyn.model.ground_motions.filtered_noise` describes the random process.
-
-Arguments and results are vectors with one value per lane. Copying them once per interval costs little, and the compiler
-vectorises the loops over lanes on a CPU.
+`warpdyn.model.ground_motions.filtered_noise` describes the random process. Arguments and results are vectors with one
+value per lane (one of the samples that a thread integrates at once). Copying the vectors once per interval costs
+little, and the compiler vectorises the loops over lanes on a CPU.
 """
 
 import functools

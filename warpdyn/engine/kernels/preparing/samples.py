@@ -125,7 +125,7 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
 
     @property
     def kernels(self) -> list[wp.Kernel]:
-        """The kernels that prepare and sort samples."""
+        """The kernels that compute the steps of samples and sort the samples."""
         return [self._kernel.kernel, sorting_keys, starts_of_groups]
 
     def prepare(
@@ -184,7 +184,7 @@ class Design(NamedTuple):
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """The arguments of `prepare_samples`."""
+        """The first arguments of the kernel `prepare_samples`: all fields except `tie`."""
         return self[:-1]
 
 

@@ -139,7 +139,7 @@ class StructurePreparation:
 
     @property
     def kernels(self) -> list[wp.Kernel]:
-        """The kernels that `prepare` launches."""
+        """The kernels that `prepare` launches, including those that compute frequencies and decay rates."""
         solving = [
             find_decays if each.kind == DECAY else frequencies_kernel(most_storeys(each.rows), 1)
             for each in self.values.requests

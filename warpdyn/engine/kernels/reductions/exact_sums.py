@@ -1,10 +1,11 @@
 """Sums that do not depend on the order of their terms.
 
 Each float64 term is divided into pieces of 30 bits. The positions of the pieces are fixed, counted from the smallest
-number of float64. Pieces at the same position are added exactly, as integers. A cell keeps four sums: those of the
-highest position of all of its terms and of the three positions below it. The terms are therefore rounded more than 90
-bits below the first bit of the largest term, whatever their order, and blocks of a run can be added as they finish
-(Demmel and Nguyen 2015, IEEE Transactions on Computers 64(7), have a similar method in floating-point numbers).
+number of float64. Pieces at the same position are added exactly, as integers. A cell (the set of samples with the same
+labels) keeps four sums: those of the highest position of all of its terms and of the three positions below it. The
+terms are therefore rounded more than 90 bits below the first bit of the largest term, whatever their order, and blocks
+of a run can be added as they finish (Demmel and Nguyen 2015, IEEE Transactions on Computers 64(7), describe a similar
+method with floating-point numbers).
 """
 
 from __future__ import annotations

@@ -1,15 +1,14 @@
-"""Bouc-Wen law with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
+"""Device functions of the Bouc-Wen law with degradation and pinching (Baber and Wen 1981, Baber and Noori 1985).
 
 A hardening spring is parallel to a hysteretic force that is proportional to z, as in `bouc_wen`. Let e be the energy
-dissipated by z, divided by yield force times yield drift, and s the sign of the velocity. With A = 1 - deltaA e (at
-least 0), nu = 1 + deltaNu e and eta = 1 + deltaEta e,
+dissipated by z, divided by yield force times yield drift, v the drift velocity and s its sign. With A = 1 - deltaA e
+(at least 0), nu = 1 + deltaNu e and eta = 1 + deltaEta e,
 
     uy dz/dt = h v (A - nu |z|^n (gamma + beta s sign z)) / eta,    uy de/dt = (1 - alpha) z v,
 
-with uy the yield drift. Without pinching h = 1. With pinching (Foliente 1995),
-h = 1 - zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = zetas (1 - exp(-p e)),
-zeta2 = (psi + deltaPsi e) (lambda + zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z.
-Functions whose names end in 1 are for n = 1.
+where uy is the yield drift and alpha the hardening ratio. Without pinching h = 1. With pinching (Foliente 1995), h = 1
+- zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = zetas (1 - exp(-p e)), zeta2 = (psi + deltaPsi e) (lambda +
+zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z. Functions whose names end in 1 are for n = 1.
 """
 
 import enum

@@ -1,8 +1,9 @@
 """Bouc-Wen storeys with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
 
-F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`. e is the energy dissipated by z, that is the integral of
-(1 - alpha) Fy z dd, divided by Fy dy, where dy = Fy / k is the yield drift. With A = 1 - deltaA e,
-nu = 1 + deltaNu e and eta = 1 + deltaEta e,
+The force is F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`, with the hardening ratio alpha, the stiffness k, the
+drift d, its velocity v and the yield force Fy. e is the energy dissipated by z, that is the integral of (1 - alpha) Fy
+z dd, divided by Fy dy, where dy = Fy / k is the yield drift. With A = 1 - deltaA e, nu = 1 + deltaNu e and eta = 1 +
+deltaEta e,
 
     dy dz/dt = h v (A - nu |z|^n (gamma + beta sign(v z))) / eta,
     h = 1 - zeta1 exp(-((z sign v - q zu) / zeta2)^2),    zu = (A / (nu (beta + gamma)))^(1/n),
@@ -32,7 +33,7 @@ from warpdyn.engine.laws.law import Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; storeys without pinching have only the coefficients before TOTAL_SLIP."""
+    """Coefficients of the device functions; storeys without pinching use only the coefficients before TOTAL_SLIP."""
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()

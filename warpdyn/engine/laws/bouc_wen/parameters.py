@@ -1,4 +1,8 @@
-"""Bouc-Wen storeys (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z with |z| <= (beta + gamma)^(-1/n)."""
+"""Bouc-Wen storeys (Bouc 1967, Wen 1976).
+
+The force is F = alpha k d + (1 - alpha) Fy z with |z| <= (beta + gamma)^(-1/n), where alpha is the hardening ratio, k
+the stiffness, d the drift, Fy the yield force and n the exponent.
+"""
 
 from __future__ import annotations
 
@@ -29,10 +33,11 @@ class Coefficient(Layout):
 class BoucWen(Law):
     """A Bouc-Wen storey (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z.
 
-    `(Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v)`, where v is the velocity. -beta < gamma <= beta is
-    required; otherwise z grows without bound, or the storey returns more energy than was put in (Erlicher and Point
-    2004). To obtain the same storey with OpenSees' BoucWen, multiply beta and gamma by (Fy / k)^-n and set Ao = 1; its
-    z is a deformation, Fy / k times the z of this class.
+    alpha is the hardening ratio, k the stiffness, d the drift and Fy the yield force. `(Fy / k) dz/dt = v - |z|^n (beta
+    |v| sign z + gamma v)`, where v is the drift velocity and n the exponent. -beta < gamma <= beta is required;
+    otherwise z grows without bound, or the storey returns more energy than was put in (Erlicher and Point 2004). To
+    obtain the same storey with OpenSees' BoucWen, multiply beta and gamma by (Fy / k)^-n and set Ao = 1; its z is a
+    deformation, Fy / k times the z of this class.
 
     Example:
         >>> wd.laws.BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)

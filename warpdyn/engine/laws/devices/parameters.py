@@ -23,14 +23,14 @@ RESTITUTION = Parameter(
 
 
 class FrictionCoefficient(Layout):
-    """Coefficients of a friction damper."""
+    """Coefficients of the device functions of a friction damper."""
 
     BRACE_STIFFNESS = enum.auto()
     SLIP_DRIFT = enum.auto()  # drift at which the joint starts to slip
 
 
 class StopCoefficient(Layout):
-    """Coefficients of a stop."""
+    """Coefficients of the device functions of a stop."""
 
     UNLOADING_STIFFNESS = enum.auto()
     CLEARANCE_AHEAD = enum.auto()
@@ -79,7 +79,7 @@ class FrictionDamper(Device):
 class Gap(Device):
     """A stop that acts beyond a clearance, in both directions of the storey drift.
 
-    In unloading, it returns the square of the coefficient of restitution times its compression energy.
+    In unloading, the stop returns a fraction of its compression energy: the square of the coefficient of restitution.
 
     Example:
         >>> wd.laws.Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)

@@ -120,13 +120,15 @@ def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
 
 
 def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, ...], int, int | None]:
-    """Return the names of a variant's coefficients and two indices: of the exponent and of the first negative-side
-    value.
+    """Return the names of a variant's coefficients, and the indices of two of them.
+
+    These are the exponent of deterioration and the first coefficient of the negative side (None if the sides are
+    equal).
 
     Args:
         law: Class of the law.
         powers: Whether the exponent of deterioration may differ from 1.
-        asymmetric: Whether the backbones of the two sides may differ; otherwise the last result is None.
+        asymmetric: Whether the backbones of the two sides may differ.
     """
     names = law.rows[law.name + ("_asymmetric" if asymmetric else "_power" * powers)]
     common = len(law.rows[law.name])

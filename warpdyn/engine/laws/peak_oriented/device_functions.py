@@ -67,8 +67,9 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
     IS_TAKEDA = law is Takeda
 
     def unloading(side: Any, other: Any, c: Any):
-        """Return the unloading slope of a side; arguments: the peaks of this and the other side minus the cracking
-        drift.
+        """Return the unloading slope of a side.
+
+        The arguments are the peak drifts of this side and of the other side, minus the cracking drift.
         """
         slope = c[C.INITIAL_SLOPE]
         if IS_TAKEDA:

@@ -125,8 +125,7 @@ def _always_returns(body: list[ast.stmt]) -> bool:
 
 
 def unknown(kind: str, name: str, known: Mapping[str, object] | tuple[str, ...]) -> str:
-    """Return a sentence about an unknown coefficient or memory value (`kind`), with the known names and a similar one.
-    """
+    """Return a sentence about an unknown coefficient or memory value (`kind`), with the known names."""
     from warpdyn.foundations.core.near_misses import did_you_mean
 
     listed = ", ".join(known) or "(none)"
