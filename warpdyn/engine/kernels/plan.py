@@ -80,8 +80,7 @@ class Plan:
 
     @property
     def storeys_of_thread(self) -> int:
-        """Number of storeys per thread; the last threads of a chain may have additional storeys without mass (padding).
-        """
+        """Number of storeys per thread; the last threads of a chain may have extra storeys without mass (padding)."""
         return -(-self.dofs // self.sections)
 
 

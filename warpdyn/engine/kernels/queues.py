@@ -54,7 +54,7 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
         if name not in ("cpu", *gpus):
             raise ValueError(f"this computer has no device {name!r}; available: {', '.join(['cpu', *gpus])}")
     if not names or len(set(names)) < len(names) or ("cpu" in names and len(names) > 1):
-        raise ValueError(f"device must be one device or several different GPUs, got {device!r}")
+        raise ValueError(f"device must be one device or several different GPUs (device='cuda' for all), got {device!r}")
     return names
 
 

@@ -43,12 +43,12 @@ def check_room(cache: Path) -> None:
                 os.posix_fallocate(file.fileno(), 0, ROOM)
     except OSError as error:
         if error.errno not in FULL:
-            return  # the folder cannot be written, or the system cannot reserve room
+            return  # the folder cannot be written, or the system cannot reserve space
         raise OSError(
             errno.ENOSPC,
-            f"cannot compile a kernel: the kernel cache {cache} has too little room ({error.strerror}; "
-            f"{free_space(cache)}, and a kernel takes up to {ROOM / 1e6:.0f} MB). Make room there, or choose another "
-            "folder before Python starts: export WARP_CACHE_PATH=/a/folder/with/room",
+            f"cannot compile a kernel: the kernel cache {cache} has too little free space ({error.strerror}; "
+            f"{free_space(cache)}, and a kernel needs up to {ROOM / 1e6:.0f} MB). Delete files there, or choose "
+            "another folder before Python starts: export WARP_CACHE_PATH=/a/folder/on/another/disk",
         ) from error
 
 

@@ -89,7 +89,7 @@ def backbone_problem(p: Values, count: int) -> str | None:
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most "
-                f"{force[i - 1][place] + length[place]:g}: no part of a backbone may be stiffer than its first"
+                f"{force[i - 1][place] + length[place]:g}: no segment may be stiffer than the first one"
             )
     for i in range(2, count):
         rise = LARGEST_LAST_RISE if i == count - 1 else 1.0
@@ -97,6 +97,6 @@ def backbone_problem(p: Values, count: int) -> str | None:
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most force_ratio_{i}, "
-                f"{force[i - 1][place]:g}: after a falling part a backbone may not rise again, except by 1 % at its end"
+                f"{force[i - 1][place]:g}: after a falling segment it may not rise again, except by 1 % at the end"
             )
     return None

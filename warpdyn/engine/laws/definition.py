@@ -155,7 +155,10 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
         if not known.units:
             raise TypeError(f"parameter {field.name!r} has no unit: give a unit, such as 'N', or '1' for a ratio")
         if known.default is not None and known.violations(np.array([known.default])).any():
-            raise TypeError(f"parameter {field.name!r} has the default {known.default:g}; it must be {known.allowed}")
+            raise TypeError(
+                f"parameter {field.name!r} has the default {known.default:g}, which is not "
+                f"{known.allowed}: correct default=, or the bounds low= and high="
+            )
     return found
 
 
@@ -197,10 +200,15 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
         )
     check_shapes(derived, p["stiffness"].shape)
     if cls.is_device and "stiffest" not in {name for each in cls.__mro__[:-3] for name in vars(each)}:
-        raise TypeError("a device must define stiffest(p), its largest tangent stiffness [N/m]")
+        raise TypeError(
+            "stiffest is missing: define stiffest(p), which returns the device's largest tangent stiffness [N/m]"
+        )
     stiffest = np.asarray(_asked(cls, "stiffest", p))
     if stiffest.shape not in ((), p["stiffness"].shape) or not np.isfinite(stiffest).all():
-        raise TypeError(f"stiffest must return one finite number per storey, got {stiffest!r}")
+        raise TypeError(
+            f"stiffest must return one finite number per storey for sample parameters, got {stiffest!r}: compute it "
+            "from whole arrays such as p['stiffness']"
+        )
     hidden = "" if "elastic_energy" in functions else HALF_FLEXIBILITY
     text = written(functions, cls.memory, ("stiffness", *cls.parameters, *derived), hidden)
     variant = Variant(f"{cls.name}_{text.digest}", text.coefficients, written=text)
@@ -245,7 +253,10 @@ def _asked(cls: type[StoreyElement], name: str, p: dict[str, np.ndarray]) -> Any
         try:
             return getattr(cls, name)(p)
         except KeyError as error:
-            raise TypeError(f"{name} reads the unknown parameter {error}; known: {', '.join(p)}") from error
+            raise TypeError(
+                f"{name} reads the unknown parameter {error}: declare it as a field of the class, or read one of "
+                f"these: {', '.join(p)}"
+            ) from error
         except Exception as error:
             raise TypeError(
                 f"{name} fails for sample parameters, arrays of shape [structure, storey] ({type(error).__name__}: "

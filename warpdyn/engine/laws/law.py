@@ -128,8 +128,8 @@ def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., 
     def checked(self: StoreyElement, *positional: Any, **values: Any) -> None:
         for name in values:
             if name not in cls.parameters:
-                hint, takes = did_you_mean(name, names_of(cls.parameters)), ", ".join(cls.parameters)
-                raise TypeError(f"{cls.__name__} has no parameter {name!r}{hint}; it takes {takes}")
+                hint, known = did_you_mean(name, names_of(cls.parameters)), ", ".join(cls.parameters)
+                raise TypeError(f"{cls.__name__} has no parameter {name!r}{hint}; its parameters are {known}")
         initialise(self, *positional, **values)
 
     return checked
@@ -303,7 +303,7 @@ class StoreyElement:
             wrong = sorted(found.keys() ^ set(names))
             raise TypeError(
                 f"row {row!r} of law {cls.name!r} names the coefficients {', '.join(names)}, but named_coefficients() "
-                f"differs in {', '.join(wrong)}: correct one of them"
+                f"differs in {', '.join(wrong)}: correct the row, or named_coefficients()"
             )
         return tuple(found[name] for name in names)
 

@@ -129,14 +129,17 @@ def check_written(texts: Mapping[str, str], where: str) -> None:
             )
         if known.written != text:
             warn_caller(
-                f"{where}: the class of {name!r} has changed since the description was written, so results differ; its "
-                "text is in the description under 'written_laws'"
+                f"{where}: the class of {name!r} has changed since the description was written, so results differ. To "
+                "reproduce the old results, restore its device functions from 'written_laws' of the description"
             )
 
 
 def _only_value(name: str, value: float | tuple[float, ...], storey: int) -> float:
     if isinstance(value, tuple):
-        raise ValueError(f"{name} of the law of storey {storey + 1} must be one value, got {len(value)}")
+        raise ValueError(
+            f"{name} of the law of storey {storey + 1} must be one value, got {len(value)}: a law in a list of laws "
+            "belongs to one storey"
+        )
     return value
 
 
@@ -144,7 +147,9 @@ def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> N
     """Raise a ValueError if a parameter is given twice: in an object of a law or device, and to the building."""
     for name in own:
         if name in others:
-            raise ValueError(f"{name} is given twice: by {what}=, and as a parameter of the building")
+            raise ValueError(
+                f"{name} is given twice: by {what}=, and as a parameter of the building; remove {name}= there"
+            )
 
 
 def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> type[Kind]:
@@ -159,7 +164,9 @@ def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> t
     if len(meant) == 1:
         return table[meant[0]]
     if meant:
-        raise ValueError(f"OpenSees' {given!r} is one of several here: {', '.join(map(repr, meant))}; name one of them")
+        raise ValueError(
+            f"OpenSees' {given!r} may mean several laws or devices; choose one: {', '.join(map(repr, meant))}"
+        )
     hint = _of_the_other_kind(given, table) or did_you_mean(given, [*known, *table])
     names = ", ".join(map(repr, [*table, *known]))
     raise ValueError(f"unknown {what} {given!r}{hint}; allowed: {names}")

@@ -233,8 +233,8 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
         return
     if row in fitting_methods(forces):
         raise ValueError(
-            f"method {method!r} does not fit damping {damping!r} (a step may have no equilibrium where a storey "
-            f"yields); these fit: {', '.join(fitting)}"
+            f"method {method!r} does not fit damping {damping!r} (a step may have no equilibrium if a storey "
+            f"yields); choose method= from these: {', '.join(fitting)}"
         )
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
     reasons = {"exact": linear, "implicit": "it cannot integrate a force that relaxes with time"}
@@ -242,5 +242,6 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
     if isinstance(METHODS[method], MultistepMethod):
         reason = reasons["implicit"] if forces.relaxes else "it needs a ShearBuilding, whose drifts it integrates"
     raise ValueError(
-        f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); these fit: {', '.join(fitting)}"
+        f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); choose method= from these: "
+        f"{', '.join(fitting)}"
     )

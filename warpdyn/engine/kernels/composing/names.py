@@ -89,7 +89,7 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
             case ast.Expr(value=ast.Call(func=ast.Name(id="slot"))):
                 found = SLOT.match(lines[node.lineno - 1])
                 if found is None:
-                    add(body.faults, 'calls slot() otherwise than as `slot("name")` on one line', node)
+                    add(body.faults, 'calls slot() in another form: write `slot("name")` alone on one line', node)
                 else:
                     add(body.slots, found[2], node)
             case ast.Return() | ast.FunctionDef() | ast.Import() | ast.ImportFrom() | ast.ClassDef():

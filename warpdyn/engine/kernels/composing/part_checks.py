@@ -105,10 +105,15 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
     for name, body in facts.items():
         if name not in slots:
             meant = _meant(name, slots)
-            refuse(part, name, 0, f"is not a slot{meant}; only functions named after a slot may have no arguments")
+            refuse(part, name, 0, f"is not a slot{meant}: rename it, or give it an argument if it is another function")
         for inner, line in body.slots.items():
             if inner not in slots:
-                refuse(part, name, line, f"has the slot {inner!r}, which is not in SLOTS{_meant(inner, slots)}")
+                refuse(
+                    part,
+                    name,
+                    line,
+                    f"has the slot {inner!r}, which is not in SLOTS{_meant(inner, slots)}: rename or add it",
+                )
         for fault, line in body.faults.items():
             refuse(part, name, line, fault)
     of_skeleton = _variables(home)
@@ -135,7 +140,7 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
         for variable, line in body.reads.items():
             if variable not in may_read:
                 listed = _listed((*INDICES[slot.index], *slot.reads, *slot.writes))
-                why = f"which has no value in this slot; it has {listed}, and those of COMMON in slots.py"
+                why = f"which has no value in this slot; choose from {listed}, and COMMON in slots.py"
                 if variable not in protected:
                     why = f"which is not defined{_meant(variable, may_read)}: set it first, or declare it in declare()"
                 refuse(part, name, line, f"reads {variable!r}, {why}")
@@ -145,6 +150,8 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
             if variable not in protected:
                 kept = f"which is not declared; write `{variable} = matrix()` (a value per storey and lane) or "
                 kept += f"`{variable} = row()` (a value per lane) in declare()"
+            else:
+                kept += "; declare another variable in declare()"
             refuse(part, name, line, f"changes {variable!r}, {kept}")
         for variable, line in (body.assigned | body.loops).items():
             if variable in index - set(slot.writes):

@@ -70,7 +70,10 @@ def _faults(
                     yield node.lineno, f"writes {argument}.{field}, {why}; it may write {listed}"
                 elif not is_own and field in owners and not owners[field][1]:
                     owner = owners[field][0]
-                    yield node.lineno, f"reads output.{field}, but the scene has no recorder {owner!r}; add it"
+                    yield (
+                        node.lineno,
+                        f"reads output.{field}, but the scene has no recorder {owner!r}: add {owner!r} to recorders=",
+                    )
             case ast.Subscript() if id(node) not in within:
                 root, indices = _indexed(node)
                 match root:

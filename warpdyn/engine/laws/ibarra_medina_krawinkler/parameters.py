@@ -368,7 +368,7 @@ def _side_problem(p: Values) -> str | None:
             "capping_force_ratio",
             p["capping_force_ratio"] >= rise,
             rise,
-            "below {:g}, or the hardening part is as stiff as the elastic one",
+            "below {:g}, because the hardening line must be less stiff than the elastic line",
         ),
         ("ultimate_drift", low, yield_drift, "0 (strength is never lost), or above the yield drift of {:g} m"),
     ):

@@ -93,4 +93,7 @@ def _not_below(p: Values, name: str, values: np.ndarray, of_what: str) -> str | 
     if not bad.any():
         return None
     place = first_place(bad)
-    return f"{name} is {values[place]:g} N/m ({place_of(place)}); it must be below {of_what}, {stiffness[place]:g} N/m"
+    return (
+        f"{name} is {values[place]:g} N/m ({place_of(place)}); it must be below {of_what}, {stiffness[place]:g} N/m: "
+        "increase the stiffness of this storey"
+    )

@@ -182,20 +182,24 @@ def _problem(p: Values, corners: int) -> str | None:
     for corner in range(2, corners + 1):
         names = f"ductility_{corner}", f"force_ratio_{corner}"
         further, stronger = (p[name] for name in names)
-        problem = first_bad(further <= ductility, names[0], further, "above", ductility, f"that of corner {corner - 1}")
+        problem = first_bad(
+            further <= ductility, names[0], further, "above", ductility, f"the value at corner {corner - 1}"
+        )
         if problem:
             return problem
         # The hardening ratio is at least 0, so no line before the last corner may fall.
-        problem = first_bad(stronger < force, names[1], stronger, "at least", force, f"that of corner {corner - 1}")
+        problem = first_bad(
+            stronger < force, names[1], stronger, "at least", force, f"the value at corner {corner - 1}"
+        )
         if problem:
             return problem
         slope = _slopes(p, corners)[corner - 2]
         straight = force + slope * (further - ductility)
-        reason = f"on the line that leads to corner {corner - 1}"
+        reason = f"the extension of the line to corner {corner - 1}: no segment may be stiffer than the one before"
         problem = first_bad(above(stronger, straight), names[1], stronger, "at most", straight, reason)
         if problem:
             return problem
         ductility, force = further, stronger
     slope, hardening = _slopes(p, corners)[-2], p["hardening_ratio"]
-    reason = f"the slope to corner {corners} over the initial stiffness"
+    reason = f"the slope of the line to corner {corners} divided by the initial stiffness"
     return first_bad(above(hardening, slope), "hardening_ratio", hardening, "at most", slope, reason)

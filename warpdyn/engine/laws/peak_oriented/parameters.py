@@ -97,7 +97,7 @@ class PeakOriented(Law):
     def problem(p: Values) -> str | None:
         hardening, cracked = p["hardening_ratio"], p["cracked_stiffness_ratio"]
         return first_bad(
-            hardening > cracked, "hardening_ratio", hardening, "at most", cracked, "the cracked_stiffness_ratio there"
+            hardening > cracked, "hardening_ratio", hardening, "at most", cracked, "the cracked_stiffness_ratio"
         )
 
 

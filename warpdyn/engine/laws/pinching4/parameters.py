@@ -375,5 +375,5 @@ def _unloading_problem(p: Values) -> str | None:
         ratio = np.minimum(ratio, np.divide(weakest, corner, out=np.ones_like(ratio), where=corner > 0))
     least = -p["reloading_force"] * ratio
     bad = p["unloading_force"] < least * (1 + 1e-9)
-    reason = "or cycles would give energy: that is -reloading_force times the least force of a peak over the corner's"
+    reason = "or cycles would generate energy (-reloading_force times the least ratio of a peak's to a corner's force)"
     return first_bad(bad, "unloading_force", p["unloading_force"], "at least", least, reason)

@@ -164,7 +164,7 @@ class Saws(Law):
     def problem(p: Values) -> str | None:
         _, peak_force, rise = _peak(p)
         name, bound = "pinching_force_ratio", peak_force - rise
-        reason = "or the pinched line crosses the envelope beyond its peak: lower pinching_stiffness_ratio, too"
+        reason = "or the pinched line crosses the envelope beyond its peak: reduce it, or pinching_stiffness_ratio"
         return first_bad(p[name] >= bound, name, p[name], "below", bound, reason)
 
     @staticmethod

@@ -129,4 +129,5 @@ def unknown(kind: str, name: str, known: Mapping[str, object] | tuple[str, ...])
     from warpdyn.foundations.core.near_misses import did_you_mean
 
     listed = ", ".join(known) or "(none)"
-    return f"unknown {kind} {name!r}{did_you_mean(name, list(known))}; known: {listed}"
+    remedy = "return it from derived(p)" if kind == "coefficient" else "add it to memory = (...)"
+    return f"unknown {kind} {name!r}{did_you_mean(name, list(known))}; known: {listed}. Correct the name, or {remedy}"

@@ -221,7 +221,7 @@ class _Rewriting(ast.NodeTransformer):
         if root in PYTHON and not attributes:
             return node
         hint = f": use wp.{attributes[-1]}" if attributes and callable(value) else ""
-        hint = hint or ": decorate it with @wp.func" if callable(value) else hint
+        hint = hint or (": decorate it with @wp.func" if callable(value) else ": use a number or a coefficient")
         raise at(node, f"{self.function.name} reads {words} ({type(value).__name__}), which a kernel cannot use{hint}")
 
     def _is_warp(self, node: ast.expr) -> bool:
