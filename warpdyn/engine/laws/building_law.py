@@ -99,7 +99,7 @@ class BuildingLaw:
         """Return the variants (sets of device functions) of the laws, and those of the devices except viscous dampers.
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
         """
         return [law.variant(own) for law, _, own in self._laws(p)], [
             d.variant(p) for d in self.devices if not d.is_dashpot
@@ -109,7 +109,7 @@ class BuildingLaw:
         """Return the combined device functions of the building; they are part of the plan of a kernel.
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
         """
         laws, devices = self.variants(p)
         if len(set(laws)) == 1:
@@ -129,7 +129,7 @@ class BuildingLaw:
         """Return the coefficients that the device functions read, each [structure, storey].
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
             variants: Device functions that read the coefficients, from `variants` of all structures; None: the variants
                 of `p`. If `p` contains only some of the structures, faster device functions with other coefficients may
                 fit them.

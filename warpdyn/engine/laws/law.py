@@ -37,10 +37,11 @@ ERRORS = """Raises:
 
 
 class Layout(enum.IntEnum):
-    """Names of the elements of a vector, such as the coefficients or the memory of a storey, numbered from 0.
+    """Names of the elements of a vector, such as the coefficients or the history variables of a storey.
 
-    Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like `c[2]`. `names()` returns the keys of
-    the same values in `named_coefficients` of the law. Define members as `enum.auto()`.
+    The elements are numbered from 0. Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like
+    `c[2]`. `names()` returns the keys of the same values in `named_coefficients` of the law. Define members as
+    `enum.auto()`.
     """
 
     @staticmethod
@@ -267,7 +268,7 @@ class StoreyElement:
         The coefficients are computed once per structure. Put divisions here, because they are slow in device functions.
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
         """
         return {}
 
@@ -276,7 +277,7 @@ class StoreyElement:
         """Return the coefficients of a set of device functions: {name: values}, shape [structure, storey].
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
             row: Name of the set, from `spring`.
 
         Raises:

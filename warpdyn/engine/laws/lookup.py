@@ -75,8 +75,8 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
         The classes: one, or one per storey; and {name of a parameter: values}.
 
     Raises:
-        ValueError: If a name is unknown, a parameter is given twice, or an object has several values of a parameter for
-            a single storey.
+        ValueError: If a name is unknown, a parameter is given twice, or a law object in a list has several values of a
+            parameter.
     """
     if not isinstance(law, list | tuple):
         own: Own = {**law.values()} if isinstance(law, Law) else {}

@@ -28,7 +28,7 @@ class First(Layout):
 
 
 class Memory(Layout):
-    """The first memory value of each rate law; further values may follow."""
+    """The first history variable of each rate law; further variables may follow."""
 
     Z = enum.auto()
 

@@ -17,7 +17,7 @@ class First(Layout):
 
 
 class Memory(Layout):
-    """The first two memory values of laws that divide forces by the yield force; further values may follow."""
+    """The first two history variables of laws that divide forces by the yield force; further variables may follow."""
 
     DRIFT = enum.auto()
     FORCE = enum.auto()

@@ -23,7 +23,7 @@ def error_of_a_cycle(method: Method, frequency_step: np.ndarray) -> np.ndarray:
     approximates exp(i w h) (Bathe and Wilson 1973).
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         frequency_step: w h, circular frequency times step, shape [...].
     """
     x = np.asarray(frequency_step, dtype=np.float64)
@@ -45,7 +45,7 @@ def accurate_step(method: Method, period: np.ndarray, cycles: np.ndarray, error:
     """Return the longest steps [s] with which the error after a number of cycles is at most `error`.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         period: Periods [s], shape [...].
         cycles: Number of cycles of the vibration, shape [...] like `period`.
         error: Error after these cycles, relative to the amplitude.

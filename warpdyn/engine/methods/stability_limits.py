@@ -35,7 +35,7 @@ def stability_limit(method: Method, damping_ratio: float) -> float:
     limit is the first w h at which the amplification matrix has an eigenvalue outside of the unit circle.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         damping_ratio: Damping ratio zeta [-], 0 or above.
 
     Returns:
@@ -56,7 +56,7 @@ def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray
     cell which contains its damping ratio.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         frequency: Circular frequency [rad/s], shape [...].
         damping_ratio: Damping ratio [-], 0 or above; values below 1e-9 count as 0; shape [...].
 
@@ -113,7 +113,7 @@ def stable_step_of_eigenvalues(
       classical damping; no tested system has contradicted it.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         eigenvalues: Eigenvalues of the state matrix [1/s], shape [structure, eigenvalue]; an eigenvalue of 0 sets no
             limit.
         highest_frequency: Highest circular frequency without damping [rad/s], shape [structure].
@@ -162,7 +162,7 @@ def stable_step_of_yielding(
     between the two cases: the limit of the elastic structure, and that of the damping rate alone.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         highest_frequency: Highest circular frequency at the stiffest tangent [rad/s], shape [structure].
         damping_rate: Largest eigenvalue of M^-1 C [1/s], shape [structure].
         elastic_step: Longest step at which the elastic structure is stable [s], shape [structure].
@@ -229,7 +229,7 @@ def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.nda
 
     Args:
         table: `_table` or `_table_of_worst`.
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         frequency: Circular frequencies [rad/s], shape [...].
         zeta: Damping ratios [-], shape [...].
     """

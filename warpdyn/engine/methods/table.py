@@ -1,4 +1,4 @@
-"""The table METHODS of all time integration methods, and the rules which methods support which structures."""
+"""The table METHODS of all time integration methods, and functions that decide which methods support a structure."""
 
 from __future__ import annotations
 

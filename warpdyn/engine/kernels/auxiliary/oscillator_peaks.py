@@ -57,11 +57,11 @@ class Oscillators:
     v_by_end: wp.array2d(dtype=double)
     bend: wp.array2d(dtype=double)  # search only if end + bend * acceleration > share * peak
     share: wp.array2d(dtype=double)
-    turn: wp.array2d(dtype=double)  # and if the speeds at both ends are <= turn * acceleration + swing * peak
+    turn: wp.array2d(dtype=double)  # second condition: sum of the speeds at both ends <= turn * acceleration + swing * peak
     swing: wp.array2d(dtype=double)
     flexibility: wp.array2d(dtype=double)  # static response: lag * change - flexibility * acceleration
     lag: wp.array2d(dtype=double)
-    creep: wp.array2d(dtype=double)  # its velocity: -creep * change; change is that of the acceleration
+    creep: wp.array2d(dtype=double)  # velocity of the static response: -creep * change of the acceleration
     sine_by_v: wp.array2d(dtype=double)  # sine amplitude of the free vibration, from its velocity and displacement
     sine_by_u: wp.array2d(dtype=double)
 

@@ -37,7 +37,8 @@ def noise_of(plan: Plan) -> SimpleNamespace:
 
     @wp.func
     def at_node(loads: types.Load, key: wp.uint64, number: Numbers, node: int, before: Processes):
-        """Return the states of the random processes at a time node, from their states at the node before."""
+        """Return the states of the random processes at the start of interval `node`, from those one interval earlier.
+        """
         after = Processes()
         first = row64()
         second = row64()
@@ -68,7 +69,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
 
     @wp.func
     def acceleration(loads: types.Load, node: int, processes: Processes):
-        """Return the base accelerations of all lanes at a time node [m/s2]."""
+        """Return the base accelerations of all lanes at the start of interval `node` [m/s2]."""
         total = row64()
         for k in range(STATES):
             share = loads.noise[OUTPUT + k] * loads.noise[ENVELOPE + node]

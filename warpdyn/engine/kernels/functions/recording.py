@@ -86,7 +86,7 @@ def add_to_mean(mean: Any, storey: int, column: int, part: Any, since: int):
 def balance_error(error: Any, supplied: Any):
     """Return the unaccounted energy divided by the largest supplied energy.
 
-    The result is 0 if no energy was supplied, and NaN if the unaccounted energy or both energies are not finite.
+    The result is 0 if no energy was supplied, and NaN if one of the energies is NaN.
     """
     # A maximum ignores NaN, so `supplied` is 0 if energies exceed the range of the number type.
     if supplied == type(error)(0.0) and wp.isfinite(error):

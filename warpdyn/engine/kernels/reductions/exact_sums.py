@@ -72,7 +72,7 @@ def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype
 class ExactSums:
     """The sum of values, the sum of squares (both as integers) and the largest value of each cell.
 
-    A cell is the set of all samples with the same labels.
+    A cell is the set of all samples with the same labels. Sums are divided into pieces of 30 bits.
 
     Args:
         bins: Position of the highest piece, then the sums of the pieces from this position down; for values and for

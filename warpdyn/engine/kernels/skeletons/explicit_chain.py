@@ -14,7 +14,7 @@ from warpdyn.engine.laws.springs import spring_row
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions to which names in the skeleton's text refer: {name: object}."""
+    """Return the objects to which names in the text of the time loop refer: {name: constant, type or function}."""
     method, law = tableau(plan), spring_row(plan.law)
     is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
     # If the storeys are visited in a loop, the code for the lowest storey follows the loop; otherwise each storey would

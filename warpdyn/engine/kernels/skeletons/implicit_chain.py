@@ -23,7 +23,7 @@ MOST_ITERATIONS = 100
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions to which names in the skeleton's text refer: {name: object}."""
+    """Return the objects to which names in the text of the time loop refer: {name: constant, type or function}."""
     import warp as wp
 
     dtype, method = DTYPES[plan.dtype], METHODS[plan.method]

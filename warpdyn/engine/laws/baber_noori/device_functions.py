@@ -36,7 +36,7 @@ WEIGHTS = wp.constant(wp.types.vector(length=8, dtype=wp.float64)(_SHARES / 2))
 
 
 class M(Layout):
-    """Elements of the memory of a storey."""
+    """Memory of a storey: the history variables that its law keeps from step to step."""
 
     Z = enum.auto()
     ENERGY = enum.auto()  # e: energy dissipated by z, divided by yield force times yield drift

@@ -16,7 +16,7 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class M(Layout):
-    """Elements of the memory of a storey."""
+    """Memory of a storey: the history variable that its law keeps from step to step."""
 
     PLASTIC_DRIFT = enum.auto()
 

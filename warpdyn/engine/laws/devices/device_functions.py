@@ -21,13 +21,13 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class FrictionMemory(Layout):
-    """Elements of the memory of a friction damper."""
+    """Memory of a friction damper: the history variable that it keeps from step to step."""
 
     SLIP = enum.auto()  # slip of the joint
 
 
 class StopMemory(Layout):
-    """Elements of the memory of a stop."""
+    """Memory of a stop: the history variable that it keeps from step to step."""
 
     LOST = enum.auto()  # compression at which the force is zero
 

@@ -25,7 +25,10 @@ NO_END = wp.constant(wp.float64(1e30))
 
 
 class M(Layout):
-    """Elements of the memory of a storey; drifts and forces are divided by those at yield on the positive side."""
+    """Memory of a storey: the history variables that its law keeps from step to step.
+
+    Drifts and forces are divided by those at yield on the positive side.
+    """
 
     DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()

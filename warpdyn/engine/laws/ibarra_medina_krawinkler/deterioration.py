@@ -22,7 +22,7 @@ SMALLEST = wp.constant(wp.float64(1e-30))  # smallest divisor, to avoid division
 
 
 class Common(Layout):
-    """The first elements of the memory of all laws in this folder, in units of yield drift and yield force."""
+    """The first history variables of all laws in this folder, in units of yield drift and yield force."""
 
     DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()

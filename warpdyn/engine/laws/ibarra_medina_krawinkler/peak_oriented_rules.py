@@ -35,9 +35,9 @@ ELASTIC, UNLOADING, TO_PINCH, TO_LAST, TO_FARTHEST, ON_BACKBONE, FAILED = (
 
 
 class M(Layout):
-    """Elements of the memory of a storey, which begins with the elements of `Common`.
+    """Memory of a storey: the history variables that its law keeps from step to step; those of `Common` come first.
 
-    Drifts and forces are divided by the yield drift and yield force of the positive side. The last two elements exist
+    Drifts and forces are divided by the yield drift and yield force of the positive side. The last two variables exist
     only with pinching.
     """
 

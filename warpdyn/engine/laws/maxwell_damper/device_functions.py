@@ -16,7 +16,7 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class M(Layout):
-    """Elements of the memory of a storey."""
+    """Memory of a storey: the history variable that its damper keeps from step to step."""
 
     FORCE = enum.auto()  # force divided by the damper coefficient
 

@@ -29,7 +29,7 @@ from warpdyn.engine.laws.law import Device, Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; linear dampers do not need the last one."""
+    """Coefficients that the device functions of the damper read; linear dampers do not need the last one."""
 
     STIFFNESS_RATIO = enum.auto()  # brace stiffness divided by damper coefficient
     DAMPER_COEFFICIENT = enum.auto()

@@ -26,7 +26,7 @@ TERMS = wp.constant(16)  # terms of the series for the elastic energy; each is l
 
 
 class M(Layout):
-    """Elements of the memory that a reversal sets; HARDENED exists only with isotropic hardening."""
+    """Memory of a storey: the history variables that a reversal sets; HARDENED exists only with isotropic hardening."""
 
     DRIFT = enum.auto()  # x at the last step
     TRANSITION = enum.auto()  # h at the last step
@@ -38,7 +38,7 @@ class M(Layout):
 
 
 class Branch(Layout):
-    """Elements of the memory for the present branch, after the elements of `M`; all are 0 before the first step."""
+    """History variables of the present branch, which follow those of `M`; all are 0 before the first step."""
 
     EXPONENT = enum.auto()  # R
     INVERSE_EXPONENT = enum.auto()

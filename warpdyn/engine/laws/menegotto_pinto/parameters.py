@@ -12,7 +12,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; the last two exist only with isotropic hardening."""
+    """Coefficients that the device functions of the law read; the last two exist only with isotropic hardening."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     TRANSITION_FORCE = enum.auto()  # transition force at h = 1

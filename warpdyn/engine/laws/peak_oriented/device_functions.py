@@ -30,7 +30,10 @@ FARTHEST = wp.constant(wp.float64(1e30))
 
 
 class M(Layout):
-    """Elements of the memory of a storey, in units of yield drift and yield force."""
+    """Memory of a storey: the history variables that its law keeps from step to step.
+
+    Drifts are divided by the yield drift and forces by the yield force.
+    """
 
     DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()

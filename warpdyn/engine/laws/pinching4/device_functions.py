@@ -34,9 +34,9 @@ ON_PATH = wp.constant(wp.float64(0.75))
 
 
 class M(Layout):
-    """Elements of the memory of a storey, in units of yield drift and yield force.
+    """Memory of a storey: the history variables that its law keeps, in units of yield drift and yield force.
 
-    The elements after LINE_END exist only with damage; CYCLES exists only if damage depends on the number of cycles.
+    The variables after LINE_END exist only with damage; CYCLES exists only if damage depends on the number of cycles.
     """
 
     DRIFT = enum.auto()  # drift at the last step

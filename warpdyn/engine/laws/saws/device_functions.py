@@ -29,7 +29,10 @@ HAS_FAILED = wp.constant(wp.float64(3.0))
 
 
 class M(Layout):
-    """Elements of the memory of a wall, in units of F0/S0 (drift) and F0 (force)."""
+    """Memory of a wall: the history variables that its law keeps from step to step.
+
+    Drifts are in units of F0/S0 and forces in units of F0.
+    """
 
     DRIFT = enum.auto()
     FORCE = enum.auto()

@@ -21,7 +21,7 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class M(Layout):
-    """Elements of the memory of a storey; the slip exists only in storeys with limits."""
+    """Memory of a storey: the history variables that its law keeps; the slip exists only in storeys with limits."""
 
     OPENING = enum.auto()  # opening of the gap [m], with the sign of the drift
     SLIP = enum.auto()  # [m]

@@ -32,7 +32,7 @@ NEVER = 1e30  # m: a limit that no storey reaches
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; storeys without slip and bearing need only the first four."""
+    """Coefficients that the device functions of the law read; storeys without slip and bearing need the first four."""
 
     HARDENING_STIFFNESS = enum.auto()
     GAP_STIFFNESS = enum.auto()  # initial less hardening stiffness, lost while the gap opens or closes
