@@ -35,9 +35,9 @@ def devices_and_values(
     """Return the classes of the devices of a building, and the parameters of devices that are given as objects.
 
     Args:
-        devices: The devices.
+        devices: The devices, each a name, a class or an object.
         others: Names of the parameters that are given to the building.
-        laws: The laws of the building.
+        laws: Classes of the laws of the building.
 
     Raises:
         TypeError: If `devices` is not a list or tuple.

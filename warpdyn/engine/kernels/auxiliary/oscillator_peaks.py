@@ -57,7 +57,7 @@ class Oscillators:
     v_by_end: wp.array2d(dtype=double)
     bend: wp.array2d(dtype=double)  # search only if end + bend * acceleration > share * peak
     share: wp.array2d(dtype=double)
-    turn: wp.array2d(dtype=double)  # second condition: sum of the speeds at both ends <= turn * acceleration + swing * peak
+    turn: wp.array2d(dtype=double)  # and if the sum of both speeds <= turn * acceleration + swing * peak
     swing: wp.array2d(dtype=double)
     flexibility: wp.array2d(dtype=double)  # static response: lag * change - flexibility * acceleration
     lag: wp.array2d(dtype=double)

@@ -37,8 +37,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
 
     @wp.func
     def at_node(loads: types.Load, key: wp.uint64, number: Numbers, node: int, before: Processes):
-        """Return the states of the random processes at the start of interval `node`, from those one interval earlier.
-        """
+        """Return the states of the random processes at the start of an interval, from those one interval earlier."""
         after = Processes()
         first = row64()
         second = row64()

@@ -67,7 +67,7 @@ def hysteretic_backbone(x: Any, c: Any):
 
 @wp.func
 def hysteretic_backbone_of_side(x: Any, is_positive: bool, c: Any):
-    """Return the force of the backbone of one side at a drift x, and its slope just before x.
+    """Return the force of the backbone of one side (positive or negative) at a drift x, and its slope just before x.
 
     The backbones of the two sides differ. Drifts, forces and slopes are divided by yield drift, yield force and initial
     stiffness of the positive side.

@@ -69,9 +69,9 @@ class Damage(Layout):
 
 @wp.func
 def pinching4_heading(x: Any, memory: Any):
-    """Return the direction of a step to the drift x (1 or -1), and whether the storey has turned.
+    """Return the direction of a step to the drift x (1 or -1), and whether the storey has turned (changed direction).
 
-    The first step leads away from zero drift.
+    The direction of the first step is away from zero drift.
     """
     zero, one = type(x)(0.0), type(x)(1.0)
     before = wp.where(memory[M.HEADING] == zero, zero, wp.sign(memory[M.HEADING]))
