@@ -110,7 +110,7 @@ class Parameter:
         index = place if structures is None else [structures[place[0]], *place[1:]]
         where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
         value = values[tuple(place)]
-        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # drawn values are not
+        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # not for random draws
         meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""
         return f"{name} is {value:g}{' at ' if where else ''}{where}; it must be {self.allowed}{meant}"
 

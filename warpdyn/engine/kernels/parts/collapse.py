@@ -54,7 +54,7 @@ def wanted(plan):
 def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
-    # Capacities are drifts of a storey or drift ratios; the kernel takes both as drifts.
+    # Capacities are given as storey drifts or as drift ratios; the kernel uses both as drifts.
     half = wp.constant(DTYPES[plan.dtype](0.5))
     return {"HAS_CAPACITY": plan.has_drift_capacity, "longest_move": half}
 

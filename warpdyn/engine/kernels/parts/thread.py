@@ -4,7 +4,7 @@ order = -100
 
 BORROWS = {"adaptivity": ("done", "part")}
 FIELDS = {
-    # Number of samples; steps per interval of the motion, which an undivided kernel reads in such intervals.
+    # Number of samples, and steps per interval of the motion. With `undivided`, each step is an interval of the kernel.
     "Control": {"samples": "int32", "substeps": "int32"},
     "Samples": {
         "order": "int32[]",  # the samples in the order of their launch
