@@ -178,10 +178,10 @@ def _load(module: wp.Module, device: str, block_size: int) -> None:
 def _kept_headers(device: str, folder: Path) -> Iterator[None]:
     """Keep precompiled headers in the kernel cache while the calling thread compiles, for later threads and processes.
 
-    Otherwise Warp precompiles its headers in each thread of each process that compiles for a CPU, which takes nearly 2
-    s, as long as a large kernel. A file gets its final name when it is complete. The compiler refuses a precompiled
-    header if the original headers have changed. If the installed version of Warp does not support this, it compiles as
-    usual.
+    Without the kept headers, Warp precompiles its headers in each thread of each process that compiles for a CPU, which
+    takes nearly 2 s, as long as a large kernel. A file gets its final name when it is complete. The compiler refuses a
+    precompiled header if the original headers have changed. If the installed version of Warp does not support kept
+    headers, it compiles as usual.
 
     Args:
         device: Device to compile for; nothing is done for a GPU.

@@ -30,8 +30,9 @@ STATE = "state"
 def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool) -> dict[str, Variable]:
     """Return all output variables of a run as {name: variable}.
 
-    These are the variables of its recorders, those of collapses if `collapses` is true, and those of an adaptive method
-    if `is_adaptive` is true. The final state (recorder STATE) is omitted, because the dataset does not contain it.
+    The dictionary contains the variables of the recorders, those of collapses if `collapses` is true, and those of an
+    adaptive method if `is_adaptive` is true. The final state (recorder STATE) is omitted, because the dataset does not
+    contain it.
     """
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()

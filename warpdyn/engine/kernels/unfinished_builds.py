@@ -30,7 +30,7 @@ ROOM = 2**25
 def check_room(cache: Path) -> None:
     """Raise an OSError if the disk of the kernel cache has less than ROOM bytes free.
 
-    Without this check, the compiler would end the Python process when the disk is full.
+    If the disk became full while a kernel is compiled, the compiler would end the Python process.
     """
     while not cache.is_dir() and cache.parent != cache:
         cache = cache.parent

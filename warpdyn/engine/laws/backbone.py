@@ -29,7 +29,7 @@ def force_ratio(corner: int) -> Parameter:
 def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return the ductilities and the force ratios of all corners of the backbone, from the yield point on.
 
-    Each is a list with one array per corner, shape [storey] or [structure, storey].
+    Ductilities and force ratios are lists with one array per corner, shape [storey] or [structure, storey].
     """
     numbers = range(2, count + 1)
     names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]

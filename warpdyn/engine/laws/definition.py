@@ -89,7 +89,8 @@ def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
 def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
     """Raise a TypeError if a name in the body of a user's class has no effect.
 
-    Such a name is a misspelt name that warpdyn reads, or the name of an attribute that warpdyn computes.
+    A name has no effect if it is a misspelt form of a name that warpdyn reads, or the name of an attribute that warpdyn
+    computes.
     """
     for name in COMPUTED:
         if name in body:

@@ -113,7 +113,7 @@ def _field(make: Callable[[], Parameter], default: float | None) -> Any:
 def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
     """Return a field for a parameter of the negative side of a backbone.
 
-    Without this parameter, the law uses the value of `positive`, the name of the parameter of the positive side.
+    If the user omits the parameter, the law uses the parameter of the positive side, whose name is `positive`.
     """
     words = f"{parameter.long_name}, negative side"
     found = dataclasses.replace(
@@ -330,8 +330,8 @@ class StoreyElement:
     def is_sensitive(cls, p: Values) -> bool:
         """Return whether a small change of the step or the motion may change the peak drifts by a large amount.
 
-        This is the case if reversals cause damage, if the strength decreases with the drift, or if bodies come into
-        contact.
+        Peak drifts are sensitive if reversals cause damage, if the strength decreases with the drift, or if bodies
+        collide.
         """
         return cls.counts_reversals(p)
 

@@ -131,8 +131,8 @@ def _dips(
 ) -> list[tuple[int, int, float]]:
     """Find conditions that are violated only between two scanned steps.
 
-    The result contains (column, index of the scanned step before, unstable step) for each of them. The unstable step is
-    the minimum of the parabola through three scanned values whose middle value is the lowest.
+    For each such condition, the result contains (column, index of the scanned step before, unstable step). The unstable
+    step is the minimum of the parabola through three scanned values whose middle value is the lowest.
     """
     before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
     low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))
@@ -151,8 +151,8 @@ def _conditions(
     """Return values that are 0 or above if all eigenvalues of a method's step are within the unit circle (Jury 1962).
 
     The first value is 0 if an eigenvalue is 1, the second if an eigenvalue is -1, the third if the product of two
-    eigenvalues is 1. Unlike the spectral radius, they cross 0 with a finite slope if a double eigenvalue splits. For
-    multistep methods there is one value: 1 minus the spectral radius.
+    eigenvalues is 1. Unlike the spectral radius, these values cross 0 with a finite slope if a double eigenvalue
+    splits. For multistep methods there is only one value: 1 minus the spectral radius.
     """
     matrix = method.amplification(frequency_step, damping_ratio)
     if isinstance(method, MultistepMethod):

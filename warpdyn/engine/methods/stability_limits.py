@@ -80,10 +80,10 @@ def amplifies_undamped(method: Method) -> bool:
 def relaxation_limit(method: Method) -> float:
     """Return the largest (step * rate) [-] at which a method does not amplify a deviation z with z' = -rate z.
 
-    Such deviations occur in the memory of storey laws.
+    Deviations that decay in this way occur in the memory (history variables) of storey laws.
 
     Args:
-        method: The method. Implicit methods integrate the memory by the classical method RK4.
+        method: Integration method. Implicit methods integrate the memory by the classical method RK4.
 
     Returns:
         The limit [-]; infinite for adaptive methods, and for the exact method, which supports no memory.
@@ -211,7 +211,7 @@ def _table(method: Method) -> tuple[np.ndarray, np.ndarray]:
 def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
     """Return a table like `_table`, but of the smallest limit of all slower and less damped oscillators.
 
-    These are the oscillators with at most this circular frequency and at most this damping rate 2 zeta w.
+    A slower and less damped oscillator has at most this circular frequency w and at most this damping rate 2 zeta w.
     """
     place, limit = _nodes(method)
     ratio = np.maximum(_ratio(place), LEAST_DAMPING_RATIO)
@@ -251,7 +251,7 @@ def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.nda
 def _in_undivided_cells(table: Table, method: Method) -> np.ndarray:
     """Return the values of a table in CELLS cells of equal width, shape [cell], which need no search.
 
-    The value is NaN in cells that are divided into smaller ones.
+    For cells that are divided into smaller cells, the value is NaN.
     """
     grid, cell_limit = table(method)
     edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))

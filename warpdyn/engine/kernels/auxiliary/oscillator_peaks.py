@@ -4,10 +4,11 @@ A thread integrates LANES oscillators under one record, with the exact solution 
 next. An interval between two points is searched for a larger displacement only if both of these bounds exceed the peak
 so far:
 
-- a bound from the curvature, which is sharp for periods above the time step of the record;
-- a bound from the static response plus the envelope of the free vibration, which is sharp for shorter periods.
+- a bound of the displacement from the curvature, which is sharp for periods above the time step of the record;
+- a bound of the displacement from the static response plus the envelope of the free vibration, which is sharp for
+  shorter periods.
 
-The result is the largest displacement in continuous time, during and after the record, not only at its points.
+The kernel returns the largest displacement in continuous time, during and after the record, not only at its points.
 """
 
 import functools

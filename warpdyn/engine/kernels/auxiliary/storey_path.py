@@ -1,6 +1,6 @@
 """The kernel that moves single storeys along given drift paths, with the device functions of a storey law.
 
-It records the force and the dissipated energy at each step.
+The kernel records the force [N] and the dissipated energy [J] of each storey at each step.
 """
 
 import functools

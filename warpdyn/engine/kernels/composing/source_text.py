@@ -36,8 +36,8 @@ def source_of(function: Callable) -> str:
 def _body_source(function: Callable) -> str | None:
     """Return the source text of an argument-free function of warpdyn, whose end is found by indentation; else None.
 
-    This is 10 times as fast as `inspect.getsource`. A user's function may contain lines with less indentation, such as
-    comments, so None is returned for it.
+    The search by indentation is 10 times as fast as `inspect.getsource`. None is returned for a user's function,
+    because it may contain lines with less indentation, such as comments.
     """
     if not function.__module__.startswith("warpdyn."):
         return None

@@ -53,8 +53,9 @@ def harmonic(position: wp.float64, step: Any, circular_frequency: wp.float64, ph
 def sampled(loads: Any, motion: int, interval: int, run: int, width: int, column: int, scale: Any):
     """Return the value of a load history at the start of an interval, and its change over the interval.
 
-    Both are zero after the last point of the history. If the run ends with the history, the last point is the value at
-    its end. `column` is the degree of freedom and `width` the number of degrees of freedom of the history.
+    After the last point of the history, the value and the change are 0. If the run ends with the history, the last
+    point is the value at the end of the run. `column` is the degree of freedom and `width` the number of degrees of
+    freedom of the history.
     """
     begin = type(scale)(0.0)
     change = type(scale)(0.0)

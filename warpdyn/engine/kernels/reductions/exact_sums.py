@@ -92,7 +92,7 @@ class ExactSums:
     def totals(self) -> np.ndarray:
         """The sums as float64, shape [cell, 5].
 
-        The columns are: sum, its rounding error, sum of squares, its rounding error, and largest value.
+        The columns of the array are: sum, its rounding error, sum of squares, its rounding error, and largest value.
         """
         found = np.empty((len(self.bins), 5))
         for which in range(2):

@@ -26,9 +26,10 @@ def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: i
 
 
 def states_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that counts the limits which the response of a sample exceeds.
+    """Return the kernel that counts the limits which the response of a sample exceeds (its damage state).
 
-    It counts them for the largest value of all places and, if requested, at each place (storey or floor).
+    The kernel counts these limits for the largest response of all places (storeys or floors) and, if requested, at each
+    place.
     """
     real, element = REALS[dtype], ELEMENT[dtype]
 

@@ -1,11 +1,11 @@
 """The time loop of kernels for shear chains and implicit methods: one tridiagonal system per step, solved in registers.
 
-The unknowns are the accelerations at the end of the step (with Wilson's method, at t + theta h). The matrix has the
-form of a chain with a mass term per floor (including dampers to the ground) and a storey term s = (1 - force_lag)
-(gamma theta h c + beta (theta h)^2 k). A loop from the top down computes the residual and eliminates; a loop upwards
-substitutes. The pivot of a floor is the term of the storey below plus a positive term of the floors above, so that no
-digits cancel. A negative stiffness (P-Delta, loss of strength) reduces the mass term only a little. This function is a
-skeleton: `compose` replaces its `slot(...)` statements by statements of parts.
+The unknowns of the system are the accelerations at the end of the step (with Wilson's method, at t + theta h). The
+matrix has the form of a chain with a mass term per floor (including dampers to the ground) and a storey term s = (1 -
+force_lag) (gamma theta h c + beta (theta h)^2 k). A loop from the top down computes the residual and eliminates; a loop
+upwards substitutes. The pivot of a floor is the term of the storey below plus a positive term of the floors above, so
+that no digits cancel. A negative stiffness (P-Delta, loss of strength) reduces the mass term only a little. This
+function is a skeleton: `compose` replaces its `slot(...)` statements by statements of parts.
 """
 
 from __future__ import annotations

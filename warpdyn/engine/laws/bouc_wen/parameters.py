@@ -112,8 +112,8 @@ class BoucWen(Law):
     def stiffest(p: Values) -> np.ndarray:
         """Return the largest tangent stiffness [N/m] of storeys, shape [structure, storey].
 
-        It occurs at the start of unloading from the bound of z. In unloading, (Fy / k) dz/dd = 1 + (beta - gamma)
-        |z|^n, where |z|^n is at most 1 / (beta + gamma). In loading, it is at most 1.
+        The tangent stiffness is largest at the start of unloading from the bound of z. In unloading, (Fy / k) dz/dd = 1
+        + (beta - gamma) |z|^n, where |z|^n is at most 1 / (beta + gamma). In loading, (Fy / k) dz/dd is at most 1.
         """
         beta, gamma, hardening = p["beta"], p["gamma"], p["hardening_ratio"]
         return p["stiffness"] * (1 + (1 - hardening) * (beta - gamma) / (beta + gamma))

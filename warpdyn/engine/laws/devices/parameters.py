@@ -1,6 +1,6 @@
 """Devices that act in parallel with the law of a storey: dampers and stops.
 
-In storeys without the device, its strength (force, stiffness or coefficient) is 0.
+In storeys without a device, the strength of the device (force, stiffness or coefficient) is 0.
 """
 
 from __future__ import annotations
@@ -176,7 +176,8 @@ def kind_of_dampers(devices: tuple[str, ...], p: Values) -> str:
 def damper_values(p: Values) -> tuple[np.ndarray, ...]:
     """Return the arrays that kernels need for viscous dampers, each [structure, storey].
 
-    They are the coefficient, the exponent minus 1, and the velocity [m/s] below which the damper is linear.
+    The arrays are the coefficient [N s/m], the velocity exponent minus 1, and the velocity [m/s] below which the damper
+    is linear.
     """
     return p["damper_coefficient"], p["velocity_exponent"] - 1, p["linear_velocity"]
 

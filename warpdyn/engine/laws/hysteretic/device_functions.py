@@ -101,7 +101,7 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
     def behind_yield(is_up: bool, c: Any):
         """Return two drifts of the side from which the storey moves away.
 
-        They are its yield drift, and the drift beyond which its backbone is on the third segment.
+        The first drift is the yield drift of this side; beyond the second drift, its backbone is on the third segment.
         """
         if ASYMMETRIC:
             yields = wp.where(is_up, c[C.YIELD_DRIFT_NEGATIVE], type(c[0])(1.0))

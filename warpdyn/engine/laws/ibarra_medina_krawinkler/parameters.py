@@ -108,7 +108,8 @@ RATE = Parameter("1", "rate D of deterioration", low=0.0, low_open=True, high=2.
 def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
     """Return the variants of a law and the names of their coefficients: {variant: names}.
 
-    One variant has no powers (which are slow on CPUs), one has powers, and one has powers and two different backbones.
+    The law has three variants: without powers (which are slow on CPUs), with powers, and with powers and two different
+    backbones.
     """
     names = Coefficient.names(count)
     power = (*names, "deterioration_exponent")
@@ -122,8 +123,8 @@ def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
 def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, ...], int, int | None]:
     """Return the names of a variant's coefficients, and the indices of two of them.
 
-    These are the exponent of deterioration and the first coefficient of the negative side (None if the sides are
-    equal).
+    The two indices are those of the exponent of deterioration and of the first coefficient of the negative side (None
+    if the sides are equal).
 
     Args:
         law: Class of the law.

@@ -139,7 +139,7 @@ def _slopes(p: Values, corners: int) -> list[np.ndarray]:
 def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
     """Return the coefficients for equal sides: {name: array}.
 
-    They are the hardening stiffness, then for each corner the loss of stiffness at the corner and its drift.
+    The coefficients are the hardening stiffness, then for each corner the loss of stiffness and the drift.
     """
     slopes = _slopes(p, corners)
     yield_drift = p["yield_force"] / p["stiffness"]

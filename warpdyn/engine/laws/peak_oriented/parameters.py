@@ -6,10 +6,10 @@ In `takeda` (Takeda, Sozen and Nielsen 1970), the unloading stiffness of a side 
 - after yield, the unloading stiffness is (yield drift / d)^`unloading_exponent` times that at the yield point, but at
   least the slope of the line to the origin.
 
-Without cracking (default), this is the modified Takeda law, or Clough's law with degrading unloading stiffness (Otani
-1981). It equals OpenSees' Hysteretic with pinchX = pinchY = 1, no damage and beta as the unloading exponent, with two
-exceptions: the lower bound of the unloading stiffness, and the step in which the force changes its sign, where the
-force of Hysteretic depends on the length of the step.
+Without cracking (default), `takeda` is the modified Takeda law, or Clough's law with degrading unloading stiffness
+(Otani 1981). It equals OpenSees' Hysteretic with pinchX = pinchY = 1, no damage and beta as the unloading exponent,
+with two exceptions: the lower bound of the unloading stiffness, and the step in which the force changes its sign, where
+the force of Hysteretic depends on the length of the step.
 
 With cracking, `takeda` differs from Hysteretic. Hysteretic unloads from the cracking point with (e1 / d)^beta times the
 initial stiffness, and reloads an uncracked side towards its cracking point. In `takeda`, a storey that has yielded is

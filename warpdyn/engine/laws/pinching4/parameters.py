@@ -88,7 +88,7 @@ _LIMIT = {
 class Negative(Layout):
     """Coefficients of the negative side, in units of yield drift and yield force of the positive side.
 
-    They are the last coefficients of a storey whose sides differ.
+    If the sides of a storey differ, its other coefficients come first, then these.
     """
 
     YIELD_FORCE = enum.auto()

@@ -48,7 +48,7 @@ def sent(cls: Kind) -> Kind | SentClass:
 def received(kind: Kind | SentClass) -> Kind:
     """Return the class for a result of `sent`.
 
-    In the process that defined the class, it is the original class; in other processes, it is a copy from the pickle.
+    In the process that defined the class, the original class is returned; in other processes, a copy from the pickle.
     """
     if not isinstance(kind, SentClass):
         return kind
