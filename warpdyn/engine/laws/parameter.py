@@ -93,7 +93,7 @@ class Parameter:
         structures: np.ndarray | None = None,
         taken: np.ndarray | None = None,
     ) -> str | None:
-        """Return a sentence about the first value outside the bounds, with its position along `axes`; None without one.
+        """Return a sentence about the first value outside the bounds and its position along `axes`, or None.
 
         Args:
             name: Name of the parameter.

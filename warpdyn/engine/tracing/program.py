@@ -40,7 +40,7 @@ class Program:
         return self._names[node]
 
     def names_of(self, nodes: Iterable[Node]) -> list[str]:
-        """Return the texts of several recorded values, as `name_of` does for one."""
+        """Return the text of each of these recorded values, such as the name of a variable in the kernel."""
         return [self.name_of(node) for node in nodes]
 
     def add(self, statement: str) -> None:

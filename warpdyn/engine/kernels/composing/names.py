@@ -131,7 +131,7 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
 def live_nodes(node: ast.AST, flags: Mapping[str, bool]) -> Iterator[ast.AST]:
     """Yield a node of a syntax tree and all nodes inside it, except in branches that never run with these flags.
 
-    `flags` contains the values of conditions: {name: value}.
+    The dictionary `flags` contains the values of conditions in the source of a kernel: {name: value}.
     """
     yield node
     is_true = _settled(node.test, flags) if isinstance(node, ast.If | ast.IfExp) else None

@@ -167,7 +167,7 @@ def _indexed(node: ast.Subscript) -> tuple[ast.expr, list[ast.expr]]:
 def _owners(recorder: type[Recorder], wanted: Sequence[Any], family: str) -> dict[str, tuple[str, bool]]:
     """Return {variable: (recorder, is_present)} for the output variables of other recorders than `recorder`.
 
-    `is_present` is whether this kernel contains the variable.
+    The truth value `is_present` is whether this kernel contains the variable.
     """
     present = {name_of(part) for part in wanted}
     found: dict[str, tuple[str, bool]] = {}

@@ -1,7 +1,7 @@
 """Adaptive methods and laws with a return mapping: the error if the velocity of a storey changes sign within a step.
 
-The error estimate of the method does not contain this error, because the storey passed a larger drift than its final
-one.
+If a storey turns within a step, its drift passes a larger value than its drift at the end of the step. The error
+estimate of the method does not contain the resulting error.
 """
 
 from warpdyn.engine.laws.springs import spring_row

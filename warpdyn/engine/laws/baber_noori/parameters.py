@@ -58,9 +58,9 @@ class Coefficient(Layout):
 class BaberNoori(BoucWen):
     """A Bouc-Wen storey with degradation and pinching by dissipated energy (OpenSees: BoucWen and BWBN).
 
-    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995). The docstring of its module
-    contains the equations and the differences from OpenSees. Losses and rates refer to the dissipated energy divided by
-    Fy dy, yield force times yield drift (OpenSees: to the energy in J).
+    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995). The docstring of the module
+    `baber_noori.parameters` contains the equations and the differences from OpenSees. Losses and rates refer to the
+    dissipated energy divided by Fy dy, yield force times yield drift (OpenSees: to the energy in J).
 
     Example:
         >>> wd.laws.BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)

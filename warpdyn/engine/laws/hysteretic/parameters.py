@@ -71,7 +71,7 @@ STIFFNESS_RATIO = Parameter(
 class Hysteretic(Law):
     """A trilinear storey with pinching, damage and softer unloading (OpenSees: Hysteretic).
 
-    The docstring of its module lists the rules and the differences from OpenSees.
+    The docstring of the module `hysteretic.parameters` lists the rules and the differences from OpenSees.
 
     Example:
         >>> wd.laws.Hysteretic(yield_force=1e6, ductility_2=4, force_ratio_2=1.2, ductility_3=10, force_ratio_3=0.6)

@@ -166,8 +166,9 @@ class _IbarraMedinaKrawinkler(Law):
 class IbarraMedinaKrawinklerBilinear(_IbarraMedinaKrawinkler):
     """A storey with a capping point and cyclic deterioration, bilinear (OpenSees: IMKBilin).
 
-    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of its module
-    lists the rules and the differences from OpenSees. The storey stiffness is OpenSees' Ke.
+    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of the module
+    `ibarra_medina_krawinkler.parameters` lists the rules and the differences from OpenSees. The storey stiffness is
+    OpenSees' Ke.
 
     Example:
         >>> wd.laws.IbarraMedinaKrawinklerBilinear(
@@ -214,8 +215,9 @@ class IbarraMedinaKrawinklerBilinear(_IbarraMedinaKrawinkler):
 class IbarraMedinaKrawinklerPeakOriented(_IbarraMedinaKrawinkler):
     """A storey with a capping point and cyclic deterioration that reloads towards peaks (OpenSees: IMKPeakOriented).
 
-    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of its module
-    lists the rules and the differences from OpenSees. The storey stiffness is OpenSees' Ke.
+    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of the module
+    `ibarra_medina_krawinkler.parameters` lists the rules and the differences from OpenSees. The storey stiffness is
+    OpenSees' Ke.
 
     Example:
         >>> wd.laws.IbarraMedinaKrawinklerPeakOriented(
@@ -253,8 +255,9 @@ class IbarraMedinaKrawinklerPeakOriented(_IbarraMedinaKrawinkler):
 class IbarraMedinaKrawinklerPinching(_IbarraMedinaKrawinkler):
     """A storey with a capping point, cyclic deterioration and pinching (OpenSees: IMKPinching).
 
-    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of its module
-    lists the rules and the differences from OpenSees. The storey stiffness is OpenSees' Ke.
+    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of the module
+    `ibarra_medina_krawinkler.parameters` lists the rules and the differences from OpenSees. The storey stiffness is
+    OpenSees' Ke.
 
     Example:
         >>> law = wd.laws.IbarraMedinaKrawinklerPinching(

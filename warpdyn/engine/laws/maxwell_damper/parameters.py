@@ -40,7 +40,7 @@ class Coefficient(Layout):
 class MaxwellDamper(Device):
     """A viscous damper in series with a brace (OpenSees: ViscousDamper).
 
-    The docstring of its module lists the rules and the differences from OpenSees.
+    The docstring of the module `maxwell_damper.parameters` lists the rules and the differences from OpenSees.
 
     Example:
         >>> wd.laws.MaxwellDamper(damper_coefficient=2e5, velocity_exponent=0.35, brace_stiffness=5e7)

@@ -104,7 +104,8 @@ class PeakOriented(Law):
 class Takeda(PeakOriented):
     """A peak-oriented storey whose unloading stiffness decreases with its peak drift (Takeda, Sozen and Nielsen 1970).
 
-    The docstring of its module lists the unloading rules and the differences from OpenSees' Hysteretic.
+    The docstring of the module `peak_oriented.parameters` lists the unloading rules and the differences from OpenSees'
+    Hysteretic.
 
     Example:
         >>> wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02, unloading_exponent=0.5)

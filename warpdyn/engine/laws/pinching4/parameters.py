@@ -165,9 +165,9 @@ def _has_damage(p: Values) -> bool:
 class Pinching4(Law):
     """A four-point storey with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-    The docstring of its module lists the rules and the differences from OpenSees. The defaults are those of GEM's
-    vulnerability toolkit, without damage. If damage exponents are 0, as in GEM's toolkit, damage occurs suddenly, and a
-    warning reports this.
+    The docstring of the module `pinching4.parameters` lists the rules and the differences from OpenSees. The defaults
+    are those of GEM's vulnerability toolkit, without damage. If damage exponents are 0, as in GEM's toolkit, damage
+    occurs suddenly, and a warning reports this.
 
     Example:
         >>> law = wd.laws.Pinching4(

@@ -62,7 +62,8 @@ class Coefficient(Layout):
 class Saws(Law):
     """A wood-frame shear wall with pinching and softening (Folz and Filiatrault 2001; OpenSees: SAWS).
 
-    The docstring of its module lists the rules and the differences from OpenSees. The storey stiffness is OpenSees' S0.
+    The docstring of the module `saws.parameters` lists the rules and the differences from OpenSees. The storey
+    stiffness is OpenSees' S0.
 
     Example:
         >>> wall = wd.laws.Saws(

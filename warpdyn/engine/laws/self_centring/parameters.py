@@ -46,7 +46,8 @@ class Coefficient(Layout):
 class SelfCentring(Law):
     """A self-centring storey with flag-shaped loops, as in post-tensioned walls and frames (OpenSees: SelfCentering).
 
-    The docstring of its module lists the rules and the differences from OpenSees. The storey stiffness is OpenSees' k1.
+    The docstring of the module `self_centring.parameters` lists the rules and the differences from OpenSees. The storey
+    stiffness is OpenSees' k1.
 
     Example:
         >>> wd.laws.SelfCentring(yield_force=1e6, hardening_ratio=0.05, flag_height=0.6)
