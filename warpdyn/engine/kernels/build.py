@@ -120,7 +120,8 @@ def undivided(plan: Plan) -> Plan:
 
     The kernel of this plan on a GPU has no loop over the steps between two values of a motion. Measured on an H100 for
     motions with two steps between two values: kernels of "stoermer" take 0.43 to 0.97 of the time (1 to 20 storeys),
-    and kernels of "rk4" take 0.94 to 1.02. Plans for a CPU, other loads or adaptive methods are returned unchanged.
+    and kernels of "rk4" take 0.94 to 1.02. Other plans, such as those for a CPU, for other loads or for adaptive
+    methods, are returned unchanged.
     """
     is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
     gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive

@@ -1,4 +1,4 @@
-"""NumPy functions that can be recorded. A user's function that calls other functions or arguments is not recorded."""
+"""NumPy functions that can be recorded. A user's function that uses other functions or arguments is not recorded."""
 
 from __future__ import annotations
 
