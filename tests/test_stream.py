@@ -16,9 +16,8 @@ import warpdyn as wd
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.running import blocks, pipeline
 from warpdyn.campaigns.running.outputs import Outputs
-from warpdyn.campaigns.running.regions.checkpoint import Checkpoint
+from warpdyn.campaigns.running.regions.checkpoint import Checkpoint, fingerprint_of
 from warpdyn.campaigns.running.regions.job import machines_of
-from warpdyn.campaigns.running.run import fingerprint_of_run
 from warpdyn.engine.kernels import queues as devices
 from warpdyn.foundations.files import netcdf
 from warpdyn.foundations.files.unfinished import Unfinished
@@ -178,7 +177,7 @@ def test_the_fingerprint_is_of_values_and_not_of_their_types():
     def digest(seed=0, structures=2, kept=0.5, **arguments):
         integration = Integration(**arguments)
         kept_of_it, machines = Outputs(sample_error=kept), machines_of(Execution(device="cpu"))
-        return fingerprint_of_run(make_scene(), structures, integration, machines, kept_of_it, seed)
+        return fingerprint_of(make_scene(), structures, integration, machines, kept_of_it.identity, seed)
 
     plain = digest(step=0.01)
     for alike in (

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from warpdyn.campaigns.integration.model import Model
 
 ROUNDING = 1e-9  # relative error of a time over a step that does not change the number of steps
-SORTED_BITS = 16  # leading bits of the durations by which samples are sorted
 
 
 def pack_structures(
@@ -125,11 +124,8 @@ def first_recorded_step(record_from: float, step: np.ndarray, steps: np.ndarray)
 
 
 def _longest_first(durations: np.ndarray) -> np.ndarray:
-    """Return the order of decreasing durations, compared by their leading 16 bits; equal durations keep their order."""
-    shorter = durations.max() - durations
-    coarser = max(0, int(shorter.max()).bit_length() - SORTED_BITS)
-    # NumPy sorts 16-bit numbers without comparisons, in 10 % of the time.
-    return np.argsort((shorter >> coarser).astype(np.uint16), kind="stable")
+    """Return the order of decreasing durations; samples of equal duration keep their order."""
+    return np.argsort(-durations, kind="stable")
 
 
 def rank_of_intensity(assignment: Assignment) -> np.ndarray:
@@ -141,11 +137,7 @@ def rank_of_intensity(assignment: Assignment) -> np.ndarray:
 
 def _strongest_first(assignment: Assignment) -> np.ndarray:
     """Return the order of decreasing intensities, rounded to powers of 2^(1/256); equal intensities by motion."""
-    below, motion = rank_of_intensity(assignment), assignment.motion
-    small = np.uint16 if motion.max(initial=0) < 2**16 else motion.dtype
-    # NumPy sorts 16-bit numbers without comparisons, in 10 % of the time.
-    by_motion = np.argsort(motion.astype(small), kind="stable")
-    return by_motion[np.argsort(below[by_motion], kind="stable")]
+    return np.lexsort((assignment.motion, rank_of_intensity(assignment)))
 
 
 def _distinct(counts: np.ndarray) -> np.ndarray:

@@ -74,9 +74,9 @@ class DemandHistogram(Statistic):
         object.__setattr__(self, "edges", edges)
         object.__setattr__(self, "quantiles", tuple(quantiles.tolist()))
 
-    def reducer(self, population: Population, threads: int) -> HistogramReducer:
+    def reducer(self, population: Population) -> HistogramReducer:
         """Return the reducer that counts the samples of a run."""
-        return HistogramReducer(self, population, threads)
+        return HistogramReducer(self, population)
 
 
 class HistogramReducer(Reducer):
@@ -85,22 +85,21 @@ class HistogramReducer(Reducer):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Number of CPU threads that count.
     """
 
-    def __init__(self, statistic: DemandHistogram, population: Population, threads: int) -> None:
+    def __init__(self, statistic: DemandHistogram, population: Population) -> None:
         self.population, self.demand, cells = population, statistic.demand, statistic.cells(population)
         self.edges, self.quantiles = np.asarray(statistic.edges), np.array(statistic.quantiles)
         self._searched, self._added = searched(self.edges[None]), statistic.added_storeys
         self._is_absolute = bool(population.demand(self.demand).dims)
         if self.demand == DRIFT:
             warn_of_implausible_limits({" of the last edge": float(self.edges[-1])})
-        self.needs, self._threads = cells.needs([self.demand]), threads
+        self.needs = cells.needs([self.demand])
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts of these cells."""
-        self.cells, self.tally = cells, Tally(cells, 1, self.edges.size + 1, self._threads)
+        self.cells, self.tally = cells, Tally(cells, 1, self.edges.size + 1)
 
     def add(self, block: Block, workers: Workers) -> None:
         """Count the samples of a block."""

@@ -44,9 +44,9 @@ class DemandMoments(Statistic):
     demand: str
     each_place: bool = False
 
-    def reducer(self, population: Population, threads: int) -> SumsReducer:
+    def reducer(self, population: Population) -> SumsReducer:
         """Return the reducer that adds up the samples of a run."""
-        return SumsReducer(self, population, threads)
+        return SumsReducer(self, population)
 
 
 @with_suggestions
@@ -75,9 +75,9 @@ class LargestDemand(Statistic):
     demand: str
     each_place: bool = False
 
-    def reducer(self, population: Population, threads: int) -> SumsReducer:
+    def reducer(self, population: Population) -> SumsReducer:
         """Return the reducer that adds up the samples of a run."""
-        return SumsReducer(self, population, threads)
+        return SumsReducer(self, population)
 
 
 class SumsReducer(Reducer):
@@ -86,10 +86,9 @@ class SumsReducer(Reducer):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Number of CPU threads that add.
     """
 
-    def __init__(self, statistic: DemandMoments | LargestDemand, population: Population, threads: int) -> None:
+    def __init__(self, statistic: DemandMoments | LargestDemand, population: Population) -> None:
         self.population, self.demand = population, statistic.demand
         self.is_largest, self._added = isinstance(statistic, LargestDemand), statistic.added_storeys
         cells = statistic.cells(population)
@@ -100,14 +99,14 @@ class SumsReducer(Reducer):
                 "value for the structure: remove each_place="
             )
         self.dim, self._has_places = dims[0] if statistic.each_place else "", bool(dims)
-        self.needs, self._threads = cells.needs([self.demand]), threads
+        self.needs = cells.needs([self.demand])
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts and sums of these cells."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells = cells
-        self.tally = Tally(cells, places + 1, 2, self._threads)  # samples that are ok, and collapsed ones
+        self.tally = Tally(cells, places + 1, 2)  # samples that are ok, and collapsed ones
         self.sums = [Sums(cells) for _ in range(places + 1)]  # of each place, and of the largest of all
 
     @property

@@ -52,7 +52,7 @@ class Reduction:
 
     def __init__(self, statistics: Sequence[Statistic], population: Population, threads: int) -> None:
         self.population, self.statistics = population, tuple(statistics)
-        self._reducers = [statistic.reducer(population, threads) for statistic in statistics]
+        self._reducers = [statistic.reducer(population) for statistic in statistics]
         self.needs = frozenset({"status"}).union(*(reducer.needs for reducer in self._reducers))
         self._failed, self._samples = np.zeros(len(FAILURES), dtype=np.int64), 0
         self._threads, self._side_by_side = Threads(threads), ThreadPoolExecutor(len(self._reducers))

@@ -95,7 +95,7 @@ class Statistic:
             warn_of_inventory_order(f"{type(self).__name__}: {name}", kinds)
         return Cells(population, tuple(self.over), self.labels, events)
 
-    def reducer(self, population: Population, threads: int) -> Reducer:
+    def reducer(self, population: Population) -> Reducer:
         """Return the reducer of the samples of a run.
 
         Raises:

@@ -91,13 +91,12 @@ class Tally:
         cells: The cells.
         columns: Number of places that are counted separately, plus 1 for the worst of all.
         states: Number of states; samples below every bound are in the first one.
-        threads: Number of CPU threads that count.
 
     Raises:
         MemoryError: If the counts do not fit in memory.
     """
 
-    def __init__(self, cells: Cells, columns: int, states: int, threads: int) -> None:
+    def __init__(self, cells: Cells, columns: int, states: int) -> None:
         self.cells, shape = cells, (columns, cells.count, states + len(FAILURES))
         size = 8.0 * np.prod(np.array(shape, dtype=float))
         check_fits_memory(cells, size)

@@ -72,7 +72,7 @@ class Run:
             if execution.cluster is None
             else workers_of(execution.cluster, execution.device, execution.threads)
         )
-        self.digest = fingerprint_of_run(scene, count, integration, self.workers.machines, outputs, self.seed)
+        self.digest = fingerprint_of(scene, count, integration, self.workers.machines, outputs.identity, self.seed)
         self.groups: list[Group | None] = [None]
         if self.portfolio is not None:
             self.groups = list(divided(scene, count, integration, self.here, outputs, self.seed))
@@ -117,7 +117,7 @@ class Run:
             return sink.finish(parts, rest, self.portfolio)
 
     def take(self, sink: Sink, part: Part, place: int, report: Report) -> None:
-        """Deliver a region to the sink."""
+        """Deliver a region to the sink; tests stop runs here."""
         sink.take(part, place, report)
 
     def _job(self, number: int, group: Group | None) -> Job:
@@ -239,18 +239,6 @@ class Run:
             rest = rest.merge(_estimates(part, reports, outputs.checked_share))
         seconds = {f"seconds_{name}": sum(report.seconds[name] for report in reports) for name in reports[0].seconds}
         return rest.assign_attrs(layout.template.attrs | layout.attributes | {FINGERPRINT: self.digest} | seconds)
-
-
-def fingerprint_of_run(
-    scene: Scene, structures: int, integration: Integration, machines: list[str], outputs: Outputs, seed: int
-) -> str:
-    """Return the fingerprint of all that decides the bits of a run.
-
-    Args:
-        scene, structures, integration, outputs, seed: See `Run`.
-        machines: Devices of the processes that run it, from `machines_of`.
-    """
-    return fingerprint_of(scene, structures, integration, machines, outputs.identity, seed)
 
 
 def divided(

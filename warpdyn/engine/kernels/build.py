@@ -5,10 +5,7 @@ number of samples per thread (lanes), the unrolling of loops, and the number of 
 """
 
 import functools
-import gc
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 
 import warp as wp
@@ -174,20 +171,8 @@ def _sections(plan: Plan) -> int:
 
 def build_kernel(plan: Plan) -> wp.Kernel:
     """Return the kernel of a plan, not yet compiled; equal plans share one kernel."""
-    with BUILDING, _without_collection():
+    with BUILDING:
         return _composed_kernel(plan, users_of(plan.recorders))
-
-
-@contextmanager
-def _without_collection() -> Iterator[None]:
-    """Pause Python's garbage collector while a kernel is built; it would repeatedly search syntax trees for cycles."""
-    was_enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_enabled:
-            gc.enable()
 
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:

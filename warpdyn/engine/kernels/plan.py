@@ -121,6 +121,14 @@ def keeps_drifts(plan: Plan) -> bool:
     return isinstance(METHODS[plan.method], MultistepMethod)
 
 
+def holds_step(plan: Plan) -> bool:
+    """Return whether each thread integrates one whole sample in equal steps.
+
+    Then the step is read once for a whole run of the sample, unless the forces of the last state are recorded, too.
+    """
+    return plan.lanes == plan.sections == 1 and not METHODS[plan.method].is_adaptive
+
+
 def keeps_slopes(method: ExplicitMethod | MultistepMethod) -> bool:
     """Return whether a stage of the method needs the slopes (velocities, accelerations) of several earlier stages."""
     return isinstance(method, ExplicitMethod) and bool(

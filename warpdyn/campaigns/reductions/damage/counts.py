@@ -86,9 +86,9 @@ class DamageCounts(Statistic):
         if self.number is not None:
             object.__setattr__(self, "number", real_numbers("DamageCounts: number", self.number))
 
-    def reducer(self, population: Population, threads: int) -> Reducer:
+    def reducer(self, population: Population) -> Reducer:
         """Return the reducer that counts the samples of a run."""
-        counted = DamageReducer(self, population, threads)
+        counted = DamageReducer(self, population)
         return counted if self.number is None else NumberReducer(counted, checked_number(self.number, population))
 
 
@@ -181,10 +181,9 @@ class DamageReducer(Reducer):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Number of CPU threads that count.
     """
 
-    def __init__(self, statistic: DamageCounts, population: Population, threads: int) -> None:
+    def __init__(self, statistic: DamageCounts, population: Population) -> None:
         self.population, self.bounds = population, Bounds.of(statistic, population)
         cells = statistic.cells(population, statistic.events)
         demands = [population.demand(name) for name in self.bounds.demands]
@@ -195,13 +194,13 @@ class DamageReducer(Reducer):
                 "each_place=True needs limits of one demand with a value for each storey or "
                 "floor: give such limits, or remove each_place="
             )
-        self.needs, self._threads = cells.needs(self.bounds.demands), threads
+        self.needs = cells.needs(self.bounds.demands)
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts of these cells."""
         places = self.population.scene.structure.dofs if self.dim else 0
-        self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states), self._threads)
+        self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states))
         self._least: dict[Workers, Any] = {}  # least drift ratio of a collapsed sample
         self._least_included = np.inf
 

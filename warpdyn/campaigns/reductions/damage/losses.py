@@ -71,9 +71,9 @@ class DamageLoss(Statistic):
         super().__post_init__()
         object.__setattr__(self, "replacement_values", finite_numbers("replacement_values", self.replacement_values))
 
-    def reducer(self, population: Population, threads: int) -> LossReducer:
+    def reducer(self, population: Population) -> LossReducer:
         """Return the reducer that adds up the losses of a run."""
-        return LossReducer(self, population, threads)
+        return LossReducer(self, population)
 
 
 class LossReducer(Reducer):
@@ -82,10 +82,9 @@ class LossReducer(Reducer):
     Args:
         statistic: The statistic.
         population: Structures, motions and levels of the samples.
-        threads: Number of CPU threads that add.
     """
 
-    def __init__(self, statistic: DamageLoss, population: Population, threads: int) -> None:
+    def __init__(self, statistic: DamageLoss, population: Population) -> None:
         self.population, self.bounds = population, Bounds.of(statistic, population)
         cells = statistic.cells(population, statistic.events)
         states = self.bounds.states[1:]
@@ -102,12 +101,12 @@ class LossReducer(Reducer):
                 f"{population.structure_dim}s, at least 0; got {got}"
             )
         self._values = np.ascontiguousarray(np.broadcast_to(values, population.structures))
-        self.needs, self._threads = cells.needs(self.bounds.demands), threads
+        self.needs = cells.needs(self.bounds.demands)
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts and sums of these cells."""
-        self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states), self._threads)
+        self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states))
         self.losses, self.scatter = Sums(cells), Sums(cells)
 
     @property

@@ -5,7 +5,7 @@ before the group is restored, and its steps are repeated in groups of one step, 
 """
 
 from warpdyn.engine.kernels.parts import settling
-from warpdyn.engine.kernels.plan import keeps_drifts
+from warpdyn.engine.kernels.plan import holds_step, keeps_drifts
 
 order = 11
 STEPS = 32  # number of steps of a group
@@ -23,7 +23,7 @@ BORROWS = {
 
 def wanted(plan):
     # Other recorders, event sequences and the part `settling` keep values that a repetition would not restore.
-    is_alone = plan.lanes == plan.sections == 1 and plan.undivided and plan.dofs <= MOST_STOREYS and keeps_drifts(plan)
+    is_alone = holds_step(plan) and plan.undivided and plan.dofs <= MOST_STOREYS and keeps_drifts(plan)
     changes_nothing_else = plan.recorders == ("drift",) and plan.damping != "modal" and not settling.wanted(plan)
     return plan.collapses and is_alone and changes_nothing_else and not (plan.resumes or plan.records_late)
 

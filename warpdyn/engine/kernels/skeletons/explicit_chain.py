@@ -9,7 +9,7 @@ by statements of parts.
 from __future__ import annotations
 
 from warpdyn.engine.device.processor import align_rows, see_neighbours
-from warpdyn.engine.kernels.plan import Plan, keeps_drifts, tableau
+from warpdyn.engine.kernels.plan import Plan, holds_step, keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 
 
@@ -48,7 +48,7 @@ def names(plan: Plan) -> dict[str, object]:
         # On a CPU each storey passes the state of the floor below to the next storey, which would otherwise reload it.
         "HANDS_DOWN": plan.lanes > 1,
         # One sample per thread without recorders of forces: the forces of the last state are not evaluated.
-        "HOLDS_STEP": "(LANES == 1 and not (SECTIONS or ADAPTIVITY or HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",
+        "HOLDS_STEP": f"({holds_step(plan)} and not (HAS_SEE_FORCES or (ENERGY and TRAPEZOIDAL)))",
         # Several samples per thread: their steps change only where a run ends, or where a motion ends within a run.
         "HOLDS_LANES": "(LANES > 1 and not (ADAPTIVITY or COLLAPSE))",
     }
