@@ -99,7 +99,7 @@ def test_energy_closes_with_tangent_damping():
 def test_implicit_methods_refuse_it(method):
     yielding = building("rayleigh_tangent", "bilinear", yield_force=5e5, hardening_ratio=0.03)
     scene = wd.Scene(yielding, wd.FreeVibration(1.0, velocity=0.1))
-    with pytest.raises(ValueError, match=r"does not fit damping 'rayleigh_tangent'.*these fit: heun"):
+    with pytest.raises(ValueError, match=r"does not fit damping 'rayleigh_tangent'.*choose method= from these: heun"):
         wd.simulate(scene, method=method, device="cpu")
 
 

@@ -156,7 +156,7 @@ def test_trials_tangents_and_precision(rules):
     [
         ({"ductility_2": 1.0}, r"ductility_2 is 1 \(storey 1\); it must be above 1, that of yield"),
         ({"ductility_3": [5.0, 3.0]}, r"ductility_3 is 3 \(storey 2\); it must be above ductility_2, 4"),
-        ({"force_ratio_2": 4.5}, r"force_ratio_2 is 4.5 \(storey 1\); it must be at most 4: no part"),
+        ({"force_ratio_2": 4.5}, r"force_ratio_2 is 4.5 \(storey 1\); it must be at most 4: no segment"),
         ({"force_ratio_2": 0.5}, r"force_ratio_3 is 1.3 \(storey 1\); .* at most force_ratio_2, 0.5"),
         ({"force_ratio_3": -0.1}, r"force_ratio_3 is -0.1 at storey 1; it must be finite and at least 0"),
         ({"pinching_drift": 1.1}, r"pinching_drift is 1.1 at storey 1; it must be finite and at least 0 and at most 1"),

@@ -246,7 +246,7 @@ def test_energy_never_falls_and_closes(kind, storey):
         ({"capping_force_ratio": 0.9}, "capping_force_ratio is 0.9 at storey 1; it must be finite and at least 1"),
         (
             {"capping_force_ratio": 6.0},
-            r"capping_force_ratio is 6 \(storey 1\); it must be below 6, or the hardening",
+            r"capping_force_ratio is 6 \(storey 1\); it must be below 6, because the hardening",
         ),
         ({"residual_force_ratio": 1.2}, "residual_force_ratio is 1.2 at storey 1; it must be finite and at least 0"),
         (

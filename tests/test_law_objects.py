@@ -55,7 +55,7 @@ def test_opensees_names(name):
         meant = [other for other, each in table.items() if theirs in each.opensees]
         given = {"law": theirs} if name in LAWS else {"devices": (theirs,)}
         if len(meant) > 1:
-            with pytest.raises(ValueError, match=f"'{theirs}' is one of several here.*{name}"):
+            with pytest.raises(ValueError, match=f"'{theirs}' may mean several laws or devices.*{name}"):
                 wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **given)
         elif values:
             building = wd.ShearBuilding(np.ones(STOREYS), STIFFNESS, 3.0, **given, **values)

@@ -225,7 +225,7 @@ def test_trials_tangents_and_precision(damage):
     [
         ({"ductility_2": 0.5}, r"ductility_2 is 0.5 \(storey 1\); it must be above 1, that of yield"),
         ({"ductility_4": [12.0, 7.0]}, r"ductility_4 is 7 \(storey 2\); it must be above ductility_3, 7"),
-        ({"force_ratio_3": 4.5}, r"force_ratio_3 is 4.5 \(storey 1\); it must be at most 4.2: no part"),
+        ({"force_ratio_3": 4.5}, r"force_ratio_3 is 4.5 \(storey 1\); it must be at most 4.2: no segment"),
         (
             {"force_ratio_4": 1.4, "force_ratio_3": 1.1},
             r"force_ratio_4 is 1.4 \(storey 1\); .* at most force_ratio_3, 1.1",

@@ -32,7 +32,7 @@ def test_a_full_disk_is_an_error_before_the_compiler_runs(number, tmp_path, monk
     monkeypatch.setattr(wp.config, "kernel_cache_dir", str(tmp_path))
     monkeypatch.setattr(wp.Module, "load", lambda *arguments, **options: pytest.fail("the compiler was reached"))
     with pytest.raises(
-        OSError, match=rf"kernel cache {tmp_path} has too little room .* MB are free .*export WARP_CACHE_PATH="
+        OSError, match=rf"kernel cache {tmp_path} has too little free space .* MB are free .*export WARP_CACHE_PATH="
     ) as caught:
         kernel_cache.load_module(thrice.module, "cpu", 1)
     assert caught.value.errno == errno.ENOSPC

@@ -323,7 +323,7 @@ FAULTS = {
     ),
     "non-finite default": (law(STRENGTH.format("'N', 'strength', default=np.nan") + GOOD), "strength': .*finite.* nan"),
     "default out of its bounds": (
-        law(STRENGTH.format("'N', 'strength', low=1.0, default=0.5") + GOOD), "default 0.5; it must be .*at least 1"
+        law(STRENGTH.format("'N', 'strength', low=1.0, default=0.5") + GOOD), "default 0.5, which is not .*at least 1"
     ),
     "name of a built-in law": (law(GOOD, "Bilinear"), "warpdyn has a law 'bilinear' already: give .* another name"),
     "name of a built-in device": (law(GOOD, "Gap"), "warpdyn has a device 'gap' already"),
@@ -349,7 +349,7 @@ FAULTS = {
         law(GOOD + function("return velocity", name="rate", arguments="velocity: Any, memory: Any, c: Any")),
         "follow already returns force and memory: remove rate",
     ),
-    "a device without a stiffness": (law(GOOD, kind="Device"), "device Mine: .*must define stiffest"),
+    "a device without a stiffness": (law(GOOD, kind="Device"), "device Mine: .*define stiffest"),
     "an unknown parameter in derived": (
         law("\n    @staticmethod\n    def derived(p):\n        return {'a': p['strenght']}\n" + GOOD),
         "derived reads the unknown parameter 'strenght'",

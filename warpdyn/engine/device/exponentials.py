@@ -1,6 +1,7 @@
-"""Exponentials and logarithms in single precision whose loops over lanes the CPU compiler vectorises.
+"""Exponentials and logarithms in single precision, written so that a CPU compiler can vectorise loops that call them.
 
-The compiler does not vectorise calls of the library functions. On a GPU and in double precision the library functions
+A CPU thread integrates several samples at once, one in each lane of a vector register. The compiler does not vectorise
+loops over lanes that call functions of the C library. On a GPU and in double precision the functions of the C library
 are used. Arguments of logarithms and powers are 0 or positive normal numbers.
 """
 
@@ -44,7 +45,7 @@ def exponential(x: wp.float32) -> wp.float32: ...
 def exponential(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 
-# e^-x for x >= 0, which needs only one bound.
+# e^-x for x >= 0. Because x has a sign that is known, the argument needs only one bound.
 @wp.func_native(
     """
 #if defined(__CUDA_ARCH__)
@@ -60,7 +61,7 @@ float r = -bounded - 0.693359375f * k + 2.12194440e-4f * k;
 """
 )
 def decay(x: wp.float32) -> wp.float32:
-    """Return e^-x for x >= 0, and 2e-35 for x > 80: products of smaller numbers may be subnormal, which is slow."""
+    """Return e^-x for x >= 0. For x > 80, return 2e-35, because products of smaller numbers may be subnormal (slow)."""
 
 
 @wp.func_native("return exp(-x);")
@@ -126,7 +127,7 @@ def logarithm_of_one_and(x: wp.float64) -> wp.float64: ...  # noqa: F811
 
 @wp.func
 def power_of(x: Any, exponent: Any):
-    """Return x to the power of an exponent, both at least 0."""
+    """Return x to the power of `exponent`; both are at least 0, and 0 to the power of 0 is 1."""
     zero = type(x)(0.0)
     of_zero = wp.where(exponent == zero, type(x)(1.0), zero)
     return wp.where(x == zero, of_zero, exponential(exponent * natural_logarithm(x)))

@@ -1,4 +1,4 @@
-"""The smaller and the larger of two values, and a value within two bounds, for functions that run in kernels.
+"""The smaller and the larger of two values, and a value limited by two bounds, for functions that run in kernels.
 
 If one value is NaN, Warp's `wp.min`, `wp.max` and `wp.clamp` return the other value, which takes one instruction on a
 GPU and three or four on a CPU. The functions here take one instruction per comparison on a CPU, too. If one value is
@@ -9,7 +9,7 @@ import warp as wp
 
 
 def _on_either(on_gpu: str, on_processor: str) -> str:
-    """Return C++ code that compiles to one expression on a GPU and to another on a CPU."""
+    """Return C++ code that contains one expression for a GPU and other statements for a CPU."""
     return f"#if defined(__CUDA_ARCH__)\nreturn {on_gpu};\n#else\n{on_processor}\n#endif\n"
 
 

@@ -1,4 +1,8 @@
-"""Native functions that Warp lacks: maxima of absolute values, aligned variables, values of other threads."""
+"""Native functions that Warp lacks, and compiler flags for CPU kernels.
+
+The functions return the larger of two absolute values, align variables to cache lines, and read values of other GPU
+threads that integrate the same sample.
+"""
 
 import functools
 
@@ -12,12 +16,14 @@ def cpu_flags(keeps_lanes: bool = True, fuses: bool = True) -> str:
     """Return the compiler flags for kernels on a CPU: the flags of Warp's configuration, then the flags of warpdyn.
 
     Products and sums are fused by default, as on a GPU. Vectors use 512-bit registers if the CPU has them; for some
-    CPUs the compiler would use 256-bit registers by default, at half the speed.
+    CPUs the compiler would use 256-bit registers by default, at half the speed. A lane is one of the samples that a CPU
+    thread integrates at once, each in one element of a vector register.
 
     Args:
-        keeps_lanes: Whether only loops over lanes have 8 or more iterations. Then these loops are not unrolled, so that
-            LLVM's loop vectoriser handles them. From unrolled loops, its SLP vectoriser would produce code that takes
-            up to 20 % longer to run and long to compile.
+        keeps_lanes: Whether loops over lanes are the only loops with 8 or more iterations. Then loops with 8 or more
+            iterations are not unrolled, so that LLVM's loop vectoriser handles the loops over lanes. If they were
+            unrolled, LLVM's SLP vectoriser would handle them: the kernel would run up to 20 % longer and compile
+            slowly.
         fuses: Whether products and sums may be fused. In an unrolled loop over lanes, LLVM can fuse a product with one
             sum in some lanes and with another sum in others; then the last bits of a sample depend on its lane.
     """
@@ -44,9 +50,10 @@ def _has_512_bits() -> bool:
 
 
 def module_options(max_unroll: int, keeps_lanes: bool = True, fuses: bool = True) -> dict[str, object]:
-    """Return the options of a kernel's Warp module; loops with up to `max_unroll` iterations are unrolled.
+    """Return the options of a kernel's Warp module, such as the compiler flags (see `cpu_flags`).
 
-    Kernels with the same flags share the compiler's precompiled header, which takes more than 1 s.
+    Loops with up to `max_unroll` iterations are unrolled. Kernels with the same flags share the compiler's precompiled
+    header, which takes more than 1 s to compile.
     """
     return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes, fuses)}
 
@@ -63,7 +70,7 @@ lines[last] = 0;
 #endif
 """)
 def align_rows():
-    """Align the calling kernel's variables to cache lines."""
+    """Align the variables of the calling kernel to cache lines of the CPU, so that they are read faster."""
 
 
 # The larger of two values that are not negative: one instruction on a GPU and two on a CPU (`wp.max`: three). Without
@@ -159,7 +166,7 @@ for (int distance = 1; distance < 32; distance *= 2)
 return value;""")
 )
 def across_warp(value: wp.int32) -> wp.int32:
-    """Return the largest of a warp's values."""
+    """Return the largest of the values that the 32 threads of a GPU warp pass to this function."""
 
 
 @wp.func_native("""
@@ -168,7 +175,7 @@ __syncwarp();
 #endif
 """)
 def see_neighbours():
-    """Make the values visible that other threads of the warp have written to memory."""
+    """Wait until other threads of the GPU warp have written to memory, so that this thread can read their values."""
 
 
 # dtype -> functions that return the value of the section below, the value of the section above, the maximum over all

@@ -1,7 +1,7 @@
-"""Random numbers for kernels: functions of seed, sample, purpose and counter.
+"""Random numbers for kernels: each is a function of the seed, the sample, the purpose and a counter.
 
-They are equal to the numbers of `warpdyn.foundations.core.random_numbers`. All arithmetic is in integers and float64,
-so that the numbers are the same on each device and for each dtype.
+The numbers are equal to those of the NumPy version in `warpdyn.foundations.core.random_numbers`. All arithmetic is in
+integers and float64, so that the numbers are the same on each device and for each dtype.
 """
 
 import numpy as np
@@ -27,7 +27,13 @@ SPACING = wp.constant(wp.float64(2.0**-52))
 
 @wp.func
 def philox(counter: Words, first_key: wp.uint32, second_key: wp.uint32):
-    """Return a block of Philox4x32-10 (Salmon et al. 2011); words of counter and key, the lowest first."""
+    """Return the 4 random words of 32 bits that the generator Philox4x32-10 (Salmon et al. 2011) computes.
+
+    Args:
+        counter: 4 words of 32 bits, lowest word first.
+        first_key: Lower word of the key.
+        second_key: Upper word of the key.
+    """
     words = counter
     first = first_key
     second = second_key
@@ -48,7 +54,14 @@ def philox(counter: Words, first_key: wp.uint32, second_key: wp.uint32):
 
 @wp.func
 def random_words(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.uint32):
-    """Return four random words; the key is the seed's by `key_of`, the sample its index in the run."""
+    """Return 4 random words of 32 bits.
+
+    Args:
+        key: Key that `key_of` computes from the seed.
+        sample: Index of the sample in the run.
+        purpose: Number of the quantity that the words are for; each purpose has its own random numbers.
+        counter: Index of the words among the words of this sample and purpose.
+    """
     half = wp.uint64(32)
     words = Words(counter, wp.uint32(purpose), wp.uint32(sample), wp.uint32(sample >> half))
     return philox(words, wp.uint32(key), wp.uint32(key >> half))
@@ -56,14 +69,14 @@ def random_words(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.ui
 
 @wp.func
 def uniform_of(high: wp.uint32, low: wp.uint32):
-    """Return a uniform number from two words: an odd multiple of 2^-53, so neither 0 nor 1."""
+    """Return a uniform number in (0, 1) from two random words; it is an odd multiple of 2^-53, so neither 0 nor 1."""
     bits = (wp.uint64(high) << wp.uint64(20)) | (wp.uint64(low) >> wp.uint64(12))
     return (wp.float64(bits) + wp.float64(0.5)) * SPACING
 
 
 @wp.func
 def uniform_pair(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.uint32):
-    """Return two uniform numbers in (0, 1)."""
+    """Return two uniform random numbers in (0, 1); `random_words` explains the arguments."""
     words = random_words(key, sample, purpose, counter)
     return wp.vec2d(uniform_of(words[0], words[1]), uniform_of(words[2], words[3]))
 
@@ -120,7 +133,7 @@ def chosen(is_first: bool, first: Polynomial, second: Polynomial):
 
 @wp.func
 def logarithm(x: wp.float64):
-    """Return the natural logarithm of a normal number; the library's function is not vectorised over lanes."""
+    """Return the natural logarithm of a normal number; a call of the C library would not be vectorised."""
     bits = wp.cast(x, wp.int64)
     exponent = (bits - ROOT_HALF) >> wp.int64(52)
     # x = 2^exponent (1 + f) with 1 + f from sqrt(1/2) to sqrt(2), and log(1 + f) = 2 artanh(s) with s = f / (2 + f).
@@ -139,7 +152,8 @@ def logarithm(x: wp.float64):
 def normal_of(probability: wp.float64):
     """Return the quantile of the standard normal distribution for a probability in (0, 1).
 
-    All numbers take the same path with different coefficients, so that a processor vectorises over lanes.
+    All numbers are computed by the same statements with different coefficients, so that a CPU can vectorise over
+    samples.
     """
     one = wp.float64(1.0)
     from_median = probability - wp.float64(0.5)
@@ -157,6 +171,6 @@ def normal_of(probability: wp.float64):
 
 @wp.func
 def normal_pair(key: wp.uint64, sample: wp.uint64, purpose: int, counter: wp.uint32):
-    """Return two standard normal numbers, by the inverse of their distribution function."""
+    """Return two standard normal random numbers, computed from uniform numbers by the inverse distribution function."""
     uniforms = uniform_pair(key, sample, purpose, counter)
     return wp.vec2d(normal_of(uniforms[0]), normal_of(uniforms[1]))

@@ -1,4 +1,4 @@
-"""Kernels that integrate whole histories: their parts, source text, compilation, arguments and launches."""
+"""Kernels that integrate whole response histories: the parts of their source, compilation, arguments and launches."""
 
 import importlib
 

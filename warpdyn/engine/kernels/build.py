@@ -1,4 +1,8 @@
-"""Build the kernel of a plan; choose the number of lanes, the unrolling and the threads per sample for a device."""
+"""Build the kernel of a plan, and adapt the plan to a device.
+
+A plan contains all properties of a scene that decide the source of its kernel. Adapting the plan to a device sets the
+number of samples per thread (lanes), the unrolling of loops, and the number of GPU threads that share a sample.
+"""
 
 import functools
 import threading
@@ -32,7 +36,7 @@ SKELETONS = {
 
 
 def composed(plan: Plan) -> Composed:
-    """Return the source of a plan's kernel, and the values of the names in it."""
+    """Return the source of a plan's kernel, and the constants, types and functions to which the names in it refer."""
     return compose(SKELETONS[plan.family, plan.kind], plan)
 
 
@@ -73,7 +77,11 @@ STOREYS_OF_KNOWN_BLOCKS = 3
 
 
 def fitted(plan: Plan, is_gpu: bool) -> Plan:
-    """Return the plan with the number of lanes, the unrolling and the threads per sample for a CPU or a GPU."""
+    """Return the plan, adapted to a CPU or a GPU.
+
+    The returned plan contains the number of samples per thread (lanes), the largest loop that is unrolled, and the
+    number of threads that share the storeys of a sample (sections).
+    """
     row = METHODS[plan.method]
     lanes, unroll, sections = (GPU_LANES, GPU_UNROLL, 1) if is_gpu else (CPU_LANES, CPU_UNROLL, 1)
     if plan.family == "dense" or SKELETONS[plan.family, row.kind] is advance_linear:
@@ -105,11 +113,12 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
 
 
 def undivided(plan: Plan) -> Plan:
-    """Return the plan for motions that have a value for each step of the integration.
+    """Return the plan for motions that were resampled to one value for each integration step.
 
-    On a GPU their kernel has no loop over the steps of an interval. Measured on an H100 with two steps in each interval
-    of the original motions: kernels of stoermer take 0.43 to 0.97 of the time (1 to 20 storeys), those of rk4 0.94 to
-    1.02.
+    The kernel of this plan on a GPU has no loop over the steps between two values of a motion. Measured on an H100 for
+    motions with two steps between two values: kernels of "stoermer" take 0.43 to 0.97 of the time (1 to 20 storeys),
+    and kernels of "rk4" take 0.94 to 1.02. Other plans, such as those for a CPU, for other loads or for adaptive
+    methods, are returned unchanged.
     """
     is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
     gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive
@@ -117,12 +126,12 @@ def undivided(plan: Plan) -> Plan:
 
 
 def _known_block(plan: Plan) -> int | None:
-    """Return the number of threads per block that the compiler may assume, or None."""
+    """Return the number of threads per block that the GPU compiler may assume for a plan; None: no assumption."""
     return THREADS_OF_A_BLOCK if _is_alone_on_gpu(plan) and plan.dofs >= STOREYS_OF_KNOWN_BLOCKS else None
 
 
 def _is_lean(plan: Plan) -> bool:
-    """Return whether the kernel omits Warp's loop in which a thread processes several rows of a launch.
+    """Return whether the kernel of a plan omits Warp's loop in which a GPU thread processes several samples.
 
     Measured on an H200 with RK4, peak drifts and 1 to 20 storeys: without the loop, kernels of simple laws run 2 %
     slower to 6 % faster; kernels of Bouc-Wen storeys run 2 to 3 % slower.
@@ -131,17 +140,17 @@ def _is_lean(plan: Plan) -> bool:
 
 
 def _is_alone_on_gpu(plan: Plan) -> bool:
-    """Return whether the plan is for a chain on a GPU with one thread per sample."""
+    """Return whether a plan is for a chain on a GPU with one thread per sample."""
     return plan.family == "chain" and (plan.lanes, plan.max_unroll, plan.sections) == (GPU_LANES, GPU_UNROLL, 1)
 
 
 def _is_simple(spring: Spring) -> bool:
-    """Return whether a law reads only the accepted state and has at most one value of memory."""
+    """Return whether a storey law reads only the accepted state and remembers at most one value per storey."""
     return spring.rate is None and spring.memory <= 1
 
 
 def _sections(plan: Plan) -> int:
-    """Return the number of threads that share a chain's storeys, so that the values of each fit in registers."""
+    """Return the number of GPU threads that share the storeys of a chain, so that their values fit in registers."""
     if plan.damping == "modal":
         return 1  # modal damping: the damping force of each floor depends on all floors
     words = 2 if plan.dtype == "float64" else 1
@@ -161,20 +170,20 @@ def _sections(plan: Plan) -> int:
 
 
 def build_kernel(plan: Plan) -> wp.Kernel:
-    """Return the kernel of a plan; equal plans share one kernel."""
+    """Return the kernel of a plan, not yet compiled; equal plans share one kernel."""
     with BUILDING:
         return _composed_kernel(plan, users_of(plan.recorders))
 
 
 def load_kernel(plan: Plan, device: str) -> wp.Kernel:
-    """Return the kernel of a plan, compiled for a device; several threads may call it at once."""
+    """Return the kernel of a plan, compiled for a device and loaded; several threads may call this function at once."""
     return loaded(
         build_kernel(plan), device, f"{plan.family} {plan.dofs} {plan.law} {plan.method} {plan.dtype} for {device}"
     )
 
 
 def history_plan(plan: Plan) -> Plan:
-    """Return the plan that records only whole histories of the same samples, one sample per thread."""
+    """Return the plan of the kernel that records only response histories, for the samples of `plan`, one per thread."""
     # One thread has too few registers for a chain that several threads share, so its loops are not unrolled. On a CPU
     # only a few samples have histories: without unrolling, they take up to 1.5 times as long (some milliseconds more),
     # and the kernel compiles up to 2 s faster.

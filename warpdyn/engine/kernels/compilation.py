@@ -1,9 +1,10 @@
-"""Compile the kernels of several plans in parallel: before the first launch or, on a GPU, during it.
+"""Compile the kernels of several plans in parallel: before the first launch or, on a GPU, while other kernels run.
 
-Warp generates code in Python and holds the interpreter lock, so that threads wait for each other. Many kernels are
-therefore compiled by processes, which write compiled kernels to the kernel cache. The processes are started by loky:
-processes of the standard library would run the user's script again if it has no `__main__` guard. A few kernels for a
-CPU are compiled by threads, which is faster than starting a process.
+A plan contains the properties that decide the source of a kernel. Warp generates code in Python and keeps the
+interpreter lock meanwhile, so that threads wait for each other. Many kernels are therefore compiled by several
+processes, which write compiled kernels to the kernel cache. The package loky starts these processes: processes of the
+standard library would run the user's script again if it has no `__main__` guard. A few kernels for a CPU are compiled
+by threads, which is faster than starting a process.
 """
 
 import os
@@ -26,7 +27,7 @@ from warpdyn.foundations.core.thread_pool import as_finished, result_of
 # A process needs 3 to 4 s for its first kernel, as long as for two further kernels, and 0.5 GB of GPU memory until it
 # ends. On 16 CPU cores, more than 8 processes were not faster.
 MOST_PROCESSES, FEWEST_KERNELS = 8, 3
-# While a large kernel is compiled for a CPU, the interpreter lock is released for 3/4 of the time.
+# While Warp compiles a large kernel for a CPU, it releases the interpreter lock for 3/4 of the time.
 MOST_KERNELS_OF_THREADS = 4
 ONE_BY_ONE = "kernels are compiled one by one, because a process that compiled them in parallel failed"
 NO_ACTION = "The results are the same and no action is needed; this run only starts later"
@@ -35,16 +36,16 @@ CONFIGURATION = (bool, int, float, str, type(None))  # types of the settings of 
 
 
 def is_compiled(plan: Plan, device: str) -> bool:
-    """Return whether the kernel cache contains the kernel of a plan for a device such as "cpu" or "cuda:0"."""
+    """Return whether the kernel cache contains the compiled kernel of a plan for a device such as "cpu" or "cuda:0"."""
     return is_compiled_in(folder_of(build_kernel(plan).module, block_size(device)), device)
 
 
 def compile_side_by_side(plans: Iterable[Plan], device: str, threads: int) -> None:
-    """Compile the kernels that are missing in the kernel cache, on several CPU cores.
+    """Compile those kernels that the kernel cache does not contain yet, on several CPU cores.
 
     Args:
-        plans: The plans; equal plans are compiled once.
-        device: Device that will run them, such as "cpu" or "cuda:0".
+        plans: Plans of the kernels; equal plans are compiled once.
+        device: Device that will run the kernels, such as "cpu" or "cuda:0".
         threads: Number of CPU cores to use.
     """
     missing = [plan for plan in dict.fromkeys(plans) if not is_compiled(plan, device)]
@@ -82,11 +83,11 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
     """Compile missing kernels; yield `wait_for(plans)`, which returns when the kernels of these plans are compiled.
 
     For a CPU, all kernels are compiled before the run starts, because a run uses all cores. For a GPU, the first
-    kernels run while processes compile the others, in the order of the plans.
+    kernels run while processes compile the other kernels, in the order of the plans.
 
     Args:
-        plans: The plans; equal plans are compiled once.
-        device: Device that will run them, such as "cpu" or "cuda:0".
+        plans: Plans of the kernels; equal plans are compiled once.
+        device: Device that will run the kernels, such as "cpu" or "cuda:0".
         threads: Number of CPU cores to use.
     """
     if device == "cpu" or threads < FEWEST_KERNELS:
@@ -128,11 +129,13 @@ def compiling(plans: Iterable[Plan], device: str, threads: int) -> Iterator[Call
 
 @contextmanager
 def loading(kernels: Iterable[wp.Kernel], device: str, threads: int) -> Iterator[None]:
-    """Compile and load small kernels in threads of this process; a launch waits for its kernel.
+    """Compile and load small kernels in threads of this process while the caller continues.
+
+    A launch waits until its kernel is loaded.
 
     Args:
         kernels: The kernels, in the order of their first launches.
-        device: Device that will run them, such as "cuda:0".
+        device: Device that will run the kernels, such as "cuda:0".
         threads: Number of CPU cores to use.
     """
     distinct = list(dict.fromkeys(kernels))
@@ -144,7 +147,7 @@ def loading(kernels: Iterable[wp.Kernel], device: str, threads: int) -> Iterator
     pool = ThreadPoolExecutor(min(threads, MOST_PROCESSES))
     try:
         for kernel in distinct:
-            pool.submit(loaded, kernel, device)  # an error is raised again by the launch
+            pool.submit(loaded, kernel, device)  # the launch of the kernel raises an error again
         yield
     finally:  # after Ctrl-C, do not begin further kernels
         pool.shutdown(cancel_futures=True)
@@ -165,13 +168,13 @@ def _compile_in_threads(plans: list[Plan], threads: int) -> None:
 
 
 def _hand_out(left: deque[Plan], processes: Executor, device: str) -> None:
-    """Let a process compile the remaining plans one after another, from the end of the list."""
+    """Let a worker process compile the kernels of the remaining plans one by one, from the end of the list `left`."""
     while (plan := _taken(left.pop)) is not None:
         processes.submit(_compile, plan, device).result()
 
 
 def _taken(take: Callable[[], Plan]) -> Plan | None:
-    """Return the next plan, or None if there are no more."""
+    """Return the plan that `take()` removes from the list of plans, or None if the list is empty."""
     try:
         return take()
     except IndexError:
@@ -201,7 +204,7 @@ def _configure(settings: dict[str, object], parent: int) -> None:
 
 
 def _end_with(parent: int) -> None:
-    """End this process when its parent has ended or was killed.
+    """End this worker process when its parent process has ended or was killed.
 
     Linux has a signal for this purpose (PR_SET_PDEATHSIG), but it is sent when the *thread* that started the process
     ends, and loky starts processes in threads that end early.
@@ -215,7 +218,7 @@ def _end_with(parent: int) -> None:
 
 
 def _wait_on_windows(parent: int) -> None:
-    """Wait for the end of a process on Windows, where getppid() does not change when the parent ends."""
+    """Wait until the parent process ends, on Windows, where getppid() does not change when the parent ends."""
     import ctypes
 
     kernel, synchronize, forever = ctypes.WinDLL("kernel32"), 0x00100000, 0xFFFFFFFF  # type: ignore[attr-defined]

@@ -1,27 +1,27 @@
 """Compose the source text of a kernel from a skeleton and the parts that a scene needs.
 
-A skeleton is a function that is never called. Its text is a time loop with statements `slot("name")`. The bodies of the
-functions `name` of all wanted parts, one after another, replace such a statement at its indentation. They become
-statements of the kernel and share its variables; these functions are never called. `slot("name", i=0)`
-writes 0 for the variable `i` in these bodies and in the slots inside them. Parts, and the module of a skeleton, may
-contain slots.
+A skeleton is a function that is never called. Its text is a time loop with statements `slot("name")`. Such a statement
+is replaced, at its indentation, by the bodies of the functions `name` of all parts that the kernel needs, one after
+another. These bodies become statements of the kernel and share its variables; the functions themselves are never
+called. `slot("name", i=0)` writes 0 for the variable `i` in these bodies and in the slots inside them. Parts, and the
+module of a skeleton, may contain slots.
 
 A part is a module in one of FOLDERS, or a class. It contains
 
-- `wanted(plan)`: whether the kernel of a plan has the part;
+- `wanted(plan)`: whether the kernel of a plan contains the part;
 - a function without arguments for each slot that it fills, with the name of the slot (slots.py lists all slots);
 - `names(plan)`, optional: a dictionary of constants, types and device functions that depend on the plan. If a value is
-  a string, it replaces the name in the text. Names that do not depend on the plan are imported or defined in the
-  module of the part;
+  a string, it replaces the name in the text. Names that do not depend on the plan are imported or defined in the module
+  of the part;
 - `order`, optional: a number that sorts the parts of a folder within a slot (default 0; parts with equal numbers are
   sorted by name). Folders have the order of FOLDERS;
 - `BORROWS`, optional: variables of other parts that the part reads or changes: {part: names};
 - `FIELDS`, optional: fields of the kernel's arguments that the part needs: {struct: {field: type}}.
 
 Names in capitals are conditions whose value is known: names of `names`; the name of each part (P_DELTA: true if the
-part is wanted); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD: true if a
-wanted part fills the slot). Branches of an `if` that never run are removed; so are loops over empty ranges. A `while`
-whose condition is known to be true runs once.
+kernel contains the part); the name of each skeleton (EXPLICIT_CHAIN); and HAS_ with the name of a slot (HAS_ADD_LOAD:
+true if a part of the kernel fills the slot). Branches of an `if` that never run are removed; so are loops over empty
+ranges. A `while` whose condition is known to be true runs once.
 
 Finally, assignments to variables that are never read are removed, with their declarations; so are empty loops and
 branches. Therefore a function that is called in an assignment must have no side effects, unless `output` or `history`
@@ -57,7 +57,7 @@ from warpdyn.engine.kernels.slots import SLOTS, Slot
 
 
 class Composed(NamedTuple):
-    """The text of a kernel, and the values of the constants, types and functions in it."""
+    """The source text of a kernel, and the objects to which its names refer: {name: constant, type or function}."""
 
     text: str
     names: dict[str, Any]
@@ -66,13 +66,15 @@ class Composed(NamedTuple):
 def compose(
     skeleton: Callable, plan: Any, parts: Sequence[Any] | None = None, slots: Mapping[str, Slot] = SLOTS
 ) -> Composed:
-    """Return the text of a plan's kernel.
+    """Return the source text of the kernel of a plan, and the objects to which its names refer.
+
+    The module docstring explains skeletons, parts and slots.
 
     Args:
-        skeleton: The skeleton.
-        plan: The plan.
+        skeleton: The skeleton, a function with the time loop.
+        plan: The properties that decide which parts the kernel contains.
         parts: Parts to choose from; None: all parts.
-        slots: The table of slots.
+        slots: The table of slots: {name of the slot: slot}.
 
     Raises:
         ValueError: If a part breaks a rule; the message names the part, the file and the line.
@@ -112,7 +114,14 @@ def _text(
     known: tuple[tuple[str, Any], ...],
     written: Pairs,
 ) -> tuple[str, frozenset[str], frozenset[str]]:
-    """Return the text of a kernel, all names in it, and the names that it reads without setting them."""
+    """Return the source text of a kernel, all names in it, and the names that it reads without assigning to them.
+
+    Args:
+        skeleton: The skeleton, a function with the time loop.
+        holders: The module of the skeleton and the wanted parts, whose functions fill the slots.
+        known: Names in capitals with known values, as pairs (name, value).
+        written: Names that are replaced by other text, as pairs (name, text).
+    """
     text = spliced(source_of(skeleton), holders, written)
     text = without_unread(folded(text, dict(known)))
     [function] = ast.parse(text).body
@@ -125,13 +134,13 @@ def _text(
 def kernel_of(
     composed: Composed, options: Mapping[str, Any], threads_of_block: int | None = None, *, is_lean: bool = False
 ) -> wp.Kernel:
-    """Return the kernel of a text, in a Warp module with these options.
+    """Return the Warp kernel of a source text, in a Warp module with these options.
 
     Args:
-        composed: The text, and the values of its names.
-        options: Options of the module.
+        composed: The source text, and the objects to which its names refer.
+        options: Options of the Warp module.
         threads_of_block: Threads per block that the GPU's compiler may assume; None: no assumption.
-        is_lean: Whether a GPU thread processes one row of a launch, without Warp's loop over further rows.
+        is_lean: Whether a GPU thread processes one index of a launch, without Warp's loop over further indices.
     """
     digest = hashlib.sha256(composed.text.encode()).hexdigest()[:16]
     name = composed.text.partition("(")[0].removeprefix("def ")
@@ -152,7 +161,7 @@ def kernel_of(
 
 
 def _add(values: dict[str, Any], part: Any, more: Mapping[str, Any]) -> None:
-    """Add the values of a part to a dictionary; a name with two different values is an error."""
+    """Add the named values of a part to a dictionary; raise a ValueError if a name already has another value."""
     for name, value in more.items():
         if name in values and values[name] is not value and values[name] != value:
             raise ValueError(

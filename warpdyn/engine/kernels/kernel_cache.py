@@ -1,4 +1,4 @@
-"""Warp's kernel cache: digests reveal damaged files, and damaged kernels are compiled again.
+"""Compile kernels into Warp's kernel cache; detect damaged files in it by digests, and compile damaged kernels again.
 
 The cache also contains precompiled headers, which Warp would otherwise compile in each process.
 """
@@ -41,13 +41,13 @@ _loading: defaultdict[wp.Module, threading.Lock] = defaultdict(threading.Lock)
 
 
 def block_size(device: str) -> int:
-    """Return the number of threads per block on a device."""
+    """Return the number of threads per thread block on a device: 1 on a CPU, THREADS_OF_A_BLOCK on a GPU."""
     return 1 if device == "cpu" else THREADS_OF_A_BLOCK
 
 
 @cache
 def initialise() -> None:
-    """Initialise Warp; if the cache's folder cannot be created, use a temporary folder of this process."""
+    """Initialise Warp; if the folder of the kernel cache cannot be created, use a temporary folder of this process."""
     with _initialising:
         try:
             with _hidden_notice():
@@ -59,9 +59,10 @@ def initialise() -> None:
 
 @contextmanager
 def _hidden_notice() -> Iterator[None]:
-    """Hide Warp's line that there is no CUDA driver, which is normal without a GPU; write other lines afterwards.
+    """Hide Warp's line about a missing CUDA driver, which is normal without a GPU; write its other lines afterwards.
 
-    Warp writes the line to file descriptor 2, in `wp.init`. If there is a driver, the descriptor is not touched.
+    Warp writes the line to file descriptor 2 (standard error) in `wp.init`. If there is a driver, this function does
+    not change the descriptor.
     """
     if _has_driver():
         yield
@@ -83,7 +84,7 @@ def _hidden_notice() -> Iterator[None]:
 
 
 def _has_driver() -> bool:
-    """Return whether the system finds a CUDA driver."""
+    """Return whether the operating system finds a CUDA driver."""
     try:
         ctypes.CDLL(CUDA_DRIVER)
     except OSError:
@@ -92,20 +93,21 @@ def _has_driver() -> bool:
 
 
 def folder_of(module: wp.Module, block_size: int) -> Path:
-    """Return the folder of a module in the kernel cache."""
+    """Return the folder in the kernel cache that contains the compiled files of a Warp module."""
     initialise()  # sets the cache's folder
     return Path(wp.config.kernel_cache_dir) / module.get_module_identifier(block_size)
 
 
 def is_compiled_in(folder: Path, device: str) -> bool:
-    """Return whether a folder of the kernel cache contains a binary for a kind of device."""
+    """Return whether a module's folder in the kernel cache contains compiled code for the CPU or the GPU `device`."""
     return any(path.suffix in COMPILED["cpu" if device == "cpu" else "cuda"] for path in folder.glob("*"))
 
 
 def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.Kernel:
-    """Compile and load a kernel for a device, and return it; a long compilation prints a message.
+    """Compile a kernel for a device if the cache does not contain it, load it, and return it.
 
-    Ctrl-C interrupts the call, but the compilation continues. Several threads may call this function at once.
+    A compilation of more than SECONDS_UNTIL_MESSAGE prints a message. Ctrl-C interrupts the call, but the compilation
+    continues. Several threads may call this function at once.
 
     Args:
         kernel: The kernel.
@@ -127,7 +129,7 @@ def loaded(kernel: wp.Kernel, device: str = "cpu", description: str = "") -> wp.
 
 
 def load_module(module: wp.Module, device: str, block_size: int) -> None:
-    """Load a module, compiled for a device; if its files in the cache are damaged, warn and compile it again.
+    """Load a Warp module, compiled for a device; if its files in the cache are damaged, warn and compile it again.
 
     Warp does not detect a file that is incomplete, for example after a full disk: it loads the file, or fails each
     time.
@@ -135,10 +137,10 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
     Args:
         module: The module.
         device: The device.
-        block_size: Threads of a block.
+        block_size: Number of threads per thread block.
 
     Raises:
-        OSError: If it must be compiled and the disk of the cache has too little free space.
+        OSError: If the module must be compiled, and the disk of the cache has too little free space.
     """
     folder = folder_of(module, block_size)
     if folder.is_dir() and _is_damaged(folder):
@@ -158,7 +160,7 @@ def load_module(module: wp.Module, device: str, block_size: int) -> None:
 
 
 def _load(module: wp.Module, device: str, block_size: int) -> None:
-    """Load a module; if the cache cannot be written, compile into a temporary folder of this process."""
+    """Load a Warp module; if the cache folder is not writable, compile it into a temporary folder of this process."""
     folder = folder_of(module, block_size)
     try:
         with nullcontext() if is_compiled_in(folder, device) else noted(folder), _kept_headers(device, folder):
@@ -174,11 +176,12 @@ def _load(module: wp.Module, device: str, block_size: int) -> None:
 
 @contextmanager
 def _kept_headers(device: str, folder: Path) -> Iterator[None]:
-    """Keep precompiled headers in the kernel cache while the calling thread compiles.
+    """Keep precompiled headers in the kernel cache while the calling thread compiles, for later threads and processes.
 
-    Otherwise Warp precompiles its headers in each thread of each process that compiles for a CPU, which takes nearly
-    2 s, as long as a large kernel. A file gets its final name when it is complete. The compiler refuses a file whose
-    headers have changed. If the installed version of Warp does not support this, it compiles as usual.
+    Without the kept headers, Warp precompiles its headers in each thread of each process that compiles for a CPU, which
+    takes nearly 2 s, as long as a large kernel. A file gets its final name when it is complete. The compiler refuses a
+    precompiled header if the original headers have changed. If the installed version of Warp does not support kept
+    headers, it compiles as usual.
 
     Args:
         device: Device to compile for; nothing is done for a GPU.
@@ -211,7 +214,7 @@ def _kept_headers(device: str, folder: Path) -> Iterator[None]:
 
 
 def _folder_of_headers() -> Path:
-    """Return the folder of precompiled headers, which differs for each installation of Warp."""
+    """Return the folder of precompiled headers in the kernel cache; each installation of Warp has its own folder."""
     header = Path(wp.__file__).parent / "native" / "builtin.h"
     about = header.stat()
     installation = hashlib.sha256(f"{header} {about.st_size} {about.st_mtime_ns}".encode()).hexdigest()[:16]
@@ -219,7 +222,7 @@ def _folder_of_headers() -> Path:
 
 
 def _move_elsewhere(error: OSError) -> None:
-    """Warn, and compile the kernels of this process into a temporary folder from now on."""
+    """Warn that the kernel cache is not writable, and compile kernels of this process into a temporary folder."""
     cache = wp.config.kernel_cache_dir or os.environ.get("WARP_CACHE_PATH", "of this user")
     wp.config.kernel_cache_dir = str(folder_of_this_process())
     warn_caller(
@@ -247,7 +250,10 @@ def _discard(folder: Path, reason: str) -> None:
 
 
 def _is_damaged(folder: Path) -> bool:
-    """Return whether a file differs from its digest; files without a digest, which may be new, are ignored."""
+    """Return whether a file in a module's folder differs from the digest that `_seal` has written.
+
+    Files without a digest are ignored, because another process may just have written them.
+    """
     try:
         sealed = json.loads((folder / SEAL).read_text())
     except FileNotFoundError:
@@ -259,7 +265,7 @@ def _is_damaged(folder: Path) -> bool:
 
 
 def _seal(folder: Path) -> None:
-    """Write the digests of a module's files to its folder; files for other devices may follow later."""
+    """Write the digests of the files in a module's folder to the file SEAL; kernels for other devices may follow."""
     try:
         text = json.dumps(_digests(folder))
         if (folder / SEAL).is_file() and (folder / SEAL).read_text() == text:
@@ -271,6 +277,6 @@ def _seal(folder: Path) -> None:
 
 
 def _digests(folder: Path) -> dict[str, str]:
-    """Return the digests of the compiled files and of Warp's descriptions of them, by file name."""
+    """Return the SHA-256 digests {file name: digest} of the compiled files and of Warp's descriptions in a folder."""
     files = (path for path in sorted(folder.iterdir()) if path.suffix in SEALED)
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files if path.is_file()}

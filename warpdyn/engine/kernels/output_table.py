@@ -1,6 +1,7 @@
-"""The recorders and the variables that they write.
+"""Tables of the recorders, and of the output variables that each recorder writes.
 
-Demands are evaluated at every step, not between steps. Forces and accelerations satisfy the equation of motion.
+A recorder is a part of a kernel that writes results, such as peak drifts. Response quantities are evaluated at every
+step, not between steps. Forces and accelerations satisfy the equation of motion.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
 from warpdyn.engine.kernels.registry import recorders
 from warpdyn.foundations.core.output_variables import Variable
 
-# Family -> recorder -> name in the dataset -> variable.
+# Family of the structure ("chain" or "dense") -> recorder -> name in the dataset -> variable.
 RECORDERS = recorders()
 # Variables that `parts/collapse.py` writes. They are here because that module imports Warp, which a Scene does not
 # need.
@@ -27,7 +28,12 @@ STATE = "state"
 
 
 def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool) -> dict[str, Variable]:
-    """Return all variables that a run writes: those of its recorders, of collapses and of an adaptive method."""
+    """Return all output variables of a run as {name: variable}.
+
+    The dictionary contains the variables of the recorders, those of collapses if `collapses` is true, and those of an
+    adaptive method if `is_adaptive` is true. The final state (recorder STATE) is omitted, because the dataset does not
+    contain it.
+    """
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
     }

@@ -1,4 +1,4 @@
-"""`Plan`, the properties that decide the source of a kernel; and the structs that a kernel takes as arguments."""
+"""`Plan`, the properties that decide the source of a kernel, and the structs that are arguments of a kernel."""
 
 # No `from __future__ import annotations` in this folder: Warp needs the types of annotations, not their text.
 
@@ -26,11 +26,11 @@ DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything that decides a kernel's source; each distinct plan has one kernel.
+    """All properties of a run that decide the source of its kernel; each distinct plan has one kernel.
 
     Args:
         family: "chain" (storeys in series) or "dense" (full matrices).
-        dofs: Degrees of freedom.
+        dofs: Number of degrees of freedom.
         law: Device functions of the storeys (elastic for the dense family).
         damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
             (dense); "classical" or "general" if the method is exact.
@@ -44,12 +44,13 @@ class Plan:
         viscous_dampers: Viscous dampers of a chain: "none", "linear" (computed as storey damping) or "power" (the force
             is a power of the velocity).
         physics: Further parts of the kernel, such as "p_delta" (chain, not with the exact method).
-        collapses: Whether a sample ends when a storey drift passes its capacity (chain).
-        has_drift_capacity: Whether storeys have drift capacities in addition to the drift ratio of the building.
+        collapses: Whether the simulation of a sample ends when a storey drift exceeds its capacity (chain).
+        has_drift_capacity: Whether storeys have individual drift capacities in addition to the building's limit of the
+            drift ratio.
         resumes: Whether each structure starts from its final state in the last event.
-        undivided: Whether the motions have a value for each step (see `Model.launched`).
-        starts_displaced: Whether yielding storeys start at a drift, to which they are pushed slowly from rest.
-        records_late: Whether recorders of peaks start later than the run (`record_from`).
+        undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
+        starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
+        records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
     """
 
     family: str
@@ -74,17 +75,17 @@ class Plan:
 
     @property
     def kind(self) -> str:
-        """The kind of the method: explicit, implicit or exact."""
+        """The kind of the integration method: "explicit", "implicit" or "exact"."""
         return METHODS[self.method].kind
 
     @property
     def storeys_of_thread(self) -> int:
-        """Number of storeys per thread; the last sections of a chain may be padded."""
+        """Number of storeys per thread; the last threads of a chain may have extra storeys without mass (padding)."""
         return -(-self.dofs // self.sections)
 
 
 def options(plan: Plan) -> dict[str, object]:
-    """Return the options of the Warp module of a plan's kernel."""
+    """Return the options of the Warp module that contains the kernel of a plan, such as the compiler flags."""
     law, method = spring_row(plan.law), METHODS[plan.method]
     in_registers = plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
     # Loops over a law's many values must be unrolled; otherwise LLVM does not vectorise the lane loops around them.
@@ -100,20 +101,23 @@ def options(plan: Plan) -> dict[str, object]:
 
 
 def row_types(plan: Plan) -> tuple:
-    """Return the types of vectors with one value per lane: in the dtype of the plan, in float64, and of integers."""
+    """Return three vector types with one element per lane: of the plan's dtype, of float64 and of int32.
+
+    A lane is one of the samples that a thread integrates at once.
+    """
     return tuple(
         wp.types.vector(length=plan.lanes, dtype=dtype) for dtype in (DTYPES[plan.dtype], wp.float64, wp.int32)
     )
 
 
 def constants(plan: Plan, values: object) -> object:
-    """Return a constant vector in the dtype of the plan."""
+    """Return the values as a constant Warp vector in the dtype of the plan."""
     row = np.ravel(values).astype(np.float64)
     return wp.constant(wp.types.vector(length=row.size, dtype=DTYPES[plan.dtype])(*row))
 
 
 def keeps_drifts(plan: Plan) -> bool:
-    """Return whether the unknowns of a plan's method are storey drifts."""
+    """Return whether the unknowns of the plan's method are storey drifts (multistep methods)."""
     return isinstance(METHODS[plan.method], MultistepMethod)
 
 
@@ -126,14 +130,18 @@ def holds_step(plan: Plan) -> bool:
 
 
 def keeps_slopes(method: ExplicitMethod | MultistepMethod) -> bool:
-    """Return whether a stage of the method needs slopes of several earlier stages."""
+    """Return whether a stage of the method needs the slopes (velocities, accelerations) of several earlier stages."""
     return isinstance(method, ExplicitMethod) and bool(
         method.is_nystroem or method.is_adaptive or np.any(np.tril(np.array(method.a), -2))
     )
 
 
 def tableau(plan: Plan) -> SimpleNamespace:
-    """Return an explicit method's constants and properties."""
+    """Return the coefficients and properties of a plan's explicit method as attributes, for its kernel.
+
+    `a`, `weight` and `node` are the Runge-Kutta matrix, the weights of the stages and their times; a multistep method
+    has one stage.
+    """
     method = METHODS[plan.method]
     if isinstance(method, MultistepMethod):
         first = constants(plan, [1.0])
@@ -164,9 +172,10 @@ def tableau(plan: Plan) -> SimpleNamespace:
 
 
 def settling_polynomial(plan: Plan) -> tuple[float, ...]:
-    """Return the coefficients of R(-rate * step), the factor per step on a value that decays at this rate.
+    """Return the coefficients of R(-rate * step), lowest power first, for the method of a plan.
 
-    Implicit methods integrate the memory of a law by the classical method RK4.
+    R is the factor per step by which the method multiplies a value that decays at this rate. Implicit methods integrate
+    the memory of a storey law by the classical method RK4, so its polynomial is returned for them.
     """
     method = METHODS[plan.method]
     polynomial = (method if method.kind == "explicit" else METHODS["rk4"]).stability_polynomial
@@ -174,7 +183,7 @@ def settling_polynomial(plan: Plan) -> tuple[float, ...]:
 
 
 def settling_limit(plan: Plan) -> float:
-    """Return the largest product of rate and step at which deviations of the memory do not grow."""
+    """Return the largest product of decay rate and step at which errors in the memory of a storey law do not grow."""
     return min(relaxation_limit(METHODS[plan.method]), LARGEST_LIMIT)
 
 
@@ -183,7 +192,10 @@ HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "steppi
 
 
 def values_held(plan: Plan) -> dict[str, int]:
-    """Return the number of values that a kernel keeps for each sample: {category: number}."""
+    """Return the number of values that a kernel keeps in registers or local memory per sample: {category: number}.
+
+    The categories are "state", "structure", "method" and "recorders".
+    """
     n, kind, spring = plan.dofs, plan.kind, spring_row(plan.law)
     # Displacement and velocity of each degree of freedom, and the law's memory.
     held = {"state": (2 + spring.memory) * n, "structure": 0, "method": 0, "recorders": 0}
@@ -213,7 +225,9 @@ def values_held(plan: Plan) -> dict[str, int]:
 
 
 def structs(dtype_name: str, users: tuple[type[Recorder], ...] = ()) -> SimpleNamespace:
-    """Return the argument structs of kernels for one dtype; outputs have the names of the variables in the dataset.
+    """Return the argument structs of kernels for one dtype: Control, Samples, Structure, Load, Output and History.
+
+    The fields of Output have the names of the variables in the dataset.
 
     Args:
         dtype_name: Key of DTYPES.
@@ -237,7 +251,7 @@ def _structs(dtype_name: str, users: tuple[type[Recorder], ...]) -> SimpleNamesp
 
 
 def output_struct(dtype_name: str, names: Iterable[str]) -> Any:
-    """Return a struct Output with fields for these variables."""
+    """Return the Warp struct Output with fields for these output variables."""
     return structs(dtype_name, users_of_variables(names)).Output
 
 
@@ -247,7 +261,7 @@ def _struct(name: str, types: dict[str, str], dtype_name: str) -> type:
 
 
 def _field_type(type_name: str, dtype: type) -> object:
-    """Return the Warp type for a text: "float" is the kernel's dtype, "float[,]" a two-dimensional array."""
+    """Return the Warp type of a text: "float" is the kernel's dtype, "float[,]" a two-dimensional array of it."""
     scalar, bracket, commas = type_name.partition("[")
     element = dtype if scalar == "float" else getattr(wp, scalar)
     return wp.array(dtype=element, ndim=1 + commas.count(",")) if bracket else element

@@ -27,8 +27,8 @@ SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
 # Steps times storeys of the first piece; with the slowest laws it takes 0.5 s.
 FIRST_PIECE = 3e4
 WAIT_FOR_GPU = 2e-4  # seconds between checks whether the GPU has finished or Ctrl-C was pressed
-# Number of blocks that run on a GPU at the same time: while the host waits for one block, the others keep the GPU busy.
-# A block has one launch for each number of steps per interval; its launches run on STREAMS_OF_A_BLOCK streams.
+# Number of blocks (groups of samples) on a GPU at the same time: while the host waits for one block, others use the
+# GPU. A block has one launch for each number of steps per interval; its launches run on STREAMS_OF_A_BLOCK streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
 
 
@@ -39,7 +39,7 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
         device: One name or several names; "cuda": all GPUs; None: the first GPU, or the CPU if there is no GPU.
 
     Raises:
-        TypeError: If it is neither a name nor a sequence of names.
+        TypeError: If `device` is neither a name nor a sequence of names.
         ValueError: If a device does not exist, is named twice, or the CPU is named together with a GPU.
     """
     initialise()
@@ -54,12 +54,12 @@ def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
         if name not in ("cpu", *gpus):
             raise ValueError(f"this computer has no device {name!r}; available: {', '.join(['cpu', *gpus])}")
     if not names or len(set(names)) < len(names) or ("cpu" in names and len(names) > 1):
-        raise ValueError(f"device must be one device or several different GPUs, got {device!r}")
+        raise ValueError(f"device must be one device or several different GPUs (device='cuda' for all), got {device!r}")
     return names
 
 
 def device_names(devices: Sequence[str]) -> str:
-    """Return a text for the dataset with each device and its model, such as "cuda:0 (NVIDIA H100)"."""
+    """Return a text with the name and the model of each device for the dataset, such as "cuda:0 (NVIDIA H100)"."""
     return ", ".join(f"{device} ({wp.get_device(device).name})" for device in devices)
 
 
@@ -71,7 +71,7 @@ def free_memory(device: str) -> int:
 
 
 def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
-    """Return the total time [s] that is covered by time spans, which may overlap."""
+    """Return the time [s] during which at least one of the spans (start, end) [s] was running; spans may overlap."""
     covered, reached = 0.0, -np.inf
     for start, end in sorted(spans):
         covered += max(0.0, end - max(start, reached))
@@ -90,23 +90,23 @@ class CpuQueue:
         self._pace: dict[Plan, float] = {}  # steps (of all rows of lanes together) that a thread takes per piece
 
     def begin(self) -> None:
-        """Forget the last run."""
+        """Delete the recorded times of the last run."""
         self.spans.clear()
 
     def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
-        """Return memory for an array."""
+        """Return a new uninitialised Warp array; `kind` and `name` are ignored."""
         return wp.empty(shape, dtype=dtype, device=self.device)
 
     def fetch(self, arrays: dict[str, wp.array]) -> Callable[[], dict[str, np.ndarray]]:
-        """Return a function that returns arrays."""
+        """Return a function that returns the arrays as NumPy arrays {name: array}."""
         return lambda: {name: array.numpy() for name, array in arrays.items()}
 
     def urgently(self) -> AbstractContextManager[object]:
-        """Return a context that does nothing: launches run at once."""
+        """Return a context that does nothing: on a CPU, launches run at once."""
         return nullcontext()
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return a struct of `structs` with these arrays, converted to the types of its fields."""
+        """Return the struct `kind`, such as "Load", with these arrays, converted to the types of its fields."""
         struct = getattr(structs(dtype), kind)
         instance = struct()
         for name, values in arrays.items():
@@ -114,7 +114,7 @@ class CpuQueue:
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
-        """Fill arrays (first index: sample) with blank values, and return a struct Output that uses their memory."""
+        """Fill `into` (first index: sample) with blank values; return a struct Output that shares its memory."""
         struct = output_struct(dtype, into)
         instance = struct()
         for name, values in into.items():
@@ -125,14 +125,14 @@ class CpuQueue:
     def launch(
         self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
     ) -> None:
-        """Divide launches into slices, run the slices in threads, and wait.
+        """Divide launches into slices, run the slices in threads, and wait until all have finished.
 
-        A slice is launched in pieces of about SECONDS_OF_A_PIECE; Ctrl-C works between two pieces. A piece consists of
-        whole rows of lanes.
+        A slice is launched in pieces of about SECONDS_OF_A_PIECE; Ctrl-C works between two pieces. A piece is a whole
+        number of groups of `plan.lanes` samples.
 
         Args:
             launches: The launches.
-            arguments: The arguments of the kernels that follow those of each launch.
+            arguments: Further arguments of the kernels, after the inputs of each launch.
             advance: Function that is called with the number of samples that have finished since its last call.
         """
         # Load the kernels before the threads start; otherwise each thread would compile them.
@@ -146,7 +146,7 @@ class CpuQueue:
             costs = np.cumsum(launch.steps_of_rows(plan.lanes, first, last))
             done = 0
             while done < costs.size and not stopping.is_set():
-                # Number of rows that take SECONDS_OF_A_PIECE, estimated from the last pieces.
+                # Number of groups of samples that take SECONDS_OF_A_PIECE, estimated from the last pieces.
                 before = costs[done - 1] if done else 0.0
                 until = max(
                     done + 1,
@@ -174,23 +174,23 @@ class CpuQueue:
     def start_reading(
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
     ) -> None:
-        """Do nothing: outputs need no copy."""
+        """Do nothing: on a CPU, outputs need no copy."""
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
-        """Do nothing: the kernels have written the outputs into these arrays."""
+        """Do nothing: on a CPU, kernels write the outputs directly into the arrays of `blank`."""
 
     def read(self, array: Any) -> np.ndarray:
-        """Return an array of a struct as a NumPy array."""
+        """Return a Warp array as a NumPy array."""
         return array.numpy()
 
 
 class CudaQueue:
-    """Queue of a GPU for one block of samples at a time, with its own streams.
+    """Queue of a GPU for one block (group of samples) at a time, with its own CUDA streams.
 
     Memory is kept for the next block, because freeing memory would wait for everything that is queued on the GPU.
 
     Args:
-        device: The GPU.
+        device: Name of the GPU, such as "cuda:0".
         origin: Event that was recorded on the GPU earlier; times are measured from this event.
     """
 
@@ -214,12 +214,12 @@ class CudaQueue:
         self._advance: Callable[[], object] = lambda: None
 
     def begin(self) -> None:
-        """Forget the last run, which may have been interrupted, without waiting for it."""
+        """Delete times and outputs of the last run, which may have been interrupted, without waiting for it."""
         self.spans.clear()
         self.staying, self._held_until = {}, None
 
     def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
-        """Return memory for an array of the present block; it is used again for the next block."""
+        """Return a GPU array for the present block of samples; its memory is used again for the next block."""
         before = self._held.get((kind, name, dtype))
         array = self._array((kind, name), shape, dtype)
         if self._held[kind, name, dtype] is not before:  # it was allocated in the order of the stream
@@ -228,14 +228,14 @@ class CudaQueue:
 
     @contextmanager
     def urgently(self) -> Iterator[None]:
-        """Run kernels before those of all blocks in progress; later operations of the queue wait for them."""
+        """Run kernels before those of all blocks in progress; later operations of this queue wait for these kernels."""
         self.urgent.wait_event(self.stream.record_event())
         with wp.ScopedStream(self.urgent, sync_enter=False):
             yield
         self.stream.wait_event(self.urgent.record_event())
 
     def fetch(self, arrays: dict[str, wp.array]) -> Callable[[], dict[str, np.ndarray]]:
-        """Queue copies of arrays to the host on the present stream; the result waits for them, and returns them."""
+        """Queue copies of GPU arrays to the host; return a function that waits for them and returns NumPy arrays."""
         found = {}
         for name, array in arrays.items():
             found[name] = self._array(("fetched", name), array.shape, array.dtype, pinned=True)
@@ -249,7 +249,7 @@ class CudaQueue:
         return wait
 
     def upload(self, kind: str, arrays: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return a struct of `structs` with these arrays copied to the GPU, converted to the types of its fields.
+        """Return the struct `kind` with these arrays, copied to the GPU and converted to the types of its fields.
 
         The copies are queued without waiting, from page-locked memory, which is ten times as fast as other memory.
         """
@@ -271,7 +271,7 @@ class CudaQueue:
         return instance
 
     def blank(self, into: dict[str, np.ndarray], dtype: str) -> Any:
-        """Return a struct Output with blank values on the GPU; its last index is the sample, the first of `into`."""
+        """Return a struct Output with blank GPU arrays, of the transposed shapes of `into` (last index: sample)."""
         struct = output_struct(dtype, into)
         instance = struct()
         with wp.ScopedStream(self.stream):
@@ -284,7 +284,7 @@ class CudaQueue:
     def launch(
         self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
     ) -> None:
-        """Queue launches of kernels on several streams; later operations wait for them."""
+        """Queue kernel launches on several CUDA streams; later operations of this queue wait for them."""
         kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
         ready = self.stream.record_event()
         for stream in self.streams[1:]:
@@ -306,7 +306,7 @@ class CudaQueue:
     def start_reading(
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
     ) -> None:
-        """Queue the transposition of the outputs and their copies to the host.
+        """Queue the transposition of the outputs, so that the first index is the sample, and their copies to the host.
 
         Args:
             output: The struct Output.
@@ -334,36 +334,36 @@ class CudaQueue:
             self._arrived = self.stream.record_event()
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
-        """Wait for the outputs and copy them into these arrays; `each(function, names)` may copy in parallel."""
+        """Wait for the outputs and copy them into `rows`; `each(function, names)` may copy several in parallel."""
         self._wait(self._arrived)
         list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
         self._settle()
         self._advance()
 
     def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
-        """Overwrite outputs that remained on the GPU with these values, and wait."""
+        """Overwrite the outputs `staying` on the GPU by the host arrays `rows`, and wait for the copies."""
         for name, array in staying.items():
             array.assign(rows[name])
         wp.synchronize_device(self.device)
 
     def hold_until(self, released: Callable[[], wp.Event]) -> None:
-        """Keep the outputs on the GPU until an event that `released()` will return."""
+        """Keep the present outputs on the GPU until the event that `released()` will return."""
         self._held_until = released
 
     def read(self, array: Any) -> np.ndarray:
-        """Wait for everything that is queued, and return an array of a struct as a NumPy array."""
+        """Wait for everything that is queued, and return a GPU array as a NumPy array."""
         self._wait(self.stream.record_event())
         self._settle()
         return array.numpy()
 
     def _wait(self, event: wp.Event) -> None:
-        """Wait for an event; Ctrl-C interrupts this."""
+        """Wait until the GPU has reached an event; Ctrl-C interrupts the wait."""
         while not event.is_complete:
             stop_if_asked()
             time.sleep(WAIT_FOR_GPU)
 
     def _settle(self) -> None:
-        """Record the times of finished launches, and release their arguments."""
+        """Record the times of finished launches, and free their arguments."""
         self._kept_alive.clear()
         while self._timed:
             start, end = self._timed.pop()
@@ -371,7 +371,7 @@ class CudaQueue:
             self.spans.append(tuple(1e-3 * moment for moment in moments))
 
     def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
-        """Return an array in the memory that is kept for a purpose; the memory is enlarged if it is too small."""
+        """Return an array in the memory that is kept for the purpose `place`; memory that is too small is replaced."""
         size = int(np.prod(shape))
         held = self._held.get((*place, dtype))
         if held is None or held.size < size:
@@ -385,7 +385,7 @@ Queue = CpuQueue | CudaQueue
 
 
 def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
-    """Return the queues of the devices, one for each block that may run at the same time, in the order of use."""
+    """Return the queues: one per device and per block of samples that may run there at once, in the order of use."""
     if devices[0] == "cpu":
         return [CpuQueue(threads) for _ in devices]
     origins = {device: wp.get_stream(device).record_event(wp.Event(device, enable_timing=True)) for device in devices}
@@ -393,7 +393,7 @@ def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
 
 
 def seconds_in_kernels(queues: Sequence[Queue]) -> float:
-    """Return the running time of the kernels [s]; with several devices, the longest of their times."""
+    """Return the running time of all kernels [s]; with several devices, the longest of the devices' times."""
     spans: dict[str, list[tuple[float, float]]] = {}
     for queue in queues:
         spans.setdefault(queue.device, []).extend(queue.spans)

@@ -1,6 +1,7 @@
-"""Lists of all parts of kernels (modules in FOLDERS and users' recorders), and of their variables and fields.
+"""Lists of all parts of kernels, of their output variables and of the fields of kernel arguments.
 
-This module does not import Warp, and imports a folder only when its parts are needed.
+A part is a module in one of FOLDERS, or a user's recorder; it contributes statements to the source of a kernel. This
+module does not import Warp, and imports a folder only when its parts are needed.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ FOLDERS = ("dampings", "loads", "parts", "stepping", "recorders")
 
 
 def names_in(folder: str) -> list[str]:
-    """Return the names of a folder's modules."""
+    """Return the names of the modules in a folder such as "loads", sorted."""
     package = importlib.import_module(f"{__package__}.{folder}")
     return sorted(each.name for each in pkgutil.iter_modules(package.__path__))
 
@@ -35,23 +36,26 @@ def _modules_in(folder: str) -> tuple[ModuleType, ...]:
 
 
 def parts_in(folder: str) -> tuple[Any, ...]:
-    """Return the parts of a folder, sorted as in a slot; users' recorders follow the recorders of warpdyn."""
+    """Return the parts in a folder such as "loads", sorted by their attribute `order`, then by name.
+
+    In the folder "recorders", the users' recorders follow the recorders of warpdyn.
+    """
     return _modules_in(folder) + (tuple(USERS.values()) if folder == "recorders" else ())
 
 
 def skeletons() -> tuple[ModuleType, ...]:
-    """Return the modules of all skeletons."""
+    """Return the modules of all skeletons; a skeleton is the function with the time loop of a kernel."""
     return tuple(importlib.import_module(f"{__package__}.skeletons.{name}") for name in names_in("skeletons"))
 
 
 def all_parts() -> tuple[Any, ...]:
-    """Return all parts, sorted as in a slot."""
+    """Return the parts of all folders, in the order of FOLDERS and sorted within each folder as in `parts_in`."""
     return tuple(part for folder in FOLDERS for part in parts_in(folder))
 
 
 @functools.cache
 def recorders() -> dict[str, dict[str, dict[str, Variable]]]:
-    """Return {family of the structure: {recorder: {name: variable}}}."""
+    """Return the output variables of all recorders: {family of the structure: {recorder: {name: variable}}}."""
     for part in _modules_in("recorders"):
         for family, variables in getattr(part, "VARIABLES", {}).items():
             TABLE[family][name_of(part)] = variables
@@ -60,7 +64,9 @@ def recorders() -> dict[str, dict[str, dict[str, Variable]]]:
 
 @functools.cache
 def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
-    """Return {struct: {field: type}} for all fields that parts and skeletons declare; types are texts as "float[,]".
+    """Return the fields of the argument structs that parts and skeletons of kernels declare: {struct: {field: type}}.
+
+    A type is a text: "float[,]" is a two-dimensional array of the kernel's number type.
 
     Args:
         users: Recorders of users; Output contains their variables.
@@ -96,7 +102,7 @@ def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
 
 
 def outputs_of(variables: dict[str, Variable]) -> dict[str, str]:
-    """Return the fields of Output for these variables; the last index of each array is the sample."""
+    """Return the fields {name: type} of the struct Output for output variables; the last index is the sample."""
     return {
         name: ("int32" if variable.is_whole else "float") + ("[,]" if variable.dims else "[]")
         for name, variable in variables.items()

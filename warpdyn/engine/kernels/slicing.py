@@ -1,4 +1,4 @@
-"""Launches of kernels, and their division into slices that threads run."""
+"""Launches of kernels, and the division of launches into slices of samples for CPU threads."""
 
 from itertools import pairwise
 from typing import NamedTuple
@@ -13,13 +13,16 @@ SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
 class Launch(NamedTuple):
     """One launch of a kernel for some of the uploaded samples.
 
+    A motion consists of intervals (time between two values), and each interval consists of `substeps` integration
+    steps.
+
     Args:
         plan: Plan of the kernel.
         inputs: Structs Control, Samples, Structure and Load of the launch.
         count: Number of samples.
         substeps: Steps per interval.
-        order: Indices of the samples among the uploaded samples, longest runs first, shape [sample]; a GPU needs none.
-        intervals: Number of intervals of each uploaded sample, shape [uploaded sample]; a GPU needs none.
+        order: Indices of the samples among the uploaded samples, longest runs first, shape [sample]; not used on a GPU.
+        intervals: Number of intervals of each uploaded sample, shape [uploaded sample]; not used on a GPU.
     """
 
     plan: Plan
@@ -30,13 +33,26 @@ class Launch(NamedTuple):
     intervals: np.ndarray
 
     def steps_of_rows(self, lanes: int, first: int = 0, last: int | None = None) -> np.ndarray:
-        """Return the number of steps of rows `first` to `last` - 1; the first sample of a row is the longest."""
+        """Return the number of integration steps of rows `first` to `last` - 1, shape [row].
+
+        A row is a group of `lanes` samples that one thread integrates at once. Its first sample is its longest, so the
+        steps of this sample are the steps of the row.
+        """
         end = None if last is None else last * lanes
         return self.intervals[self.order[first * lanes : end : lanes]] * np.float64(self.substeps)
 
 
 def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
-    """Divide launches into slices (launch, first row, last row) of about the same run time, longest samples first."""
+    """Divide launches into slices that take about the same time, for CPU threads.
+
+    Args:
+        launches: The launches.
+        lanes: Number of samples that a thread integrates at once; such a group is called a row.
+        threads: Number of threads.
+
+    Returns:
+        Tuples (launch, first row, last row + 1), slices with the longest samples first.
+    """
     steps = [launch.steps_of_rows(lanes) for launch in launches]
     costs = [np.cumsum(each) for each in steps]
     share = sum(cost[-1] for cost in costs) / (threads * SLICES_PER_THREAD)

@@ -1,7 +1,8 @@
 """The table of all slots: when their statements run, and which variables a part may read and write there.
 
-`compose` checks each part against this table. In every slot, a part may also read the variables of COMMON and those
-that the part declares.
+A slot is a place in the time loop of a kernel, to which parts (modules with statements) contribute. `compose` checks
+each part against this table. In every slot, a part may also read the variables of COMMON and those that the part
+declares.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ INDICES = {
 
 
 class Slot(NamedTuple):
-    """A slot: parts fill it with statements.
+    """A slot: a place in the time loop of a kernel that parts (modules with statements) fill with statements.
 
     Args:
         index: Key of INDICES: the loops around the slot, whose variables the statements may use.
@@ -127,7 +128,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "interval_until z",
         ),
         "end_steps": _slot("kernel", "After the last interval (one sample per thread)."),
-        "see_last": _slot("kernel", "After the last state has been seen (one sample per thread)."),
+        "see_last": _slot("kernel", "After the last state was recorded (one sample per thread)."),
         "begin_interval": _slot("kernel", "Begin an interval; standing = 0 ends the run.", "", "standing"),
         "change_lanes": _slot(
             "kernel",
@@ -160,26 +161,30 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "position_of_stage": _slot(
             "lane", "Set at, the time of the stage since the start of the interval / its length.", "", "at"
         ),
-        "begin_stage": _slot("kernel", "Before a stage.", "", "c drift rate memory f"),
-        "end_stage": _slot("kernel", "After a stage."),
-        "end_stages": _slot("kernel", "After the last stage."),
+        "begin_stage": _slot("kernel", "Before a stage of the method.", "", "c drift rate memory f"),
+        "end_stage": _slot("kernel", "After a stage of the method."),
+        "end_stages": _slot("kernel", "After the last stage of the step."),
         "begin_search": _slot(
             "lane", "Before an implicit method searches for the state at the end of the step.", "position_end"
         ),
-        "begin_search_of_storey": _slot("storey, lane", "As begin_search, for each storey.", "position_end"),
-        "end_search": _slot("lane", "After the search."),
-        "damp_modes": _slot("kernel", "Evaluate the forces of modal damping at the velocities vs."),
+        "begin_search_of_storey": _slot(
+            "storey, lane", "Before the search for the state at the end of the step, for each storey.", "position_end"
+        ),
+        "end_search": _slot("lane", "After the search for the state at the end of the step."),
+        "damp_modes": _slot("kernel", "Evaluate the forces of modal damping for the velocities vs."),
     },
-    "Every walk through the storeys, from the top down": {
+    "Every loop over the storeys, from the top down": {
         "visit_storey": _slot(
             "storey",
             "Evaluate a stage of an explicit method in a storey.",
             "vi memory c",
             "above drift rate f restoring dashpot net ai",
         ),
-        "begin_walk": _slot("lane", "Before the walk.", "at", "above"),
-        "before_storey": _slot("storey", "Before the lanes of a storey.", "", "z us c memory after drift"),
-        "after_storey": _slot("storey", "After the lanes of a storey.", "", STATE),
+        "begin_walk": _slot("lane", "Before the loop over the storeys.", "at", "above"),
+        "before_storey": _slot(
+            "storey", "Before the loop over the lanes of a storey.", "", "z us c memory after drift"
+        ),
+        "after_storey": _slot("storey", "After the loop over the lanes of a storey.", "", STATE),
         "state_of_stage": _slot(
             "storey, lane", "Set drift, vi (and rate) to the state of the stage.", "", "drift vi rate"
         ),
@@ -191,9 +196,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "follow_turn": _slot(
             "storey, lane", "Let memory follow the last change of the drift (rate laws, multistep).", "c", "memory"
         ),
-        "accepted_drift": _slot("storey, lane", "Set drift to that of the accepted state.", "", "drift"),
+        "accepted_drift": _slot("storey, lane", "Set drift to the drift of the accepted state.", "", "drift"),
         "storey_coefficients": _slot("storey, lane", "Set c to the coefficients of the law.", "", "c"),
-        "accepted_memory": _slot("storey, lane", "Set memory to that of the accepted state.", "", "memory"),
+        "accepted_memory": _slot("storey, lane", "Set memory to the memory of the accepted state.", "", "memory"),
         "reached_drift": _slot(
             "storey, lane", "Set reached_drift[j] to the drift; with u=us that of the stage.", "", "reached_drift"
         ),
@@ -206,7 +211,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "drift memory c",
             "f stiffness z",
         ),
-        "restore_foot": _slot("lane", "As restore, for the lowest storey of the section above.", "drift memory c", "f"),
+        "restore_foot": _slot(
+            "lane", "Set f to the force of the lowest storey of the section above.", "drift memory c", "f"
+        ),
         "add_to_force": _slot("storey, lane", "Add forces that depend on the drift.", "drift", "f"),
         "add_to_stiffness": _slot(
             "storey, lane",
@@ -258,7 +265,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         ),
         "add_to_imbalance": _slot("storey, lane", "Sum up the unbalanced forces.", "f inertia residual rise"),
         "eliminate": _slot("storey, lane", "Eliminate a row of the system.", "residual stiffness", "storey"),
-        "follow_slope": _slot("storey, lane", "Sum up the residual along the correction.", "residual"),
+        "follow_slope": _slot("storey, lane", "Sum up the product of residual and correction.", "residual"),
         "judge_walk": _slot("kernel", "Decide whether the search ends.", "walk", "waiting"),
         "substitute": _slot("kernel", "Solve the system upwards.", "", "rise us vs change found"),
         "choose_change": _slot("storey, lane", "Choose the change of the acceleration.", "found", "change"),
@@ -289,9 +296,11 @@ GROUPS: dict[str, dict[str, Slot]] = {
     "Collapse": {
         "watch_drifts": _slot("kernel", "Find whether a storey of an accepted state passes its capacity.", "", "drift"),
         "watch_lanes": _slot("kernel", "Find whether a lane collapses."),
-        "collapse_here": _slot("lane", "Let the sample collapse.", "", "h"),
+        "collapse_here": _slot("lane", "Mark the sample as collapsed.", "", "h"),
         "find_first_to_pass": _slot("lane", "Find which storey passes its capacity first, and when.", "", "drift g"),
-        "compare_sections": _slot("lane", "Find the first such storey among the threads that share a sample."),
+        "compare_sections": _slot(
+            "lane", "Find the first storey to pass its capacity among the threads that share a sample."
+        ),
         "see_drifts_at_collapse": _slot("lane", "Record the drifts at the instant of collapse.", "", "drift"),
     },
     "Energy": {
@@ -315,19 +324,19 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "add_to_supplied": _slot("lane", "At the end, add energies from other sources.", "", "unaccounted most"),
         "see_products": _slot("kernel", "After the products of full matrices.", "elastic viscous"),
         "see_mode": _slot("mode, lane", "Record a mode.", "inner driven total modal_load"),
-        "see_modes": _slot("kernel", "After see_mode of all modes."),
+        "see_modes": _slot("kernel", "After the slot see_mode of all modes."),
     },
     "End of the run": {
-        "finish": _slot("lane", "Before the storeys; o is the column of the sample in the outputs.", "o"),
+        "finish": _slot("lane", "Before the loop over the storeys; o is the column of the sample in the outputs.", "o"),
         "finish_storey": _slot("storey, lane", "Write the outputs of a storey to column o.", "o stiffness"),
         "finish_drift": _slot(
             "storey, lane",
-            "As finish_storey, with drift, memory and c (chains, except with the exact method).",
+            "Write outputs that need drift, memory or c (chains, except with the exact method).",
             "o drift memory c",
             "rate",
         ),
         "add_to_total": _slot("storey, lane", "Add the state to total, which must be finite.", "", "total"),
-        "after_finish": _slot("lane", "After the storeys.", "", "total"),
+        "after_finish": _slot("lane", "After the loop over the storeys.", "", "total"),
         "judge_demand": _slot(
             "lane", "Set status by demands; judge_state and judge_step may change it.", "o", "status"
         ),

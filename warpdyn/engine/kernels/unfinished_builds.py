@@ -1,8 +1,8 @@
-"""Check the free space of the kernel cache, and remove unfinished files of killed processes.
+"""Check the free space of the kernel cache, and remove unfinished files of processes that were killed.
 
 Warp compiles into a temporary folder next to the folder of the module and then renames it; the compiler writes
-precompiled headers in the same way. While a process compiles, it locks a note: a file with the name of the temporary
-folder. If a note is not locked, its process was killed. Folders without a note are not removed.
+precompiled headers in the same way. While a process compiles, it creates and locks a note: a file with the name of the
+temporary folder. If a note is not locked, its process was killed. Folders without a note are not removed.
 """
 
 import atexit
@@ -28,7 +28,10 @@ ROOM = 2**25
 
 
 def check_room(cache: Path) -> None:
-    """Raise an OSError if the disk of the kernel cache is too full; the compiler would end the process."""
+    """Raise an OSError if the disk of the kernel cache has less than ROOM bytes free.
+
+    If the disk became full while a kernel is compiled, the compiler would end the Python process.
+    """
     while not cache.is_dir() and cache.parent != cache:
         cache = cache.parent
     try:
@@ -40,18 +43,21 @@ def check_room(cache: Path) -> None:
                 os.posix_fallocate(file.fileno(), 0, ROOM)
     except OSError as error:
         if error.errno not in FULL:
-            return  # the folder cannot be written, or the system cannot reserve room
+            return  # the folder cannot be written, or the system cannot reserve space
         raise OSError(
             errno.ENOSPC,
-            f"cannot compile a kernel: the kernel cache {cache} has too little room ({error.strerror}; "
-            f"{free_space(cache)}, and a kernel takes up to {ROOM / 1e6:.0f} MB). Make room there, or choose another "
-            "folder before Python starts: export WARP_CACHE_PATH=/a/folder/with/room",
+            f"cannot compile a kernel: the kernel cache {cache} has too little free space ({error.strerror}; "
+            f"{free_space(cache)}, and a kernel needs up to {ROOM / 1e6:.0f} MB). Delete files there, or choose "
+            "another folder before Python starts: export WARP_CACHE_PATH=/a/folder/on/another/disk",
         ) from error
 
 
 @contextmanager
 def noted(folder: Path) -> Iterator[None]:
-    """Remove files of killed processes, and lock a note while this thread compiles the module of this folder."""
+    """Lock a note while this thread compiles a module into `folder`; first remove unfinished files of killed processes.
+
+    The note is a file that names Warp's temporary folder. A later process removes the folder if the note is not locked.
+    """
     if fcntl is None:
         yield
         return
@@ -87,7 +93,7 @@ def folder_of_this_process() -> Path:
 
 
 def _remove_if_unused(folder: Path) -> None:
-    """Remove the temporary folder of a process that has ended; raise an OSError if the process is running."""
+    """Remove the temporary folder of a process that has ended; raise an OSError if the process is still running."""
     if folder.is_symlink() or folder.stat().st_uid != os.geteuid():
         return
     lock = os.open(folder / LOCK, os.O_RDWR | OPENED)
@@ -99,7 +105,7 @@ def _remove_if_unused(folder: Path) -> None:
 
 
 def _sweep(cache: Path) -> None:
-    """Remove folders of killed processes, and unfinished headers if no process compiles."""
+    """Remove temporary folders of killed processes, and unfinished precompiled headers if no process compiles."""
     # A process locks a note before it writes headers, so a process without note now did not write these files.
     unfinished = [path for folder in cache.glob(HEADERS) for path in folder.glob(UNFINISHED_HEADERS)]
     held = [not _is_removed(note) for note in cache.glob(f"*{NOTE}")]
@@ -110,7 +116,10 @@ def _sweep(cache: Path) -> None:
 
 
 def _is_removed(note: Path) -> bool:
-    """Remove a note that is not locked and the folder that it names; return whether the note was removed."""
+    """Remove a note that is not locked, with the folder that it names; return whether the note was removed.
+
+    A note is a file that a process locks while it compiles into the folder. Without a lock, the process was killed.
+    """
     try:
         file = os.open(note, os.O_RDWR | OPENED)
     except FileNotFoundError:

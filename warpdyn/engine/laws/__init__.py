@@ -79,9 +79,9 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Return `certify`, which simulates laws and is imported when it is used."""
+    """Return `certify`, which is imported only when it is used; raise an AttributeError for other names."""
     if name == "certify":
-        # A later package, which may be imported only when this function is called.
+        # `campaigns` is a later package, which may be imported only when this function is called.
         return importlib.import_module("warpdyn.campaigns.running.certification").certify
     raise AttributeError(f"warpdyn.laws has no {name!r}{did_you_mean(name, __all__)}; dir(wd.laws) lists its names")
 

@@ -1,4 +1,4 @@
-"""Backbones given by corners: drift and force of each corner, divided by those of the first corner, the yield point."""
+"""Backbones that are given by corners: drift and force of each corner, divided by those of the yield point."""
 
 from __future__ import annotations
 
@@ -11,23 +11,26 @@ from warpdyn.engine.laws.bounds import first_place, place_of
 from warpdyn.engine.laws.law import Values
 from warpdyn.engine.laws.parameter import Parameter
 
-# After a falling part, the last part of a backbone may rise by this factor: GEM's capacity curves end with a residual
-# strength that rises by 1 %, rounded in their tables.
+# After a falling segment, the last segment of a backbone may rise by this factor: GEM's capacity curves end with a
+# residual strength that rises by 1 %, rounded in their tables.
 LARGEST_LAST_RISE = 1.0101
 
 
 def ductility(corner: int) -> Parameter:
-    """Return the parameter for the drift at a corner; the yield point is corner 1."""
+    """Return the parameter for the drift at a corner of the backbone, divided by the yield drift (corner 1)."""
     return Parameter("1", f"drift at corner {corner} over the yield drift", low=0.0)
 
 
 def force_ratio(corner: int) -> Parameter:
-    """Return the parameter for the force at a corner; the yield point is corner 1."""
+    """Return the parameter for the force at a corner of the backbone, divided by the yield force (corner 1)."""
     return Parameter("1", f"force at corner {corner} over the yield force", low=0)
 
 
 def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Return the ductilities and the force ratios of all corners of the backbone, yield point first."""
+    """Return the ductilities and the force ratios of all corners of the backbone, from the yield point on.
+
+    Ductilities and force ratios are lists with one array per corner, shape [storey] or [structure, storey].
+    """
     numbers = range(2, count + 1)
     names = [f"{what}_{i}" for what in ("ductility", "force_ratio") for i in numbers]
     one = np.ones(np.broadcast_shapes(*(np.shape(p[name]) for name in ("yield_force", *names))))
@@ -35,17 +38,20 @@ def corners(p: Values, count: int) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def has_negative_side(p: Values) -> bool:
-    """Return whether parameters of the negative side are given, so that the two sides of a storey may differ."""
+    """Return whether the user gave parameters of the negative side, so that the two sides of a storey may differ."""
     return any(name.endswith("_negative") for name in p)
 
 
 def negative_side(p: Values) -> Values:
-    """Return the parameters of the negative side of a law under the names of the positive side."""
+    """Return the parameters of the negative side of a law, renamed to the names of the positive side."""
     return {**p, **{name.removesuffix("_negative"): p[name] for name in p if name.endswith("_negative")}}
 
 
 def named_as_negative(problem: str | None, p: Values) -> str | None:
-    """Replace the names of parameters in a sentence by the names for the negative side, if these were given."""
+    """Return a sentence in which names of parameters are replaced by those of the negative side, such as `x_negative`.
+
+    Only names whose negative parameter was given are replaced.
+    """
     if problem is None:
         return None
     given = [name.removesuffix("_negative") for name in p if name.endswith("_negative")]
@@ -53,10 +59,10 @@ def named_as_negative(problem: str | None, p: Values) -> str | None:
 
 
 def falls(p: Values, count: int) -> bool:
-    """Return whether the backbone of any storey may fall from one corner to the next.
+    """Return whether the force of any storey's backbone may decrease from one corner to the next.
 
     Args:
-        p: Parameters, each [storey] or [value, storey]; their numbers of values may differ.
+        p: Parameters, each of shape [storey] or [value, storey]; the number of values may differ between parameters.
         count: Number of corners, including the yield point.
     """
     forces = [np.ones((1, 1)), *(np.atleast_2d(p[f"force_ratio_{i}"]) for i in range(2, count + 1))]
@@ -64,12 +70,12 @@ def falls(p: Values, count: int) -> bool:
 
 
 def backbone_problem(p: Values, count: int) -> str | None:
-    """Return a sentence on an impossible backbone, or None.
+    """Return a sentence that describes why a backbone is impossible, or None if it is possible.
 
     - Drifts must increase from corner to corner.
-    - No part may be steeper than the first part.
-    - After a falling part, no part may rise, except the last one by 1 %: reloading towards a peak on a rising part
-      would pass above the lowest force, and cycles would generate energy.
+    - No segment may be steeper than the first segment.
+    - After a falling segment, no segment may rise, except the last one by 1 %: reloading towards a peak on a rising
+      segment would pass above the lowest force, and cycles would generate energy.
     """
     drift, force = corners(p, count)
     for i in range(1, count):
@@ -83,7 +89,7 @@ def backbone_problem(p: Values, count: int) -> str | None:
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most "
-                f"{force[i - 1][place] + length[place]:g}: no part of a backbone may be stiffer than its first"
+                f"{force[i - 1][place] + length[place]:g}: no segment may be stiffer than the first one"
             )
     for i in range(2, count):
         rise = LARGEST_LAST_RISE if i == count - 1 else 1.0
@@ -91,6 +97,6 @@ def backbone_problem(p: Values, count: int) -> str | None:
             name, place = f"force_ratio_{i + 1}", first_place(bad)
             return (
                 f"{name} is {force[i][place]:g} ({place_of(place)}); it must be at most force_ratio_{i}, "
-                f"{force[i - 1][place]:g}: after a falling part a backbone may not rise again, except by 1 % at its end"
+                f"{force[i - 1][place]:g}: after a falling segment it may not rise again, except by 1 % at the end"
             )
     return None

@@ -1,4 +1,4 @@
-"""Bounds of a parameter that depend on other parameters."""
+"""Functions that check bounds of a parameter which depend on other parameters, and describe violations."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 
 def first_bad(bad: ArrayLike, name: str, values: ArrayLike, words: str, bounds: ArrayLike, reason: str) -> str | None:
-    """Return a sentence on the first value that violates its bound, or None.
+    """Return a sentence about the first value of a parameter that violates its bound, or None if no value does.
 
     Args:
         bad: Whether each value violates its bound, shape [storey] or [structure, storey].
@@ -30,11 +30,14 @@ def first_place(bad: np.ndarray) -> tuple[int, ...]:
 
 
 def place_of(place: tuple[int, ...]) -> str:
-    """Return a text such as "structure 0, storey 2" for indices; storeys are counted from 1 in the text."""
+    """Return a text for messages, such as "structure 0, storey 2", for indices that are counted from 0.
+
+    In the text, storeys are counted from 1 and structures from 0.
+    """
     *structure, storey = place
     return ", ".join([f"structure {i}" for i in structure] + [f"storey {storey + 1}"])
 
 
 def above(values: np.ndarray, bounds: np.ndarray) -> np.ndarray:
-    """Return whether each value exceeds its computed bound by more than rounding."""
+    """Return a mask of the values that exceed their computed bound by more than a rounding error."""
     return values > bounds + 1e-12 * np.abs(bounds)

@@ -1,4 +1,4 @@
-"""The laws and devices of a whole building; each storey may have a different law."""
+"""The storey laws and devices of a whole building; each storey may have a different law."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ Element = type[StoreyElement]
 
 
 def missing_at(name: str, storey: int, law: str) -> str:
-    """Return a sentence on a parameter that is missing at a storey; `storey` is counted from 0."""
+    """Return a sentence for messages: a parameter is missing at a storey; the index `storey` is counted from 0."""
     return f"{name} is missing at storey {storey + 1}, whose law {law!r} needs it"
 
 
 class BuildingLaw:
-    """The laws of the storeys of a building, and its devices.
+    """The laws of the storeys of a building, and the devices of the building.
 
-    It has the methods of a `Law`; they refer to the whole building.
+    An object has the methods of a `Law`; they refer to the whole building.
 
     Args:
         laws: Law of each storey, or a single law for all storeys.
@@ -47,12 +47,12 @@ class BuildingLaw:
 
     @property
     def name(self) -> str:
-        """Name of the laws and devices, such as "bilinear|bouc_wen+gap"."""
+        """Names of the laws and devices as one text, such as "bilinear|bouc_wen+gap"."""
         return "+".join(["|".join(law.name for law in self.laws), *(device.name for device in self.devices)])
 
     @property
     def written(self) -> dict[str, str]:
-        """Source of the laws and devices that users have defined: {name: source}."""
+        """Source texts of those laws and devices of the building that users have defined: {name: source}."""
         return {each.name: each.written for each in (*self.laws, *self.devices) if each.written}
 
     @property
@@ -62,11 +62,11 @@ class BuildingLaw:
 
     @property
     def is_linear_until_yield(self) -> bool:
-        """Whether all storeys are linear until they yield; False with devices or if the laws of storeys differ."""
+        """Whether all storeys are linear until they yield; False with devices or if storeys have different laws."""
         return len(self.laws) == 1 and not self.devices and self.laws[0].is_linear_until_yield
 
     def forces(self, *, has_power_dampers: bool = False) -> StoreyForces:
-        """Return the properties that decide which integration methods can be used.
+        """Return the properties of the storey forces that decide which integration methods can be used.
 
         Args:
             has_power_dampers: Whether viscous dampers have an exponent other than 1. Linear dampers are omitted in the
@@ -81,28 +81,36 @@ class BuildingLaw:
         )
 
     def storeys_of(self, law: Element) -> np.ndarray:
-        """Return the indices of the storeys of a law."""
+        """Return the indices of the storeys that have a law, counted from 0, shape [storey of the law]."""
         return np.array([i for i, each in enumerate(self.of_storeys) if each is law])
 
     def _own(self, law: Element, storeys: np.ndarray, p: Values) -> Values:
-        """Return the parameters of a law at these storeys."""
+        """Return the parameters {name: values} that a law reads, at the storeys with these indices."""
         if not storeys.size:
             return p
         names = {"mass", "stiffness", "height", *law.parameters}
         return {name: p[name][..., storeys] for name in names if name in p}
 
     def _laws(self, p: Values) -> list[tuple[Element, np.ndarray, Values]]:
-        """Return each law with its storeys and their parameters."""
+        """Return a tuple (law, indices of its storeys, their parameters) for each law of the building."""
         return [(law, own, self._own(law, own, p)) for law, own in zip(self.laws, self.storeys, strict=True)]
 
     def variants(self, p: Values) -> tuple[list[Variant], list[Variant]]:
-        """Return the device functions of each law, and of each device except viscous dampers."""
+        """Return the variants (sets of device functions) of the laws, and those of the devices except viscous dampers.
+
+        Args:
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
+        """
         return [law.variant(own) for law, _, own in self._laws(p)], [
             d.variant(p) for d in self.devices if not d.is_dashpot
         ]
 
     def rules(self, p: Values) -> StoreyRules:
-        """Return the combined device functions of the building; they are part of the plan of a kernel."""
+        """Return the combined device functions of the building; they are part of the plan of a kernel.
+
+        Args:
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
+        """
         laws, devices = self.variants(p)
         if len(set(laws)) == 1:
             laws = laws[:1]
@@ -121,9 +129,10 @@ class BuildingLaw:
         """Return the coefficients that the device functions read, each [structure, storey].
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
-            variants: Device functions that read them, from `variants` of all structures; None: those of `p`. Some
-                structures alone may fit quicker device functions, with other coefficients.
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
+            variants: Device functions that read the coefficients, from `variants` of all structures; None: the variants
+                of `p`. If `p` contains only some of the structures, faster device functions with other coefficients may
+                fit them.
         """
         laws, devices = self.variants(p) if variants is None else variants
         if len(self.laws) == 1 and not devices:
@@ -142,10 +151,10 @@ class BuildingLaw:
         return tuple(found)
 
     def problem(self, p: Values) -> str | None:
-        """Return a sentence on parameters that are out of their bounds or contradict each other, or None."""
+        """Return a sentence about parameters that are outside their bounds or contradict each other, or None."""
         for law, storeys, own in self._laws(p):
             text = None
-            for name, parameter in law.parameters.items() if storeys.size else ():  # the bounds are those of several
+            for name, parameter in law.parameters.items() if storeys.size else ():  # bounds of this law alone
                 if name not in own:
                     continue
                 if is_traced(own[name]):
@@ -161,7 +170,7 @@ class BuildingLaw:
         return next(filter(None, (device.problem(p) for device in self.devices)), None)
 
     def caution(self, p: Values) -> str | None:
-        """Return a warning about parameters that make results unreliable, or None."""
+        """Return a warning about parameters of a law that make results unreliable, or None."""
         return next(filter(None, (law.caution(own) for law, _, own in self._laws(p))), None)
 
     def counts_reversals(self, p: Values) -> bool:
@@ -171,36 +180,49 @@ class BuildingLaw:
         )
 
     def is_sensitive(self, p: Values) -> bool:
-        """Return whether a small change of the step or the motion may change the peak drifts a lot."""
+        """Return whether a small change of the step or the motion may change the peak drifts by a large amount."""
         return any(law.is_sensitive(own) for law, _, own in self._laws(p)) or any(
             device.is_sensitive(p) for device in self.devices
         )
 
     def stiffest(self, p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness [N/m] of each storey with its devices, [structure, storey]."""
+        """Return the largest tangent stiffness [N/m] of each storey with its devices, shape [structure, storey]."""
         stiffest = p["stiffness"].astype(float)
         for law, storeys, own in self._laws(p):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)
         return sum((device.stiffest(p) for device in self.devices), stiffest)
 
     def relaxation_rate(self, p: Values) -> np.ndarray:
+        """Return the largest rate [1/s] at which forces of devices relax at a constant drift, [structure, storey]."""
         rates = [device.relaxation_rate(p) for device in self.devices]
         return np.max(np.stack(np.broadcast_arrays(np.zeros_like(p["stiffness"]), *rates)), axis=0)
 
 
 def _received(numbers: Sequence[int], laws: Sequence[Any], devices: Sequence[Any]) -> BuildingLaw:
-    """Return the laws of a building; `laws` and `devices` are classes as `sent`, `numbers` the law of each storey."""
+    """Return the BuildingLaw that was pickled.
+
+    Args:
+        numbers: For each storey, the index of its law in `laws`.
+        laws: The different laws, as the function `sent` pickles classes.
+        devices: The devices, as the function `sent` pickles classes.
+    """
     kinds: list[Element] = [received(each) for each in laws]
     return BuildingLaw([kinds[number] for number in numbers], [received(each) for each in devices])
 
 
 def _counted_in_building(text: str, storeys: np.ndarray) -> str:
-    """Replace storey numbers in a sentence, counted among the storeys of one law, by numbers in the building."""
+    """Return a sentence in which storey numbers count all storeys of the building, not only the storeys of one law.
+
+    `storeys` contains the indices of the storeys of this law.
+    """
     return re.sub(r"storey (\d+)", lambda found: f"storey {storeys[int(found[1]) - 1] + 1}", text)
 
 
 def _widest(elements: Sequence[Element]) -> dict[str, Parameter]:
-    """Return all parameters of laws and devices; a name that occurs several times gets the widest bounds."""
+    """Return the parameters {name: parameter} of all laws and devices of a building.
+
+    If several laws have a parameter of the same name, its bounds are the widest of their bounds.
+    """
     found: dict[str, Parameter] = {}
     for element in elements:
         for name, parameter in element.parameters.items():

@@ -1,7 +1,7 @@
 """Device functions of combinations: a law with a device in the same storey, and storeys with different laws.
 
-With a device, a storey has the coefficients and the memory of the law, followed by those of the device. If the laws of
-storeys differ, the first coefficient of a storey selects its law, followed by the coefficients of this law.
+A storey with a device has the coefficients and the memory of the law, followed by those of the device. If the laws of
+the storeys differ, the first coefficient of a storey selects its law, and the coefficients of this law follow.
 """
 
 from collections.abc import Callable
@@ -38,8 +38,8 @@ def never_settles(driver: Any, memory: Any, c: Any):
     return type(driver)(0.0)
 
 
-# Functions that replace a function that exists in only one of two laws. All except the last two have the arguments
-# (driver, memory, coefficients).
+# If only one of two laws has a function, these functions replace the missing function of the other law. All except the
+# last two have the arguments (driver, memory, coefficients).
 ABSENT = {
     "force": None,
     "force_at_accepted_state": None,  # the trial force
@@ -64,13 +64,13 @@ def _function_name(rules: str) -> str:
 
 
 def _device_function(name: str, function: Callable) -> Callable:
-    """Return a device function with this name; names must be unique, because Warp identifies functions by them."""
+    """Return a Warp device function with this name; names must be unique, because Warp identifies functions by name."""
     function.__qualname__ = name
     return wp.func(function)
 
 
 def _instead(field: str, spring: Spring, name: str) -> Callable | None:
-    """Return the replacement of a function that is missing in one law and exists in the other."""
+    """Return the replacement for the function `field` that `spring` does not have, but the other law has."""
     mapped, tangent = spring.return_mapping or is_kept, spring.tangent
 
     # This replacement does not use the increment of the drift. Only rate laws would need it, and they have no lines.
@@ -87,7 +87,16 @@ def _instead(field: str, spring: Spring, name: str) -> Callable | None:
 
 
 def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients: int, memory: int) -> Spring:
-    """Return the combined device functions; `combine` makes one for each field of `Spring` that either law has."""
+    """Return the device functions of a combination of two laws.
+
+    Args:
+        name: Prefix of the names of the functions.
+        one: Device functions of the first law.
+        other: Device functions of the second law.
+        combine: Function that makes the combined function of a field of `Spring`, from the functions of both laws.
+        coefficients: Number of coefficients per storey.
+        memory: Number of memory values per storey.
+    """
     functions: dict[str, Any] = {}
     for field in ABSENT:
         pair = getattr(one, field), getattr(other, field)
@@ -103,11 +112,14 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
 
 
 def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
-    """Return the functions of a storey with both laws, whose forces add up."""
+    """Return the device functions of a storey in which a law and a device act in parallel: their forces are added.
+
+    `one` contains the functions of the law, `other` those of the device, and `rules` is the name of the combination.
+    """
     FIRST_C, C, FIRST_M, M = one.coefficients, other.coefficients, one.memory, other.memory
     name = _function_name(rules)
 
-    # The values of the first law are at the start of the vectors; for the other law, its values are copied to the start
+    # The values of the first law are at the start of the vectors. The values of the other law are copied to the start
     # of new vectors.
     def coefficients_of_other(c: Any):
         own = type(c)()
@@ -166,7 +178,11 @@ def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
 
 
 def one_or_other(rules: str, one: Spring, other: Spring) -> Spring:
-    """Return the functions of storeys that have the first law if their first coefficient is 0, else the other law."""
+    """Return the device functions of storeys with different laws.
+
+    A storey has the first law if its first coefficient is 0, otherwise the other law. `rules` is the name of the
+    combination.
+    """
     C = max(one.coefficients, other.coefficients)
     name = _function_name(rules)
 

@@ -1,4 +1,4 @@
-"""Check and register a class of a law or device when it is defined."""
+"""Check and register the class of a storey law or device when the class is defined."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ DEVICES: dict[str, type[Device]] = {}
 
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
 OF_STOREY = ("stiffness", "mass", "height")
-# Names that a building or a dataset already has; a parameter with such a name would act as both.
+# Names of properties of buildings and of variables of datasets. A parameter with such a name would be mistaken for it.
 OF_CHOICES = ("law", "devices", "damping", "damped_storeys")
 OF_BUILDINGS = ("gravity_load", "drift_capacity", "drift_ratio_capacity", "collapse_drift_ratio")
 OF_DAMPING = ("damping_ratio", "damping_coefficient", "damping_modes")
@@ -41,12 +41,12 @@ OF_DEMANDS = re.compile(
     r"peak_|residual_drift|base_shear|time_of_|(input|hysteretic|viscous|kinetic|dissipated)_energy$"
 )
 COMPUTED = ("name", "parameters", "forces", "written", "captured", "has_rate")  # attributes that `define` sets
-CLOSE = 0.8  # least similarity (difflib) of a misspelt name to the name that is meant
+CLOSE = 0.8  # least similarity (difflib) of a misspelt name to a known name
 SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
 def define(cls: type[StoreyElement]) -> None:
-    """Complete, check and register a new class; its annotated fields become its parameters.
+    """Complete, check and register a new class of a law or device; its annotated fields become its parameters.
 
     Raises:
         TypeError: If the class breaks a rule; the message names the class and the rule.
@@ -87,7 +87,11 @@ def _define(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
 
 
 def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
-    """Raise a TypeError if a name in a class of a user has no effect: a misspelt optional name, or a computed one."""
+    """Raise a TypeError if a name in the body of a user's class has no effect.
+
+    A name has no effect if it is a misspelt form of a name that warpdyn reads, or the name of an attribute that warpdyn
+    computes.
+    """
     for name in COMPUTED:
         if name in body:
             raise TypeError(f"{name} is computed by warpdyn, so that this value has no effect: remove {name}")
@@ -104,12 +108,12 @@ def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
 
 
 def _first_of_warpdyn(cls: type) -> type:
-    """Return the class of warpdyn from which all laws and devices derive, in any order of a user's bases."""
+    """Return the base class of all laws and devices (StoreyElement), for any order of a user's base classes."""
     return next(each for each in reversed(cls.__mro__) if each.__module__.startswith("warpdyn."))
 
 
 def _names_read(value: Any) -> set[str]:
-    """Return the names that a function reads; an empty set for other values."""
+    """Return the names that the code of a function reads; the set is empty for values that are not functions."""
     function = device_function(value) or getattr(value, "__func__", value)
     waiting = [getattr(function, "__code__", None)]
     found = set[str]()
@@ -122,7 +126,11 @@ def _names_read(value: Any) -> set[str]:
 
 
 def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
-    """Return the parameters of a class, from its fields."""
+    """Return the parameters of a class as {name: parameter}, made from its dataclass fields.
+
+    Raises:
+        TypeError: If a field is not a parameter, or has a reserved name, no unit or a wrong default.
+    """
     found: dict[str, Parameter] = {}
     for field in dataclasses.fields(cls):
         make = field.metadata.get("parameter")
@@ -148,12 +156,15 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
         if not known.units:
             raise TypeError(f"parameter {field.name!r} has no unit: give a unit, such as 'N', or '1' for a ratio")
         if known.default is not None and known.violations(np.array([known.default])).any():
-            raise TypeError(f"parameter {field.name!r} has the default {known.default:g}; it must be {known.allowed}")
+            raise TypeError(
+                f"parameter {field.name!r} has the default {known.default:g}, which is not "
+                f"{known.allowed}: correct default=, or the bounds low= and high="
+            )
     return found
 
 
 def _check_name(cls: type[StoreyElement]) -> None:
-    """Raise a TypeError if the class of a user has the name of another law or device."""
+    """Raise a TypeError if a user's class has the name of a law or device of warpdyn, or of another kind."""
     for table in (cls.table, *(base.table for base in cls.kinds)):
         known = table.get(cls.name)
         if known is not None and known.__module__.startswith("warpdyn.") and known.__module__ != cls.__module__:
@@ -163,7 +174,7 @@ def _check_name(cls: type[StoreyElement]) -> None:
 
 
 def _functions(cls: type[StoreyElement], body: Mapping[str, Any]) -> dict[str, Captured]:
-    """Remove the device functions from a class, and return those of the class and its base classes."""
+    """Remove the device functions from a new class; return them and those of its base classes: {name: function}."""
     found = dict(cls.captured)
     for name, value in body.items():
         function = device_function(value)
@@ -178,7 +189,7 @@ def _functions(cls: type[StoreyElement], body: Mapping[str, Any]) -> dict[str, C
 
 
 def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
-    """Make the variant of a class whose device functions are in the class body."""
+    """Make the variant (set of device functions) of a class whose device functions are in the class body."""
     check_memory(cls.memory)
     check_set_of_functions(functions.keys() & ARGUMENTS.keys(), cls.memory)
     p = _sample(cls)
@@ -190,10 +201,15 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
         )
     check_shapes(derived, p["stiffness"].shape)
     if cls.is_device and "stiffest" not in {name for each in cls.__mro__[:-3] for name in vars(each)}:
-        raise TypeError("a device must define stiffest(p), its largest tangent stiffness [N/m]")
+        raise TypeError(
+            "stiffest is missing: define stiffest(p), which returns the device's largest tangent stiffness [N/m]"
+        )
     stiffest = np.asarray(_asked(cls, "stiffest", p))
     if stiffest.shape not in ((), p["stiffness"].shape) or not np.isfinite(stiffest).all():
-        raise TypeError(f"stiffest must return one finite number per storey, got {stiffest!r}")
+        raise TypeError(
+            f"stiffest must return one finite number per storey for sample parameters, got {stiffest!r}: compute it "
+            "from whole arrays such as p['stiffness']"
+        )
     hidden = "" if "elastic_energy" in functions else HALF_FLEXIBILITY
     text = written(functions, cls.memory, ("stiffness", *cls.parameters, *derived), hidden)
     variant = Variant(f"{cls.name}_{text.digest}", text.coefficients, written=text)
@@ -203,9 +219,10 @@ def _write(cls: type[StoreyElement], functions: dict[str, Captured]) -> None:
 
 
 def check_shapes(derived: Mapping[str, Any], shape: tuple[int, ...]) -> None:
-    """Raise a TypeError if a coefficient from `derived` fits neither one number nor this shape, [structure, storey].
+    """Raise a TypeError if a coefficient from `derived` has a wrong shape.
 
-    NumPy would take one number per structure for one per storey if there are as many structures as storeys.
+    A coefficient must be one number, or have the shape `shape` [structure, storey]. If there are as many structures as
+    storeys, NumPy would use one number per structure as one number per storey.
     """
     for name, values in derived.items():
         found = np.shape(values)
@@ -217,7 +234,7 @@ def check_shapes(derived: Mapping[str, Any], shape: tuple[int, ...]) -> None:
 
 
 def _sample(cls: type[StoreyElement]) -> dict[str, np.ndarray]:
-    """Return parameter values within their bounds for one storey, shape [1, 1]."""
+    """Return values of all parameters within their bounds, for one storey of one structure: {name: array [1, 1]}."""
 
     def value(known: Parameter) -> float:
         if known.default is not None:
@@ -232,12 +249,15 @@ def _sample(cls: type[StoreyElement]) -> dict[str, np.ndarray]:
 
 
 def _asked(cls: type[StoreyElement], name: str, p: dict[str, np.ndarray]) -> Any:
-    """Return the result of a method for the parameters of `_sample`; raise a TypeError if the method fails."""
+    """Return the result of the class method `name` for the parameters of `_sample`; raise a TypeError if it fails."""
     with np.errstate(all="ignore"):
         try:
             return getattr(cls, name)(p)
         except KeyError as error:
-            raise TypeError(f"{name} reads the unknown parameter {error}; known: {', '.join(p)}") from error
+            raise TypeError(
+                f"{name} reads the unknown parameter {error}: declare it as a field of the class, or read one of "
+                f"these: {', '.join(p)}"
+            ) from error
         except Exception as error:
             raise TypeError(
                 f"{name} fails for sample parameters, arrays of shape [structure, storey] ({type(error).__name__}: "
@@ -246,7 +266,7 @@ def _asked(cls: type[StoreyElement], name: str, p: dict[str, np.ndarray]) -> Any
 
 
 def _text_of(cls: type[StoreyElement]) -> str:
-    """Return the source of a user's class, for the fingerprint of a run; "" for laws of warpdyn."""
+    """Return the source text of a user's class, for the fingerprint of a run; "" for laws of warpdyn."""
     if cls.__module__.startswith("warpdyn."):
         return ""
     parts = [variant.written.text for variant in cls.variants.values() if variant.written is not None]

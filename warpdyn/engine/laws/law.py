@@ -37,10 +37,11 @@ ERRORS = """Raises:
 
 
 class Layout(enum.IntEnum):
-    """Names of the elements of a vector (the coefficients or the memory of a storey), numbered from 0.
+    """Names of the elements of a vector, such as the coefficients or the history variables of a storey.
 
-    Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like `c[2]`. `names()` returns the keys of
-    the same values in `named_coefficients` of the law. Define members as `enum.auto()`.
+    The elements are numbered from 0. Device functions read `c[Coefficient.YIELD_DRIFT]`, which Warp compiles like
+    `c[2]`. `names()` returns the keys of the same values in `named_coefficients` of the law. Define members as
+    `enum.auto()`.
     """
 
     @staticmethod
@@ -110,7 +111,10 @@ def _field(make: Callable[[], Parameter], default: float | None) -> Any:
 
 
 def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
-    """Return a field for a parameter of the negative side; its default is the value of the parameter `positive`."""
+    """Return a field for a parameter of the negative side of a backbone.
+
+    If the user omits the parameter, the law uses the parameter of the positive side, whose name is `positive`.
+    """
     words = f"{parameter.long_name}, negative side"
     found = dataclasses.replace(
         parameter, long_name=words, default=None, opensees=opensees, optional=parameter.optional or f"as `{positive}`"
@@ -119,21 +123,21 @@ def negative(parameter: Parameter, positive: str, *, opensees: str = "") -> Any:
 
 
 def _refusing_unknown_names(cls: type[StoreyElement], initialise: Callable[..., None]) -> Callable[..., None]:
-    """Return a class's `__init__` with an error that suggests the right name for an unknown parameter."""
+    """Return `__init__` of a class, with an error for unknown parameters that suggests the correct name."""
 
     @functools.wraps(initialise)
     def checked(self: StoreyElement, *positional: Any, **values: Any) -> None:
         for name in values:
             if name not in cls.parameters:
-                hint, takes = did_you_mean(name, names_of(cls.parameters)), ", ".join(cls.parameters)
-                raise TypeError(f"{cls.__name__} has no parameter {name!r}{hint}; it takes {takes}")
+                hint, known = did_you_mean(name, names_of(cls.parameters)), ", ".join(cls.parameters)
+                raise TypeError(f"{cls.__name__} has no parameter {name!r}{hint}; its parameters are {known}")
         initialise(self, *positional, **values)
 
     return checked
 
 
 def _described(cls: type[StoreyElement]) -> str:
-    """Return the docstring of a class with an Args section, made from the fields of the class, before the example."""
+    """Return the docstring of a law with an Args section before the example; the section describes the parameters."""
     text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
     arguments = "\n".join(
         textwrap.fill(f"{name}: {known.description}", 100, initial_indent=" " * 4, subsequent_indent=" " * 8)
@@ -153,7 +157,7 @@ class StoreyElement:
         name: Name in a scene: the name of the class in lower case, with underscores between words.
         parameters: Parameters in addition to the storey stiffness: {name: parameter}.
         memory: Names of the memory values of device functions in the class body; all are 0 at the start.
-        rows: Names of its sets of device functions, each with the names of the coefficients that the functions read.
+        rows: Names of the sets of device functions, each with the names of the coefficients that the functions read.
         variants: The sets as objects; a class that uses the sets of another law defines `variants` instead of `rows`.
         device_functions: Module with the table SPRINGS of device functions; "" for the module `device_functions` in the
             package of the class.
@@ -167,8 +171,8 @@ class StoreyElement:
         corners: Number of corners of the backbone that `ShearBuilding.from_capacity` fits; 0: a bilinear curve.
         exceptions: Checks of `wd.laws.certify` with a wider bound: {check: (bound, reason)}.
         kind: "law" or "device".
-        is_device: Whether it is a device.
-        is_dashpot: Whether its force depends only on the velocity; then it has no variants.
+        is_device: Whether the class is a device.
+        is_dashpot: Whether the force depends only on the velocity; then the class has no variants.
         forces: The properties that decide which integration methods can be used.
         captured: The device functions in the class body, as their author wrote them.
         table: LAWS or DEVICES.
@@ -208,14 +212,14 @@ class StoreyElement:
 
     @classmethod
     def make_dataclass(cls) -> None:
-        """Make the class a frozen dataclass."""
+        """Make the class a frozen dataclass whose fields are its parameters."""
         dataclasses.dataclass(frozen=True, kw_only=True, repr=False)(cls)
         # Mypy rejects every assignment to a method, even to a method that `dataclass` has just made.
         cls.__init__ = _refusing_unknown_names(cls, cls.__init__)  # type: ignore[method-assign]
 
     @classmethod
     def describe(cls) -> None:
-        """Add the parameters to the docstring."""
+        """Add a description of the parameters to the docstring of the class."""
         cls.__doc__ = _described(cls)
 
     def __post_init__(self) -> None:
@@ -249,22 +253,22 @@ class StoreyElement:
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the key in `rows` of the device functions for these parameters; "" if the class has no variants."""
+        """Return the name of the set of device functions for these parameters, a key of `rows`; "" without variants."""
         return next(iter(cls.rows), "")
 
     @classmethod
     def variant(cls, p: Values) -> Variant:
-        """Return the device functions for these parameters."""
+        """Return the variant (set of device functions) for these parameters, each [structure, storey]."""
         return cls.variants[cls.spring(p)]
 
     @staticmethod
     def derived(p: Values) -> dict[str, np.ndarray]:
         """Return further coefficients for device functions in the class body: {name: values}.
 
-        They are computed once per structure. Put divisions here, because they are slow in device functions.
+        The coefficients are computed once per structure. Put divisions here, because they are slow in device functions.
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
         """
         return {}
 
@@ -273,7 +277,7 @@ class StoreyElement:
         """Return the coefficients of a set of device functions: {name: values}, shape [structure, storey].
 
         Args:
-            p: Parameters and "stiffness", each [structure, storey].
+            p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
             row: Name of the set, from `spring`.
 
         Raises:
@@ -290,7 +294,7 @@ class StoreyElement:
 
     @classmethod
     def coefficients(cls, p: Values, row: str) -> tuple[np.ndarray, ...]:
-        """Return the coefficients of a set of device functions, in the order of `rows`.
+        """Return the coefficients of a set of device functions, in the order of `rows`, each [structure, storey].
 
         Raises:
             TypeError: If the names from `named_coefficients` differ from the names in `rows`.
@@ -300,18 +304,18 @@ class StoreyElement:
             wrong = sorted(found.keys() ^ set(names))
             raise TypeError(
                 f"row {row!r} of law {cls.name!r} names the coefficients {', '.join(names)}, but named_coefficients() "
-                f"differs in {', '.join(wrong)}: correct one of them"
+                f"differs in {', '.join(wrong)}: correct the row, or named_coefficients()"
             )
         return tuple(found[name] for name in names)
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on parameters that contradict each other, or None."""
+        """Return a sentence about parameters that contradict each other, or None; `p` as in `derived`."""
         return None
 
     @staticmethod
     def caution(p: Values) -> str | None:
-        """Return a warning about parameters that make results unreliable, or None."""
+        """Return a warning about parameters that make results unreliable, or None; `p` as in `derived`."""
         return None
 
     @classmethod
@@ -324,20 +328,21 @@ class StoreyElement:
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """Return whether a small change of the step or the motion may change the peak drifts a lot.
+        """Return whether a small change of the step or the motion may change the peak drifts by a large amount.
 
-        This is the case if reversals cause damage, if the strength falls with the drift, or if parts come into contact.
+        Peak drifts are sensitive if reversals cause damage, if the strength decreases with the drift, or if bodies
+        collide.
         """
         return cls.counts_reversals(p)
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness [N/m] that storeys can have, [structure, storey]."""
+        """Return the largest tangent stiffness that storeys can have [N/m], shape [structure, storey]."""
         return p["stiffness"]
 
     @classmethod
     def relaxation_rate(cls, p: Values) -> np.ndarray:
-        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0 if they do not."""
+        """Return the rate [1/s] at which forces relax at a constant drift, [structure, storey]; 0: no relaxation."""
         return np.zeros_like(p["stiffness"])
 
 
@@ -362,7 +367,7 @@ class Law(StoreyElement):
 
 
 class Device(StoreyElement):
-    """Base class of devices, which act in parallel with the law of a storey; storeys without it have strength 0.
+    """Base class of devices, which act in parallel with the law of a storey; storeys without a device have strength 0.
 
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)

@@ -1,4 +1,4 @@
-"""Find the laws and devices that a user gives as names, OpenSees' names, classes, or objects with parameters."""
+"""Find the classes of laws and devices that a user gives as names, OpenSees' names, classes or objects."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def law_name(given: object) -> str:
     """Return the name of a storey law; `given` is its name, its OpenSees name, its class, or an object of the class.
 
     Raises:
-        ValueError: If there is no such law; the message suggests similar names.
+        ValueError: If no such law exists; the message suggests similar names.
     """
     return _given_class("storey law", given, LAWS).name
 
@@ -35,9 +35,9 @@ def devices_and_values(
     """Return the classes of the devices of a building, and the parameters of devices that are given as objects.
 
     Args:
-        devices: The devices.
+        devices: The devices, each a name, a class or an object.
         others: Names of the parameters that are given to the building.
-        laws: The laws of the building.
+        laws: Classes of the laws of the building.
 
     Raises:
         TypeError: If `devices` is not a list or tuple.
@@ -65,15 +65,18 @@ def devices_and_values(
 
 
 def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike]) -> tuple[tuple[type[Law], ...], Own]:
-    """Return the classes of the laws (one, or one per storey), and the parameters of laws that are given as objects.
+    """Return the classes of the laws of a building, and the parameters of the laws that are given as objects.
 
     Args:
-        law: One law, or one per storey.
+        law: One law for all storeys, or a list with one law per storey.
         others: Parameters that are given to the building, for laws that are given by name.
 
+    Returns:
+        The classes: one, or one per storey; and {name of a parameter: values}.
+
     Raises:
-        ValueError: If a name is unknown, a parameter is given twice, or an object has several values of a parameter for
-            a single storey.
+        ValueError: If a name is unknown, a parameter is given twice, or a law object in a list has several values of a
+            parameter.
     """
     if not isinstance(law, list | tuple):
         own: Own = {**law.values()} if isinstance(law, Law) else {}
@@ -108,14 +111,14 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
 
 
 def check_written(texts: Mapping[str, str], where: str) -> None:
-    """Check that the users' laws and devices of a stored scene are defined; warn if their source has changed.
+    """Check that the users' laws and devices in a stored scene are defined; warn if their source has changed.
 
     Args:
         texts: {name: source of the law or device when the scene was stored}.
         where: The place of the stored scene, for messages.
 
     Raises:
-        ValueError: If one of them is not defined.
+        ValueError: If a law or device is not defined.
     """
     for name, text in texts.items():
         known: type[StoreyElement] | None = LAWS.get(name) or DEVICES.get(name)
@@ -126,22 +129,27 @@ def check_written(texts: Mapping[str, str], where: str) -> None:
             )
         if known.written != text:
             warn_caller(
-                f"{where}: the class of {name!r} has changed since the description was written, so results differ; its "
-                "text is in the description under 'written_laws'"
+                f"{where}: the class of {name!r} has changed since the description was written, so results differ. To "
+                "reproduce the old results, restore its device functions from 'written_laws' of the description"
             )
 
 
 def _only_value(name: str, value: float | tuple[float, ...], storey: int) -> float:
     if isinstance(value, tuple):
-        raise ValueError(f"{name} of the law of storey {storey + 1} must be one value, got {len(value)}")
+        raise ValueError(
+            f"{name} of the law of storey {storey + 1} must be one value, got {len(value)}: a law in a list of laws "
+            "belongs to one storey"
+        )
     return value
 
 
 def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> None:
-    """Raise a ValueError if a parameter is given both in an object and to the building."""
+    """Raise a ValueError if a parameter is given twice: in an object of a law or device, and to the building."""
     for name in own:
         if name in others:
-            raise ValueError(f"{name} is given twice: by {what}=, and as a parameter of the building")
+            raise ValueError(
+                f"{name} is given twice: by {what}=, and as a parameter of the building; remove {name}= there"
+            )
 
 
 def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> type[Kind]:
@@ -156,14 +164,16 @@ def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> t
     if len(meant) == 1:
         return table[meant[0]]
     if meant:
-        raise ValueError(f"OpenSees' {given!r} is one of several here: {', '.join(map(repr, meant))}; name one of them")
+        raise ValueError(
+            f"OpenSees' {given!r} may mean several laws or devices; choose one: {', '.join(map(repr, meant))}"
+        )
     hint = _of_the_other_kind(given, table) or did_you_mean(given, [*known, *table])
     names = ", ".join(map(repr, [*table, *known]))
     raise ValueError(f"unknown {what} {given!r}{hint}; allowed: {names}")
 
 
 def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) -> str:
-    """Return a hint if a device was given as the law of a storey, or a law as a device; else ""."""
+    """Return a hint for a message if a device was given as the law of a storey, or a law as a device; else ""."""
     other: Mapping[str, type[StoreyElement]] = LAWS if table is DEVICES else DEVICES
     if isinstance(given, StoreyElement) and type(given).name in other:
         names: tuple[str, ...] = (type(given).name,)
@@ -177,7 +187,7 @@ def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) 
 
 
 def _opensees(table: Mapping[str, type[StoreyElement]]) -> dict[str, tuple[str, ...]]:
-    """Return {OpenSees' name: names of the laws or devices that it may mean}."""
+    """Return {OpenSees' name: names in warpdyn of the laws or devices that it may mean}."""
     found: dict[str, tuple[str, ...]] = {}
     for name, element in table.items():
         for word in element.opensees:

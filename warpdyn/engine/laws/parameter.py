@@ -1,4 +1,4 @@
-"""Parameters of structures: their units and bounds, and near misses of their names."""
+"""Parameters of structures: their units, bounds and defaults, and the recognition of misspelt names."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import checked_text, real_number, true_or_false
 
-# Units that are not SI base or derived units, and the SI unit in their place: kernels convert no units.
+# Units that are refused, and the SI unit to use instead: kernels do not convert units.
 NOT_SI = {
     **{f"{prefix}N": "N" for prefix in ("k", "M", "G")},
     **{f"{prefix}Pa": "Pa" for prefix in ("k", "M", "G")},
@@ -80,7 +80,7 @@ class Parameter:
             raise ValueError(f"no value is allowed: low is {self.low:g} and high is {self.high:g}; give low below high")
 
     def violations(self, values: np.ndarray) -> np.ndarray:
-        """Return a mask of the values that are not finite or out of bounds."""
+        """Return a mask of the values that are not finite or are outside the bounds of the parameter."""
         below = values <= self.low if self.low_open else values < self.low
         above = values >= self.high if self.high_open else values > self.high
         return ~np.isfinite(values) | below | above
@@ -93,14 +93,14 @@ class Parameter:
         structures: np.ndarray | None = None,
         taken: np.ndarray | None = None,
     ) -> str | None:
-        """Return a sentence on the first value out of bounds, with its place along `axes`, or None.
+        """Return a sentence about the first value outside the bounds and its position along `axes`, or None.
 
         Args:
             name: Name of the parameter.
             values: Values of the parameter.
             axes: Names of the axes, such as ("structure", "storey").
             structures: Indices of the structures along the first axis; None: 0, 1, 2 ...
-            taken: Indices along the last axis of the storeys whose law has the parameter; None: all storeys.
+            taken: Mask or indices along the last axis of the storeys whose law has the parameter; None: all storeys.
         """
         counted = values if taken is None else values[..., taken]
         if not self.violations(np.array([counted.min(), counted.max()])).any():  # the bounds are an interval
@@ -110,13 +110,13 @@ class Parameter:
         index = place if structures is None else [structures[place[0]], *place[1:]]
         where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
         value = values[tuple(place)]
-        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # drawn values are not
+        is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # not for random draws
         meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""
         return f"{name} is {value:g}{' at ' if where else ''}{where}; it must be {self.allowed}{meant}"
 
     @property
     def allowed(self) -> str:
-        """The bounds in words."""
+        """The bounds in words, such as "finite and above 0"."""
         bounds = []
         if np.isfinite(self.low):
             bounds.append(f"{'above' if self.low_open else 'at least'} {self.low:g}")
@@ -126,7 +126,7 @@ class Parameter:
 
     @property
     def description(self) -> str:
-        """A line that describes the parameter in the docstring of a law."""
+        """A line for the docstring of a law: meaning, units, bounds, default and OpenSees' name of the parameter."""
         bounds = "" if self.allowed == "finite" else f", {self.allowed.removeprefix('finite and ')}"
         default = f"; {self.optional} by default" if self.optional else ""
         default = default if self.default is None else f"; {self.default:g} by default"
@@ -135,7 +135,7 @@ class Parameter:
 
 
 def names_of(parameters: Mapping[str, Parameter]) -> dict[str, str]:
-    """Return {warpdyn's or OpenSees' name of a parameter: warpdyn's name}."""
+    """Return the known names of parameters: {name in warpdyn or OpenSees: name in warpdyn}."""
     theirs: dict[str, str] = {}
     beside: dict[str, str] = {}
     for name, known in parameters.items():

@@ -1,4 +1,4 @@
-"""Common functions of rate laws: laws whose memory follows a differential equation, integrated with the motion.
+"""Functions that rate laws share. The memory of a rate law follows a differential equation, integrated with the motion.
 
 In the rate laws of warpdyn, the force is (hardening stiffness) * drift + (hysteretic force) * z, where z is the first
 memory value.
@@ -13,31 +13,35 @@ from warpdyn.engine.device.extrema import maximum
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions
 
-# If a step is too long for the rate at which deviations of the memory decay, they grow instead. If a deviation has
-# grown by this factor, the sample gets the status unstable_step.
+# If a step is too long for the rate at which deviations of the memory from its steady value decay, the deviations grow
+# instead. If a deviation has grown by this factor, the sample gets the status unstable_step.
 LARGEST_DEVIATION = 10.0
 LARGEST_GROWTH = wp.constant(wp.float64(1e30))
 POWERS = wp.constant(8)  # number of coefficients of `settling_polynomial`, including zeros
 
 
 class First(Layout):
-    """The first coefficients of such a law."""
+    """The first two coefficients of each rate law; further coefficients follow."""
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
 
 
 class Memory(Layout):
-    """The first memory value."""
+    """The first history variable of each rate law; further variables may follow."""
 
     Z = enum.auto()
 
 
 def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp.Function]:
-    """Return the functions {field of `Spring`: function} over a step, if the rate is proportional to the velocity.
+    """Return device functions {field of `Spring`: function} of a law whose memory rate is proportional to the velocity.
 
-    Such a memory depends only on the path of the drift, not on the velocity. One RK4 step integrates it over an
-    increment of the drift.
+    The memory of such a law depends only on the path of the drift, not on the velocity. One RK4 step integrates the
+    memory over an increment of the drift.
+
+    Args:
+        rate: `(velocity, memory, coefficients) -> d(memory)/dt`.
+        relaxation_rate: `(velocity, memory, coefficients) ->` rate [1/s] at which a deviation of the memory decays.
     """
 
     def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
@@ -69,7 +73,13 @@ def along_drift(rate: wp.Function, relaxation_rate: wp.Function) -> dict[str, wp
 
 @wp.func
 def deviation_after(deviation: Any, rate_step: Any, polynomial: Any):
-    """Return a memory's deviation after a step, relative to its smallest assumed value 1, from rate times step."""
+    """Return the deviation of a memory from its steady value after a step, relative to an assumed initial deviation.
+
+    Args:
+        deviation: The relative deviation before the step; the result is at least 1.
+        rate_step: Rate at which the deviation decays, times the length of the step.
+        polynomial: Result of `settling_polynomial`: coefficients of the growth per step.
+    """
     growth = type(rate_step)(0.0)
     for k in range(POWERS):
         growth = polynomial[POWERS - 1 - k] - rate_step * growth

@@ -1,4 +1,4 @@
-"""The device functions of a storey law, as kernels call them."""
+"""The class Spring: the device functions of a storey law, as kernels call them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,8 +14,8 @@ class Spring:
     kernels to evaluate all rules only if a storey leaves its line.
 
     Args:
-        force: `(drift, memory, coefficients) -> force [N]`. For return-mapping laws the memory is that of the last
-            accepted step.
+        force: `(drift, memory, coefficients) -> force [N]`. For return-mapping laws the memory is the memory at the
+            last accepted step.
         return_mapping: `(drift, memory, coefficients) -> memory` of a return-mapping law, applied to the drift of each
             accepted step. None if no memory value is mapped.
         elastic_energy: `(drift, memory, coefficients) -> elastic energy [J]` that unloading would return.
@@ -24,25 +24,26 @@ class Spring:
             reached `drift` by `increment`; the memory changed from `before` to `after`.
         memory: Number of memory values; all are 0 before the first step. Values with a rate should be of the order of 1
             or larger: adaptive methods compare their errors with the larger of 1 and the value.
-        memory_after: `(drift, increment, memory, coefficients) -> memory` after such a step, for methods without a
-            velocity within the step. None without memory.
+        memory_after: `(drift, increment, memory, coefficients) -> memory` after a step that reached `drift` by
+            `increment`, for methods without a velocity within the step. None if the law has no memory.
         rate: `(velocity, memory, coefficients) -> d(memory)/dt` of a rate law, else None. A combination of two laws may
             have `rate` and `return_mapping`: each leaves the memory values of the other law unchanged.
         force_at_accepted_state: `(drift, memory, coefficients) -> force [N]` if the memory already belongs to this
             drift, so that a stored force need not be computed again. None if `force` is as fast.
-        force_after_mapping: The same for multistep methods, which evaluate the force once per step and only after the
-            memory has followed the drift; for laws whose `force` contains the mapping. None if there is no such saving.
+        force_after_mapping: `(drift, memory, coefficients) -> force [N]` for multistep methods, which evaluate the
+            force once per step and only after the memory has followed the drift; for laws whose `force` contains the
+            mapping. None if this function would not be faster than `force_at_accepted_state`.
         memory_on_line: `(drift, memory, coefficients) -> memory` at a drift on the storey's line: the result of
             `return_mapping` there, at less cost. None if `return_mapping` costs little.
         values_on_line: Number of memory values, from the first, that may change along a line; None for all.
         tangent_on_line: `(drift, memory, coefficients) -> d(force)/d(drift) [N/m]` at a drift on the storey's line: the
             result of `tangent` there, at less cost. Before the first step it is the initial stiffness, unless the first
-            step always leaves the line. None with `memory_on_line`.
+            step always leaves the line. None if `memory_on_line` is None.
         leaves_line: `(drift, memory, coefficients) -> bool`: whether a step to this drift leaves the storey's line, by
-            a reversal or at a corner. None with `memory_on_line`.
+            a reversal or at a corner. None if `memory_on_line` is None.
         relaxation_rate: `(velocity, memory, coefficients) -> rate [1/s]`, the largest rate at which a deviation of the
-            memory decays. A step that is too long for it gives wrong results that stay finite. None if the memory has
-            no rate.
+            memory decays. A step that is too long for this rate gives wrong results that stay finite. None if the
+            memory has no rate.
         relaxes_by_velocity: Whether `relaxation_rate` needs to be computed only once per step, for example because it
             depends only on the velocity.
         relaxation_over_step: `(increment, memory, coefficients) ->` relaxation rate times the duration of the step, for

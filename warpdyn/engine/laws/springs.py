@@ -1,11 +1,11 @@
-"""Sets of device functions of storey laws, and combinations of these sets; the plan of a kernel contains their names.
+"""Sets of device functions of storey laws (variants), and combinations of variants.
 
 The arguments of a device function are the storey drift [m], the memory and the coefficients of the law, both as short
 vectors; it returns, for example, a force [N]. The coefficients are computed once per structure, so that the time loop
 needs no divisions.
 
-A plan contains one of the objects below. They consist of names and texts, so that they can be compared, hashed and
-pickled; `spring_row` imports Warp and returns the functions.
+The plan of a kernel contains an object of one of the classes below. The objects consist of names and texts, so that
+they can be compared, hashed and pickled; `spring_row` imports Warp and returns the functions.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ class Variant:
     Args:
         name: Unique name of the variant.
         coefficients: Names of the coefficients that the functions read, in their order.
-        module: Module whose table SPRINGS has the functions; "" if they are written in a class body.
-        written: The device functions of a class body.
+        module: Module whose table SPRINGS contains the functions; "" if they are written in a class body.
+        written: The device functions from a class body.
     """
 
     name: str
@@ -58,10 +58,10 @@ class SideBySide:
 
 @dataclass(frozen=True)
 class OneOrOther:
-    """The laws of a building in which the laws of the storeys differ.
+    """The laws of a building whose storeys have different laws.
 
     Args:
-        first: The law of storeys whose first coefficient is 0.
+        first: The law of the storeys whose first coefficient is 0.
         other: The law of the other storeys; or another OneOrOther, whose first coefficient selects the law.
     """
 
@@ -76,13 +76,13 @@ StoreyRules = Variant | SideBySide | OneOrOther
 
 
 def is_mixed(rules: StoreyRules) -> bool:
-    """Return whether the laws of the storeys differ, with or without devices."""
+    """Return whether the storeys of a building have different laws; devices do not matter."""
     return isinstance(rules, OneOrOther) or (isinstance(rules, SideBySide) and is_mixed(rules.first))
 
 
 @functools.cache
 def spring_row(rules: StoreyRules) -> Spring:
-    """Return the device functions of a variant of a law, or of laws and devices together; each is made only once.
+    """Return the device functions of a variant, or of a combination of laws and devices; each is made only once.
 
     Raises:
         TypeError: If built-in device functions read a different number of coefficients than their law provides.

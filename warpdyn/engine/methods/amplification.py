@@ -1,4 +1,7 @@
-"""The step length above which a method amplifies the motion of an oscillator, u'' + 2 zeta w u' + w^2 u = 0."""
+"""Step length above which an integration method amplifies the free vibration of an oscillator.
+
+The equation of motion is u'' + 2 zeta w u' + w^2 u = 0, with the circular frequency w and the damping ratio zeta.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,9 @@ import numpy as np
 
 from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method, MultistepMethod
 
-# Values of w h times `limit_scale` at which amplification matrices are evaluated. An explicit method of s stages
-# amplifies every motion beyond 2 s^2. A method that does not amplify at the last of these values has no limit.
+# Values of w h times `limit_scale` at which amplification matrices are evaluated (h: step, w: circular frequency). An
+# explicit method of s stages amplifies every motion beyond 2 s^2. A method that does not amplify at the last of these
+# values has no limit.
 SCANNED_STEPS = np.geomspace(0.05, 1000, 500)
 ROUNDING = 1e-13  # tolerance of a condition on an amplification matrix; rounding errors are about 2e-15
 BISECTIONS = 50
@@ -18,7 +22,9 @@ DAMPING_RATIOS_AT_A_TIME = 128
 
 
 def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
-    """Return the largest w h up to which a method's step does not amplify, times `limit_scale`.
+    """Return the largest w h up to which a step of a method does not amplify motion, times `limit_scale`.
+
+    w is the circular frequency of an oscillator and h the step.
 
     Args:
         method: The method.
@@ -36,7 +42,11 @@ def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
 
 
 def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
-    """Return the larger root divided by w; times this factor, limits of w h vary little with the damping ratio."""
+    """Return a factor, shape [ratio]; limits of w h times this factor vary little with the damping ratio.
+
+    The factor is the larger root of the characteristic equation of the oscillator divided by w; for implicit methods it
+    is 1.
+    """
     if method.kind == "implicit":
         return np.ones_like(damping_ratio)
     over = np.maximum(damping_ratio, 1.0)
@@ -45,6 +55,9 @@ def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
 
 def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np.ndarray) -> np.ndarray:
     """Return the largest w h up to which |R(z)| is at most 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)).
+
+    R(z) is the factor by which a step h of a Runge-Kutta method multiplies a motion; w is the circular frequency of an
+    oscillator and zeta its damping ratio.
 
     Args:
         stability_polynomial: Coefficients r_k of R(z) = sum r_k z^k; the first two are 1, shape [power].
@@ -88,7 +101,7 @@ def polynomial_limits(stability_polynomial: tuple[float, ...], damping_ratio: np
 
 
 def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, ...]:
-    """Remove zeros at the end; replace coefficients that differ from 1 / k! only by rounding by 1 / k!."""
+    """Return a polynomial without zeros at its end, and without rounding errors in coefficients equal to 1 / k!."""
     values = np.trim_zeros(np.array(stability_polynomial), "b")
     exact = [1 / factorial(k) for k in range(values.size)]
     return tuple(np.where(np.isclose(values, exact, rtol=1e-12, atol=0), exact, values).tolist())
@@ -116,9 +129,10 @@ def _scanned_limits(method: ExplicitMethod | MultistepMethod | ImplicitMethod, d
 def _dips(
     method: ExplicitMethod | MultistepMethod | ImplicitMethod, conditions: np.ndarray, damping_ratio: np.ndarray
 ) -> list[tuple[int, int, float]]:
-    """Find conditions that are violated only between two scanned steps: (column, scanned step before, unstable step).
+    """Find conditions that are violated only between two scanned steps.
 
-    The unstable step is the minimum of the parabola through three scanned values; the middle value is the lowest.
+    For each such condition, the result contains (column, index of the scanned step before, unstable step). The unstable
+    step is the minimum of the parabola through three scanned values whose middle value is the lowest.
     """
     before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
     low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))
@@ -134,10 +148,11 @@ def _dips(
 def _conditions(
     method: ExplicitMethod | MultistepMethod | ImplicitMethod, frequency_step: np.ndarray, damping_ratio: np.ndarray
 ) -> np.ndarray:
-    """Return conditions that are 0 or above if all eigenvalues are within the unit circle (Jury 1962).
+    """Return values that are 0 or above if all eigenvalues of a method's step are within the unit circle (Jury 1962).
 
-    The first condition is 0 if an eigenvalue is 1, the second if an eigenvalue is -1, the third if the product of two
-    eigenvalues is 1. Unlike the spectral radius, they cross 0 with a finite slope if a double eigenvalue splits.
+    The first value is 0 if an eigenvalue is 1, the second if an eigenvalue is -1, the third if the product of two
+    eigenvalues is 1. Unlike the spectral radius, these values cross 0 with a finite slope if a double eigenvalue
+    splits. For multistep methods there is only one value: 1 minus the spectral radius.
     """
     matrix = method.amplification(frequency_step, damping_ratio)
     if isinstance(method, MultistepMethod):

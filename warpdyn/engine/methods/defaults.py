@@ -1,7 +1,8 @@
-"""The default method of `simulate`, chosen from measured errors and costs; used if neither method nor step is given.
+"""The default integration method of `simulate`, which is used if neither method nor step is given.
 
-studies/default_methods.py measures the errors for each storey law and kind of damping (data/default_methods.csv), and
-the costs for each storey law and device (data/default_method_costs.csv).
+The default method is chosen from tables of measured errors and costs. studies/default_methods.py measures the errors
+for each storey law and kind of damping (data/default_methods.csv), and the costs for each storey law and device
+(data/default_method_costs.csv).
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ FALLBACK = "rk4"
 # number of storeys, and its cost at most MOST_COST times that of RK4. Measured costs scatter by a few percent, so a
 # smaller gain is not significant.
 MOST_ERROR, MOST_COST = 1.0, 0.9
-# Steps of a multistep method per default step of RK4, also if the caller chooses the method without a step: with one
-# step, the 95 % quantile of its errors is larger than that of RK4 for most laws.
+# Number of steps of a multistep method per default step of RK4. It is also used if the user chooses the method but no
+# step: with one step, the 95 % quantile of its errors is larger than that of RK4 for most laws.
 STEPS_OF_MULTISTEP = 2
-# Damping ratio of the measured buildings: 5 % in the first mode or the first two, and in "light_rayleigh" 2 % in modes
-# 1 and 3. With less damping of the higher modes, other methods lose more accuracy than RK4.
+# Damping ratio of the buildings with which methods were measured: 5 % in the first mode or the first two, and in
+# "light_rayleigh" 2 % in modes 1 and 3. With less damping of the higher modes, other methods lose more accuracy than
+# RK4.
 MEASURED_DAMPING_RATIO = 0.05
 LIGHT_RAYLEIGH, LIGHT_RATIO, HIGHEST_LIGHT_MODE = "light_rayleigh", 0.02, 3
 # A building with less damping than the measured ones counts as undamped.
@@ -32,11 +34,11 @@ DEVICES = {"cpu": "a CPU", "cuda": "a GPU"}
 
 @dataclass(frozen=True)
 class DefaultMethod:
-    """The default method of a structure.
+    """The default integration method of a structure.
 
     Args:
         method: Name of the method.
-        steps: Number of its steps per default step of RK4.
+        steps: Number of steps of this method per default step of RK4.
         reason: Why it is the default, in one sentence.
     """
 
@@ -47,16 +49,16 @@ class DefaultMethod:
 
 @dataclass(frozen=True)
 class Measured:
-    """A row of the table of errors: a method compared with RK4, for a storey law, a kind of damping and a height.
+    """A row of the table of errors: a method compared with RK4 for a storey law, a damping and a number of storeys.
 
     Args:
         law: Storey law.
         damping: Kind of damping.
         storeys: Number of storeys of the measured buildings.
         method: Name of the method.
-        steps: Number of its steps per default step of RK4.
+        steps: Number of steps of this method per default step of RK4.
         median_error: Median error of the peak drifts divided by that of RK4.
-        error_95: 95 % quantile of the error divided by that of RK4.
+        error_95: 95 % quantile of the error of the peak drifts divided by that of RK4.
     """
 
     law: str
@@ -70,7 +72,7 @@ class Measured:
 
 @cache
 def measured_methods() -> tuple[Measured, ...]:
-    """Return the rows of the table of errors."""
+    """Return the rows of the table of measured errors."""
     return tuple(
         Measured(
             row["law"],
@@ -87,7 +89,7 @@ def measured_methods() -> tuple[Measured, ...]:
 
 @cache
 def measured_costs() -> dict[tuple[str, str, int], dict[str, float]]:
-    """Return {(law, method, steps): {device: time divided by the time of RK4}}."""
+    """Return the measured costs of methods: {(law, method, steps): {device: run time divided by that of RK4}}."""
     return {
         (row["law"], row["method"], int(row["steps"])): {
             device: float(row[device]) for device in DEVICES if row[device]
@@ -101,14 +103,15 @@ def default_method(
 ) -> DefaultMethod:
     """Return the method that `simulate` uses if neither method nor step is given.
 
-    It is RK4, unless the tables contain a cheaper method that errs at most `MOST_ERROR` times as much as RK4. If a
-    building has several laws or kinds of damping, the largest of their errors and the smallest of their cost ratios
-    decide: laws with many rules take nearly all of the time, and for these laws the cheaper method saves the most time.
+    The default is RK4, unless the tables contain a cheaper method whose error is at most MOST_ERROR times that of RK4.
+    If a building has several laws or kinds of damping, the largest of their errors and the smallest of their cost
+    ratios decide: laws with many rules need nearly all of the time, and for these laws the cheaper method saves the
+    most time.
 
     Args:
         forces: Storey forces of the structure.
         dampings: Kinds of damping of the structure, as in the table of errors.
-        is_gpu: Whether the structure is run on a GPU.
+        is_gpu: Whether the structure is simulated on a GPU.
     """
     device = "cuda" if is_gpu else "cpu"
     names = forces.names

@@ -2,8 +2,8 @@
 
 An explicit method for u'' = f(t, u, u') is given by its tableau: a Runge-Kutta method, or a Nystroem method, which has
 separate weights for displacements. A multistep method also uses the motion of earlier steps. An implicit method is
-given by its parameters in the family of Newmark (1959),
-Hilber, Hughes and Taylor (1977), Chung and Hulbert (1993) and Wilson (1973). The exact method has no parameters.
+given by its parameters in the family of Newmark (1959), Hilber, Hughes and Taylor (1977), Chung and Hulbert (1993) and
+Wilson (1973). The exact method has no parameters.
 """
 
 from __future__ import annotations
@@ -15,17 +15,20 @@ from typing import ClassVar, Literal
 import numpy as np
 
 Matrix = tuple[tuple[float, ...], ...]
-# Steps (w h) at which the order of a method is checked, and tolerance of the measured order.
+# Steps w h (circular frequency times step) at which the order of a method is checked, and tolerance of the order.
 CHECKED_STEPS, ORDER_HIDDEN = (0.2, 0.1), 0.3
 
 
 def product(weights: np.ndarray, table: np.ndarray) -> np.ndarray:
-    """Return weights @ table with the same rounding on every CPU; the operator `@` sums in different orders."""
+    """Return weights @ table, rounded in the same way on every CPU; the operator `@` adds in different orders."""
     return np.apply_along_axis(math.fsum, -2, weights[..., None] * table)
 
 
 def _check_order(method: ExplicitMethod | MultistepMethod | ImplicitMethod) -> None:
-    """Raise unless the growth of an oscillator in a step agrees with exp(lambda h) to the stated order."""
+    """Raise a ValueError if a method does not have its stated order of convergence.
+
+    The order follows from the growth of an oscillator's motion in a step, compared with exp(lambda h), for two steps.
+    """
     for ratio in (0.0, 0.1):
         errors = []
         for x in CHECKED_STEPS:
@@ -100,7 +103,7 @@ class ExplicitMethod:
         _check_order(self)
 
     def _check_order_conditions(self) -> None:
-        """Raise an error unless the order conditions up to 4 hold (Hairer, Norsett and Wanner, II.1 and II.14).
+        """Raise a ValueError if order conditions up to 4 are violated (Hairer, Norsett and Wanner, II.1 and II.14).
 
         Order conditions for slopes that are nonlinear in the state are checked for Runge-Kutta methods only.
         """
@@ -125,12 +128,12 @@ class ExplicitMethod:
 
     @property
     def is_nystroem(self) -> bool:
-        """Whether displacements have separate weights."""
+        """Whether displacements have separate weights, as in Runge-Kutta-Nystroem methods."""
         return self.a_displacement is not None
 
     @property
     def is_adaptive(self) -> bool:
-        """Whether the estimated error of each sample controls its step."""
+        """Whether the method estimates the error of each sample and adapts the step to it."""
         return self.error is not None
 
     @property
@@ -147,8 +150,8 @@ class ExplicitMethod:
     def stability_polynomial(self) -> tuple[float, ...]:
         """Coefficients r_k of R(z) = sum r_k z^k, the factor by which a step multiplies y if y' = (z/h) y.
 
-        For a Nystroem method it applies to variables that are integrated like velocities, such as the memory of a law,
-        but not to the oscillator.
+        For a Nystroem method, R applies to variables that are integrated like velocities, such as the memory of a
+        storey law, but not to the oscillator.
         """
         a, slope, coefficients = np.array(self.a), np.ones(self.stages), [1.0]
         for _ in range(self.stages):
@@ -157,10 +160,12 @@ class ExplicitMethod:
         return tuple(coefficients)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, h u') of an oscillator, u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies the state (u, h u') of an oscillator.
+
+        The equation of motion is u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
-            frequency_step: w h, shape [...].
+            frequency_step: w h, circular frequency times step, shape [...].
             damping_ratio: zeta, shape [...].
 
         Returns:
@@ -185,9 +190,10 @@ class ExplicitMethod:
 class ImplicitMethod:
     """A one-step method that solves the equation of motion for the acceleration at the end of the step.
 
-    u1 = u + h v + h^2 ((1/2 - beta) a + beta a1) and v1 = v + h ((1 - gamma) a + gamma a1). The equation of motion is
-    satisfied with the acceleration (1 - mass_lag) a1 + mass_lag a, and with (1 - force_lag) times the other forces at
-    the end plus force_lag times these forces at the start of the step. With an extension theta above 1, the equation is
+    With displacement u, velocity v and acceleration a at the start of the step h, and u1, v1, a1 at its end: u1 = u + h
+    v + h^2 ((1/2 - beta) a + beta a1) and v1 = v + h ((1 - gamma) a + gamma a1). The equation of motion is satisfied
+    with the acceleration (1 - mass_lag) a1 + mass_lag a, and with (1 - force_lag) times the other forces at the end
+    plus force_lag times these forces at the start of the step. With an extension theta above 1, the equation is
     satisfied at t + theta h, and the acceleration at t + h is interpolated.
 
     Args:
@@ -218,10 +224,12 @@ class ImplicitMethod:
         _check_order(self)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, h u', h^2 u'') of u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies the state (u, h u', h^2 u'') of an oscillator.
+
+        The equation of motion is u'' + 2 zeta w u' + w^2 u = 0.
 
         Args:
-            frequency_step: w h, shape [...].
+            frequency_step: w h, circular frequency times step, shape [...].
             damping_ratio: zeta, shape [...].
 
         Returns:
@@ -246,17 +254,18 @@ class ImplicitMethod:
 class MultistepMethod:
     """An explicit method with one evaluation of the forces per step, which also uses the motion of earlier steps.
 
-    With w the change of a displacement per step (half a step before and after an instant) and A = h^2 a, a step is
-    w1 = w + A, and u1 = u + w1 + correction (A - A of the last step). Forces see the velocity (velocity[0] w1 +
-    velocity[1] w + velocity[2] w of the step before) / h, which is extrapolated to the end of the step. With the
-    correction 1/12 this is Stoermer's formula of order 3 in summed form, which rounds less, and its weights of w are
-    those of Adams and Bashforth (Hairer, Norsett and Wanner, Solving ODEs I, III.1 and III.10).
+    Let w and w1 be the changes of a displacement u in the step before and in the step after an instant, and A = h^2
+    times the acceleration at this instant. A step is w1 = w + A and u1 = u + w1 + correction (A - A of the last step).
+    The forces are evaluated with the velocity (velocity[0] w1 + velocity[1] w + velocity[2] w of the step before) / h,
+    which is extrapolated to the end of the step. With the correction 1/12 this is Stoermer's formula of order 3 in
+    summed form, which rounds less, and its weights of w are those of Adams and Bashforth (Hairer, Norsett and Wanner,
+    Solving ODEs I, III.1 and III.10).
 
     Args:
         name: Name in `simulate` and in datasets.
         order: Order of convergence.
-        correction: Share of the last change of A that is added to the displacement.
-        velocity: Weights of w in the last steps, the latest first.
+        correction: Fraction of the last change of A that is added to the displacement.
+        velocity: Weights of w in the last three steps, the latest first.
 
     Raises:
         ValueError: If the method is not of the stated order.
@@ -278,12 +287,13 @@ class MultistepMethod:
         _check_order(self)
 
     def amplification(self, frequency_step: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
-        """Return the matrices by which a step multiplies (u, w, w1, w2) of u'' + 2 zeta w u' + w^2 u = 0.
+        """Return the matrices by which a step multiplies the state (u, d, d1, d2) of an oscillator.
 
-        w, w1 and w2 are the changes of the displacement in the last three steps.
+        The equation of motion is u'' + 2 zeta w u' + w^2 u = 0; d, d1 and d2 are the changes of the displacement in the
+        last three steps, the latest first.
 
         Args:
-            frequency_step: w h, shape [...].
+            frequency_step: w h, circular frequency times step, shape [...].
             damping_ratio: zeta, shape [...].
 
         Returns:
@@ -305,7 +315,7 @@ class MultistepMethod:
 
 @dataclass(frozen=True)
 class ExactMethod:
-    """The exact solution of a linear system from one point of its load history to the next.
+    """The method that solves a linear system exactly from one point of its load history to the next.
 
     Args:
         name: Name in `simulate` and in datasets.

@@ -18,21 +18,23 @@ HIGHEST_POWER = 14  # highest power of the series; the first omitted term is at 
 
 
 def halvings_of(norm: np.ndarray) -> np.ndarray:
-    """Return the number of halvings after which the norm of a step is at most `LARGEST_NORM`."""
+    """Return how often a step must be halved until its norm (1 + 2 zeta) omega h is at most LARGEST_NORM."""
     return np.maximum(np.frexp(norm)[1] + 1, 0)
 
 
 def oscillator_increments(
     stiffness: np.ndarray, damping: np.ndarray, h: np.ndarray, frequency: float | None, halvings: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of oscillators over a step, due to their state and due to a load of 1.
+    """Return the increments of oscillators over a step: those due to their state and those due to a load of 1.
+
+    The equation of motion is q'' + damping q' + stiffness q = load.
 
     Args:
         stiffness: Squared circular frequencies [rad2/s2], shape [case, oscillator].
         damping: Twice damping ratio times circular frequency [1/s], shape [case, oscillator].
         h: Step [s], shape [case, 1].
         frequency: Circular frequency of a harmonic load [rad/s]; None for a load that is linear within the step.
-        halvings: Halvings of the step, from `halvings_of`.
+        halvings: Number of halvings of the step, from `halvings_of`.
 
     Returns:
         Increments of (q, q') per unit of q and q', shape [case, 2, oscillator, 2]. Increments per unit of the load at

@@ -1,4 +1,4 @@
-"""Errors of a method in period and amplitude of free vibration, and the step that keeps their sum below a bound."""
+"""Errors of an integration method in period and amplitude of free vibration, and the step that limits their sum."""
 
 from __future__ import annotations
 
@@ -11,19 +11,20 @@ from warpdyn.engine.methods.table import METHODS
 from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.engine.tracing.tables import looked_up
 
-# Steps w h at which errors are tabulated; longer steps do not resolve the vibration.
+# Steps w h (circular frequency times step) at which errors are tabulated; longer steps do not resolve the vibration.
 TABULATED = np.geomspace(1e-3, 1.5, 400)
 
 
 def error_of_a_cycle(method: Method, frequency_step: np.ndarray) -> np.ndarray:
     """Return the error after one undamped cycle, relative to the amplitude: phase error plus amplitude error.
 
-    The phase error is 2 pi |T_h / T - 1|, the amplitude error the growth or decay. Both follow from the eigenvalue of
-    the amplification matrix that approximates exp(i w h) (Bathe and Wilson 1973).
+    The phase error is 2 pi |T_h / T - 1|, where T_h is the period of the numerical solution and T the exact period. The
+    amplitude error is the growth or decay. Both follow from the eigenvalue of the amplification matrix that
+    approximates exp(i w h) (Bathe and Wilson 1973).
 
     Args:
-        method: Row of METHODS.
-        frequency_step: w h, shape [...].
+        method: Integration method, a value of METHODS.
+        frequency_step: w h, circular frequency times step, shape [...].
     """
     x = np.asarray(frequency_step, dtype=np.float64)
     if method.kind == "exact" or method.is_adaptive:
@@ -36,7 +37,7 @@ def error_of_a_cycle(method: Method, frequency_step: np.ndarray) -> np.ndarray:
 
 @cache
 def _table(name: str) -> np.ndarray:
-    """Return the largest error of a cycle up to each tabulated step."""
+    """Return, for each tabulated step, the largest error of a cycle with this step or a shorter one, shape [step]."""
     return np.maximum.accumulate(error_of_a_cycle(METHODS[name], TABULATED))
 
 
@@ -44,13 +45,13 @@ def accurate_step(method: Method, period: np.ndarray, cycles: np.ndarray, error:
     """Return the longest steps [s] with which the error after a number of cycles is at most `error`.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         period: Periods [s], shape [...].
-        cycles: Number of cycles of the vibration, of the same shape.
+        cycles: Number of cycles of the vibration, shape [...] like `period`.
         error: Error after these cycles, relative to the amplitude.
 
     Returns:
-        Steps of the same shape; infinite for exact and adaptive methods.
+        Steps [s], shape [...] like `period`; infinite for exact and adaptive methods.
     """
     if method.kind == "exact" or method.is_adaptive:
         return np.full(np.shape(period), np.inf)

@@ -1,4 +1,4 @@
-"""Longest steps at which integration methods are stable."""
+"""Longest steps at which integration methods are stable: they do not amplify motion."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from warpdyn.engine.methods.table import METHODS
 from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.engine.tracing.tables import looked_up
 
-# The tabulated limit falls by at most this much (relative) from one damping ratio to the next, except at jumps.
+# Largest relative decrease of the tabulated limit from one damping ratio to the next, except at jumps.
 TABLE_TOLERANCE = 2e-3
 # Damping ratios below this value count as 0, because rounding errors of eigenvalues are about 1e-12.
 LEAST_DAMPING_RATIO = 1e-9
-LEAST_CELL = 1e-12  # cells of this width are not refined; only at a jump of the limit would they be
+LEAST_CELL = 1e-12  # smallest width of a cell; only cells at a jump of the limit become so narrow
 TABLE_MARGIN = 1e-5  # largest relative depth of a smooth minimum between two tabulated damping ratios
 # Above a damping ratio of a million, a limit times `limit_scale` is constant.
 LAST_PLACE = 2 - 1e-6
@@ -31,13 +31,13 @@ Table = Callable[[Method], tuple[np.ndarray, np.ndarray]]
 def stability_limit(method: Method, damping_ratio: float) -> float:
     """Return the largest w h up to which a method does not amplify the motion of u'' + 2 zeta w u' + w^2 u = 0.
 
-    For a Runge-Kutta method, it is the first root of |R(z)|^2 = 1 along z = w h (-zeta +- i sqrt(1 - zeta^2)) beyond
-    which |R| > 1. If zeta > 1, both roots are real and the faster root governs (Hairer and Wanner, Solving ODEs II,
-    IV.2). For other methods, it is the first w h at which the amplification matrix has an eigenvalue outside of the
-    unit circle.
+    w is the circular frequency and h the step. For a Runge-Kutta method, the limit is the first root of |R(z)|^2 = 1
+    along z = w h (-zeta +- i sqrt(1 - zeta^2)) beyond which |R| > 1. If zeta > 1, both roots of the characteristic
+    equation are real and the faster root governs (Hairer and Wanner, Solving ODEs II, IV.2). For other methods, the
+    limit is the first w h at which the amplification matrix has an eigenvalue outside of the unit circle.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         damping_ratio: Damping ratio zeta [-], 0 or above.
 
     Returns:
@@ -54,10 +54,11 @@ def stability_limit(method: Method, damping_ratio: float) -> float:
 def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray) -> np.ndarray:
     """Return the longest stable step of many oscillators, up to 0.21 % below the exact limit and never above it.
 
-    The limit is tabulated once over the damping ratio for each method; an oscillator takes the lower neighbour.
+    For each method, the limit is tabulated once over the damping ratio; the limit of an oscillator is that of the table
+    cell which contains its damping ratio.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         frequency: Circular frequency [rad/s], shape [...].
         damping_ratio: Damping ratio [-], 0 or above; values below 1e-9 count as 0; shape [...].
 
@@ -73,16 +74,18 @@ def stable_step(method: Method, frequency: np.ndarray, damping_ratio: np.ndarray
 
 @cache
 def amplifies_undamped(method: Method) -> bool:
-    """Return whether a method amplifies undamped motions at every step."""
+    """Return whether a method amplifies undamped free vibration at every step, however short."""
     return stability_limit(method, 0.0) == 0
 
 
 @cache
 def relaxation_limit(method: Method) -> float:
-    """Return the largest step times rate at which a method does not amplify z' = -rate z (the memory of a law).
+    """Return the largest (step * rate) [-] at which a method does not amplify a deviation z with z' = -rate z.
+
+    Deviations that decay in this way occur in the memory (history variables) of storey laws.
 
     Args:
-        method: The method. Implicit methods integrate the memory by the classical method RK4.
+        method: Integration method. Implicit methods integrate the memory by the classical method RK4.
 
     Returns:
         The limit [-]; infinite for adaptive methods, and for the exact method, which supports no memory.
@@ -112,8 +115,9 @@ def stable_step_of_eigenvalues(
       classical damping; no tested system has contradicted it.
 
     Args:
-        method: Row of METHODS.
-        eigenvalues: Eigenvalues of the state matrix [1/s], shape [structure, eigenvalue]; a 0 sets no limit.
+        method: Integration method, a value of METHODS.
+        eigenvalues: Eigenvalues of the state matrix [1/s], shape [structure, eigenvalue]; an eigenvalue of 0 sets no
+            limit.
         highest_frequency: Highest circular frequency without damping [rad/s], shape [structure].
         damping_rate: Result of `highest_damping_rate` [1/s], shape [structure].
 
@@ -156,11 +160,11 @@ def stable_step_of_yielding(
     characteristic equation then changes from that of the elastic motion to the damping rate. Projected on a shape x,
     the structure is an oscillator with mass x* M x, damper x* C x and stiffness x* K x. The limit is the smallest limit
     of all oscillators with at most this frequency and damping rate. Methods that amplify every undamped motion (heun,
-    midpoint) would have no stable step. They get the limit of the elastic structure or that of the damping rate alone,
-    whichever is smaller; this is not proved between the two cases.
+    midpoint) would have no stable step. For these methods, the result is the smaller of two limits, which is not proved
+    between the two cases: the limit of the elastic structure, and that of the damping rate alone.
 
     Args:
-        method: Row of METHODS.
+        method: Integration method, a value of METHODS.
         highest_frequency: Highest circular frequency at the stiffest tangent [rad/s], shape [structure].
         damping_rate: Largest eigenvalue of M^-1 C [1/s], shape [structure].
         elastic_step: Longest step at which the elastic structure is stable [s], shape [structure].
@@ -176,7 +180,10 @@ def stable_step_of_yielding(
 
 
 def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Return places of damping ratios, refined where the limit is steep, and the limits there times `limit_scale`."""
+    """Return positions of damping ratios (see `_ratio`), and the stability limits there times `limit_scale`.
+
+    The positions are closer where the limit changes rapidly with the damping ratio.
+    """
     with COMPUTING:  # otherwise several threads would compute the same limits
         return _computed_nodes(method)
 
@@ -199,14 +206,20 @@ def _computed_nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def _table(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Return positions of damping ratios (see `_ratio`), and the smallest limit in each cell times `limit_scale`."""
+    """Return positions of damping ratios (see `_ratio`), and the smallest limit in each cell times `limit_scale`.
+
+    A cell is the interval between two positions; the shapes are [position] and [position - 1].
+    """
     place, limit = _nodes(method)
     return place, (1 - TABLE_MARGIN) * np.minimum(limit[:-1], limit[1:])
 
 
 @cache
 def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
-    """Return a table of the smallest limits of all oscillators of at most this frequency and damping rate."""
+    """Return a table like `_table`, but of the smallest limit of all slower and less damped oscillators.
+
+    A slower and less damped oscillator has at most this circular frequency w and at most this damping rate 2 zeta w.
+    """
     place, limit = _nodes(method)
     ratio = np.maximum(_ratio(place), LEAST_DAMPING_RATIO)
     scale = limit_scale(method, ratio)
@@ -219,7 +232,14 @@ def _table_of_worst(method: Method) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.ndarray) -> np.ndarray:
-    """Return the steps [s] of oscillators from a table."""
+    """Return the stable steps [s] of oscillators, looked up in a table of a method.
+
+    Args:
+        table: `_table` or `_table_of_worst`.
+        method: Integration method, a value of METHODS.
+        frequency: Circular frequencies [rad/s], shape [...].
+        zeta: Damping ratios [-], shape [...].
+    """
     place = np.where(zeta > 1, 2 - 1 / np.maximum(zeta, 1), zeta)
     if is_traced(place):
         limit = looked_up(*table(method), place, _in_undivided_cells(table, method), LAST_PLACE)
@@ -236,14 +256,20 @@ def _looked_up(table: Table, method: Method, frequency: np.ndarray, zeta: np.nda
 
 @cache
 def _in_undivided_cells(table: Table, method: Method) -> np.ndarray:
-    """Return the values of a table in cells of equal width, which need no search; NaN in refined cells."""
+    """Return the values of a table in CELLS cells of equal width, shape [cell], which need no search.
+
+    For cells that are divided into smaller cells, the value is NaN.
+    """
     grid, cell_limit = table(method)
     edges = np.searchsorted(grid, np.linspace(0, LAST_PLACE, CELLS + 1))
     return np.where(np.diff(edges) > 1, np.nan, cell_limit[edges[:-1]])
 
 
 def _ratio(place: np.ndarray) -> np.ndarray:
-    """Return the damping ratio at a position: up to 1 the position itself; from 1 to 2 the inverse ratio falls to 0."""
+    """Return the damping ratio at a position of a table.
+
+    Up to position 1, it is the position. From position 1 to 2, the inverse of the damping ratio decreases from 1 to 0.
+    """
     return np.where(place > 1, 1 / (2 - np.maximum(place, 1)), place)
 
 

@@ -1,4 +1,4 @@
-"""Eigenvalues of state matrices and damping rates of structures, from which stable steps are computed."""
+"""Eigenvalues of state matrices and largest damping rates of structures, from which stable steps are computed."""
 
 from __future__ import annotations
 
@@ -43,11 +43,17 @@ def highest_damping_rate(mass: np.ndarray, damping: np.ndarray) -> np.ndarray:
         ValueError: If a shape does not fit, a value is not finite, or a mass matrix is singular.
     """
     rates = np.linalg.eigvals(_over_mass(mass, "damping", np.asarray(damping, dtype=np.float64))).real
-    return np.maximum(rates.max(axis=1), 0)  # rounding of no damping at all
+    return np.maximum(rates.max(axis=1), 0)  # without damping, rounding may give a negative rate
 
 
 def _over_mass(mass: np.ndarray, name: str, matrix: np.ndarray) -> np.ndarray:
-    """Return M^-1 times a matrix of each structure."""
+    """Return M^-1 times a matrix for each structure, shape [structure, dof, dof]; raise a ValueError if M is singular.
+
+    Args:
+        mass: Masses, shape [structure, dof], or mass matrices, shape [structure, dof, dof].
+        name: Name of the matrix in messages.
+        matrix: The matrices, shape [structure, dof, dof].
+    """
     mass = np.asarray(mass, dtype=np.float64)
     if matrix.ndim != 3 or matrix.shape[1] != matrix.shape[2]:
         raise ValueError(f"{name} must have shape [structure, dof, dof], got {matrix.shape}")

@@ -1,4 +1,4 @@
-"""The table METHODS of all time integration methods, and which methods support which structures."""
+"""The table METHODS of all time integration methods, and functions that decide which methods support a structure."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from warpdyn.foundations.core.checks import one_of
 
 
 def _dissipative(name: str, force_lag: float, mass_lag: float) -> ImplicitMethod:
-    """Return the second-order method with the strongest damping of high frequencies for these lags (Chung, Hulbert)."""
+    """Return the second-order method of Chung and Hulbert that damps high frequencies most strongly for these lags."""
     difference = force_lag - mass_lag
     return ImplicitMethod(name, 2, (1 + difference) ** 2 / 4, 0.5 + difference, mass_lag, force_lag)
 
@@ -37,7 +37,7 @@ _RK4_B, _RK4_C = (1 / 6, 1 / 3, 1 / 3, 1 / 6), (0, 0.5, 0.5, 1)
 
 @dataclass(frozen=True)
 class StoreyForces:
-    """The properties of the storey forces of a structure that decide which methods support it.
+    """Properties of the storey forces of a structure that decide which integration methods support the structure.
 
     Args:
         names: Names of the laws and devices.
@@ -101,7 +101,7 @@ CHOICES = {
 
 
 class Methods(dict[str, Method]):
-    """{name: method}; a name may contain a parameter, as in `METHODS["hht_alpha(alpha=-0.3)"]`."""
+    """The dictionary {name: method}; a name may contain a parameter, as in `METHODS["hht_alpha(alpha=-0.3)"]`."""
 
     def __contains__(self, name: object) -> bool:
         return super().__contains__(name) or (isinstance(name, str) and _with_parameter(name) is not None)
@@ -115,7 +115,7 @@ class Methods(dict[str, Method]):
 
 @cache
 def _with_parameter(name: str) -> Method | None:
-    """Return the method for a name with a parameter; None for other names."""
+    """Return the method for a name with a parameter, such as "hht_alpha(alpha=-0.3)"; None for other names."""
     form = re.fullmatch(r"(\w+)\((\w+)=([^()=]+)\)", name)
     if form is None or form[1] not in CHOICES:
         _refuse_other_forms(name)
@@ -138,7 +138,7 @@ def _with_parameter(name: str) -> Method | None:
 
 
 def _refuse_other_forms(name: str) -> None:
-    """Raise a ValueError with an example if a name contains a parameter in a wrong form."""
+    """Raise a ValueError with an example if the name of a method contains a parameter in a wrong form."""
     word = name.partition("(")[0].strip()
     if "(" in name and word in CHOICES:
         raise ValueError(
@@ -204,16 +204,16 @@ METHODS = Methods((method.name, method) for method in _ROWS)
 
 
 def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, ...]:
-    """Return the methods that support these storey forces and this damping.
+    """Return the names of the methods that support these storey forces and this kind of damping.
 
     - The exact method supports only linear forces.
     - `central_difference_lagged` does not support rate laws: their force would lag behind the drift, which supplies
       energy to the motion.
-    - Multistep methods need storey drifts; they integrate the memory over the increment of the drift.
+    - Multistep methods need storey drifts; they integrate the memory of a law over the increment of the drift.
     - Implicit methods do not support damping proportional to the tangent stiffness, which jumps when a storey yields,
       so that a step may have no equilibrium.
-    - Implicit methods integrate the memory over the increment of the drift, without regard to time; they do not support
-      forces that relax.
+    - Implicit methods integrate the memory of a law over the increment of the drift, without regard to time; they do
+      not support forces that change with time at a constant drift.
     """
     unfit = set() if forces.is_linear else {"exact"}
     if forces.has_rate:
@@ -226,15 +226,15 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
 
 
 def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None:
-    """Raise a ValueError if a method is unknown or does not support the storey forces or the damping."""
+    """Raise a ValueError if a method is unknown, or if it does not support the storey forces or the kind of damping."""
     one_of("method", method, METHODS)
     fitting, row = fitting_methods(forces, damping), method.partition("(")[0]
     if row in fitting:
         return
     if row in fitting_methods(forces):
         raise ValueError(
-            f"method {method!r} does not fit damping {damping!r} (a step may have no equilibrium where a storey "
-            f"yields); these fit: {', '.join(fitting)}"
+            f"method {method!r} does not fit damping {damping!r} (a step may have no equilibrium if a storey "
+            f"yields); choose method= from these: {', '.join(fitting)}"
         )
     linear = "it needs a linear structure, whose viscous dampers have the exponent 1"
     reasons = {"exact": linear, "implicit": "it cannot integrate a force that relaxes with time"}
@@ -242,5 +242,6 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
     if isinstance(METHODS[method], MultistepMethod):
         reason = reasons["implicit"] if forces.relaxes else "it needs a ShearBuilding, whose drifts it integrates"
     raise ValueError(
-        f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); these fit: {', '.join(fitting)}"
+        f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); choose method= from these: "
+        f"{', '.join(fitting)}"
     )

@@ -1,3 +1,3 @@
-"""NumPy functions of the parameters of structures, recorded once and compiled for a device."""
+"""Record NumPy functions of the parameters of structures once, so that kernels can compute them on a device."""
 
 from warpdyn.engine.tracing import numpy_functions as numpy_functions  # fills the table of functions

@@ -1,4 +1,4 @@
-"""Arrays of recorded values: NumPy functions accept them in place of arrays and record what they compute."""
+"""Arrays of recorded values: NumPy functions accept them instead of arrays, and the arrays record what is computed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from warpdyn.engine.tracing.nodes import OPERATIONS, TRUTH, Node, apply, constant, given
 
-# NumPy names of operations whose results are other operations.
+# NumPy name of an operation -> equivalent operation that is recorded.
 SAME = {
     "bitwise_and": "logical_and",
     "bitwise_or": "logical_or",
@@ -27,12 +27,15 @@ _conditions: ContextVar[list[Node] | None] = ContextVar("conditions", default=No
 
 
 class NotTraceableError(TypeError):
-    """A function uses an array in a way that cannot be recorded, such as a branch that depends on its values."""
+    """A function uses an array in a way that cannot be recorded, such as a branch that depends on the values."""
 
 
 @contextmanager
 def conditions() -> Iterator[list[Node]]:
-    """Collect the conditions that a function tests by `np.any`, such as checks of bounds; each counts as false."""
+    """Collect the conditions that a function tests by `np.any` or `np.all`, such as checks of bounds.
+
+    While the function is recorded, no condition is known; `np.any` returns False and `np.all` returns True.
+    """
     found: list[Node] = []
     token = _conditions.set(found)
     try:
@@ -42,10 +45,10 @@ def conditions() -> Iterator[list[Node]]:
 
 
 class Traced(np.lib.mixins.NDArrayOperatorsMixin):
-    """An array of recorded values.
+    """An array of recorded values; each element is a node of the recorded computation.
 
     Args:
-        nodes: The values, an array of nodes.
+        nodes: The array of nodes.
     """
 
     __array_priority__ = 1000
@@ -55,11 +58,11 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
 
     @classmethod
     def inputs(cls, text: Callable[..., str], *shape: int, varies: bool = True) -> Traced:
-        """Return values that a kernel reads; `text(*index)` is the text of each.
+        """Return an array of values that a kernel reads from its arguments.
 
         Args:
-            text: Text of an element.
-            shape: Shape.
+            text: Function of the index that returns the text of an element in the kernel, such as "z[3]".
+            shape: Shape of the array.
             varies: Whether the values may differ between structures.
         """
         nodes = np.empty(shape, object)
@@ -73,7 +76,7 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
 
     @property
     def dtype(self) -> np.dtype:
-        """The type that the values have in a kernel."""
+        """The type that the recorded values have in a kernel: bool for truth values, else float64."""
         return np.dtype(bool if self.size and self.nodes.flat[0].kind == TRUTH else np.float64)
 
     T = property(lambda self: Traced(self.nodes.T))
@@ -104,19 +107,22 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
         raise NotTraceableError("an array is needed, whose values differ between structures")
 
     def reshape(self, *shape: Any) -> Traced:
-        """Return the values in another shape."""
+        """Return the recorded values in another shape."""
         return Traced(self.nodes.reshape(*shape))
 
     def ravel(self) -> Traced:
-        """Return the values as a row."""
+        """Return the recorded values as an array of one dimension."""
         return Traced(self.nodes.ravel())
 
     def transpose(self, *axes: Any) -> Traced:
-        """Return the values with permuted axes."""
+        """Return the recorded values with permuted axes."""
         return Traced(self.nodes.transpose(*axes))
 
     def astype(self, dtype: Any, copy: bool = True) -> Traced:
-        """Return the values; truth values as 1 and 0 if they become real numbers. Other types are not recorded."""
+        """Return the recorded values in another type, float64 or bool; truth values become 1 and 0 in float64.
+
+        A change from float64 to bool, and other types, are not recorded: they raise a NotTraceableError.
+        """
         if np.dtype(dtype) == np.float64:
             return self * 1.0 if self.dtype == bool else self.copy()
         if np.dtype(dtype) != self.dtype:
@@ -124,32 +130,32 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
         return self.copy()
 
     def copy(self) -> Traced:
-        """Return a copy."""
+        """Return a copy of the array of recorded values."""
         return Traced(self.nodes.copy())
 
     def sum(self, axis: Any = None, keepdims: bool = False) -> Traced:
-        """Return sums."""
+        """Return the recorded sums along an axis; None: over all axes."""
         return reduced("add", self, axis, keepdims)
 
     def max(self, axis: Any = None, keepdims: bool = False) -> Traced:
-        """Return the largest values."""
+        """Return the recorded largest values along an axis; None: over all axes."""
         return reduced("maximum", self, axis, keepdims)
 
     def min(self, axis: Any = None, keepdims: bool = False) -> Traced:
-        """Return the least values."""
+        """Return the recorded least values along an axis; None: over all axes."""
         return reduced("minimum", self, axis, keepdims)
 
     def any(self, axis: Any = None) -> Any:
-        """Return whether any value along an axis is true.
+        """Return whether any value along an axis is true, as recorded values.
 
-        Without an axis, collect the condition that any value is true, and return False; only inside of `conditions`.
+        Without an axis, add the condition to those that `conditions` collects, and return False.
         """
         return _asked(self, is_any=True) if axis is None else reduced("logical_or", self, axis, False)
 
     def all(self, axis: Any = None) -> Any:
-        """Return whether all values along an axis are true.
+        """Return whether all values along an axis are true, as recorded values.
 
-        Without an axis, collect the condition that a value is not true, and return True; only inside of `conditions`.
+        Without an axis, add the opposite condition to those that `conditions` collects, and return True.
         """
         return _asked(self, is_any=False) if axis is None else reduced("logical_and", self, axis, False)
 
@@ -206,7 +212,7 @@ def _signature(record: Callable) -> inspect.Signature:
 
 
 def nodes_of(values: Any) -> np.ndarray:
-    """Return values as an array of nodes."""
+    """Return numbers or recorded values as an array of nodes, with the shape of the values."""
     if isinstance(values, Traced):
         return values.nodes
     if isinstance(values, list | tuple) and any(isinstance(each, Traced) for each in values):
@@ -219,17 +225,20 @@ def nodes_of(values: Any) -> np.ndarray:
 
 
 def traced(values: Any) -> Traced:
-    """Return values as an array of recorded values."""
+    """Return numbers or recorded values as an array of recorded values."""
     return values if isinstance(values, Traced) else Traced(nodes_of(values))
 
 
 def is_traced(*values: Any) -> bool:
-    """Return whether any of these values is recorded."""
+    """Return whether any of these values is an array of recorded values (Traced)."""
     return any(isinstance(each, Traced) for each in values)
 
 
 def may_be_true(condition: Any) -> bool:
-    """Return whether a condition is true anywhere; a recorded condition may be true unless it is a constant."""
+    """Return whether a condition may be true for some structure.
+
+    A recorded condition may be true unless it is a constant, because its value is unknown while it is recorded.
+    """
     if not isinstance(condition, Traced):
         return bool(np.any(condition))
     return any(not each.is_constant or each.value for each in condition.nodes.ravel())
@@ -250,7 +259,7 @@ def _known_index(index: Any) -> Any:
 
 
 def mapped(name: str, *values: Any) -> np.ndarray:
-    """Return an operation on each element of arrays that broadcast."""
+    """Return the nodes of an operation that is applied to each element of several arrays, after broadcasting."""
     arrays: list[Any] = np.broadcast_arrays(*(nodes_of(each) for each in values))  # type: ignore[assignment] # a tuple
     found = np.empty(arrays[0].shape, object)
     for index in np.ndindex(found.shape):
@@ -302,7 +311,10 @@ def stacked(values: Any, axis: int = 0) -> Traced:
 
 
 def _expm1(values: Any) -> Any:
-    """Return exp(x) - 1 without loss of digits for small x, by Kahan's formula: kernels have no function for it."""
+    """Return exp(x) - 1 as recorded values, without loss of digits for small x.
+
+    Kahan's formula is used, because kernels have no function for it.
+    """
     power: Any = np.exp(traced(values))
     less = power - 1.0
     # The quotient is (exp(y) - 1) / y for y = log(exp(x) as rounded), which is close to x.

@@ -1,4 +1,4 @@
-"""Device functions that a recorded computation calls, for computations with loops."""
+"""Device functions that a recorded computation calls, for computations that contain loops."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from warpdyn.engine.tracing.nodes import called
 
 
 class DeviceFunction(NamedTuple):
-    """A device function of real numbers in float64 that returns a real number.
+    """A device function whose arguments and result are real numbers in float64.
 
     Args:
-        module: Module that contains it; it is imported when a kernel is built.
+        module: Module that contains the device function; it is imported when a kernel is built.
         function: The NumPy function that computes the same values.
     """
 
@@ -28,11 +28,14 @@ _functions: dict[str, DeviceFunction] = {}
 
 
 def define_function(name: str, module: str, function: Callable[..., np.ndarray]) -> Callable[..., Any]:
-    """Return a function of arrays or recorded values; with recorded values a kernel calls the device function.
+    """Define a device function with a NumPy counterpart, and return a function that calls one of them.
+
+    With arrays, the returned function calls the NumPy function. With recorded values, it records a call of the device
+    function in a kernel.
 
     Args:
         name: Name of the device function.
-        module: Module that contains it.
+        module: Module that contains the device function.
         function: The NumPy function that computes the same values.
     """
     _functions[name] = DeviceFunction(module, function)
@@ -50,12 +53,12 @@ def define_function(name: str, module: str, function: Callable[..., np.ndarray])
 
 
 def numpy_function(name: str) -> Callable[..., np.ndarray]:
-    """Return the NumPy function of a device function that `define_function` knows."""
+    """Return the NumPy counterpart of a device function that was defined by `define_function`."""
     return _functions[name].function
 
 
 def functions_in(text: str) -> dict[str, Any]:
-    """Return the device functions that a text calls, by their names."""
+    """Return the device functions that the source text of a kernel calls: {name: function}."""
     return {
         name: getattr(importlib.import_module(known.module), name)
         for name, known in _functions.items()

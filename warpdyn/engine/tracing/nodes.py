@@ -1,4 +1,4 @@
-"""Scalar expressions: the nodes of a recorded computation, and the text of each operation in a kernel."""
+"""Nodes of a recorded computation: scalar expressions, and the text of each operation in a kernel."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ REAL, TRUTH = "real", "truth"  # kinds of values: float64 and bool
 
 
 class Operation(NamedTuple):
-    """An operation on scalars.
+    """An operation on scalars in a recorded computation.
 
     Args:
-        text: Its text in a kernel, with a place for each argument.
-        kind: Kind of its result.
+        text: Text of the operation in a kernel, with a placeholder for each argument.
+        kind: Kind of the result, REAL or TRUTH.
         function: The NumPy function, for constants.
-        takes: Kind of its arguments; None: the first is a truth value, as in `where`.
+        takes: Kind of the arguments; None: the first is a truth value and the others are real numbers, as in `where`.
     """
 
     text: str
@@ -63,11 +63,11 @@ OPERATIONS = {
 
 
 class Node:
-    """A value of a recorded computation; equal operations on the same nodes are one node.
+    """A value of a recorded computation; equal operations on the same nodes are represented by one node.
 
     Args:
         operation: Key of OPERATIONS, "constant", "input", or the name of a device function.
-        arguments: Nodes that it reads.
+        arguments: Nodes that the operation reads.
         kind: REAL or TRUTH.
         value: The value of a constant, or the text of an input.
         varies: Whether the value may differ between structures.
@@ -81,7 +81,7 @@ class Node:
 
     @property
     def is_constant(self) -> bool:
-        """Whether the value is known when the computation is recorded."""
+        """Whether the value of the node is known when the computation is recorded."""
         return self.operation == "constant"
 
 
@@ -100,7 +100,7 @@ def _node(
 
 
 def constant(value: object) -> Node:
-    """Return the node of a number or a truth value."""
+    """Return the node of a constant, which is a number or a truth value."""
     if isinstance(value, bool | np.bool_):
         return _node("constant", (), TRUTH, bool(value), bool(value))
     number = float(value)  # type: ignore[arg-type]
@@ -108,27 +108,30 @@ def constant(value: object) -> Node:
 
 
 def given(text: str, kind: str = REAL, *, varies: bool = True) -> Node:
-    """Return the node of a value that the kernel reads by this text, such as "z[3]"."""
+    """Return the node of an input, which the kernel reads by this text, such as "z[3]"."""
     return _node("input", (), kind, text, text, varies)
 
 
 def called(function: str, *arguments: Node) -> Node:
-    """Return the node of a call of a device function that returns a real number."""
+    """Return the node of a call of a device function with these arguments; its result is a real number."""
     return _node(function, tuple(as_real(each) for each in arguments), REAL, None, None)
 
 
 def as_real(node: Node) -> Node:
-    """Return a truth value as 1 or 0; a real number unchanged."""
+    """Return the node of a truth value converted to 1 or 0; return the node of a real number unchanged."""
     return node if node.kind == REAL else apply("where", node, constant(1.0), constant(0.0))
 
 
 def as_truth(node: Node) -> Node:
-    """Return whether a real number differs from 0; a truth value unchanged."""
+    """Return a node for whether a real number differs from 0; return the node of a truth value unchanged."""
     return node if node.kind == TRUTH else apply("not_equal", node, constant(0.0))
 
 
 def apply(name: str, *arguments: Node) -> Node:
-    """Return the result of an operation on nodes; operations on constants are carried out."""
+    """Return the node for the result of an operation (a key of OPERATIONS) on nodes.
+
+    Operations on constants are computed at once, and operations without effect, such as adding 0, are omitted.
+    """
     operation = OPERATIONS[name]
     if operation.takes is None:
         condition, first, second = as_truth(arguments[0]), *arguments[1:]

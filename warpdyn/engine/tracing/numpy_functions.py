@@ -1,4 +1,4 @@
-"""NumPy functions that are recorded: arguments that are not listed here make a function of a user unrecordable."""
+"""NumPy functions that can be recorded. A user's function that uses other functions or arguments is not recorded."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def _clip(
 
 
 def _sorted(a: Any, axis: int = -1) -> Traced:
-    """Return values in increasing order, by exchanges of neighbours."""
+    """Return recorded values in increasing order along an axis, by exchanges of neighbours."""
     rows = [Traced(boxed(each)) for each in np.moveaxis(nodes_of(a), axis, 0)]
     for last in range(len(rows) - 1, 0, -1):
         for place in range(last):
@@ -77,7 +77,7 @@ def _sorted(a: Any, axis: int = -1) -> Traced:
 
 
 def _taken_along(values: Any, indices: Any, axis: int = -1) -> Traced:
-    """Return the values at recorded indices along an axis, by comparisons with each index."""
+    """Return the values at recorded indices along an axis; the kernel compares each index with all positions."""
     rows, places = np.moveaxis(nodes_of(values), axis, 0), np.moveaxis(nodes_of(indices), axis, 0)
     found = np.broadcast_to(rows[0], places.shape)
     for place in range(1, len(rows)):

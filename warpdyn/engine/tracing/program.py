@@ -1,4 +1,4 @@
-"""The text of a recorded computation: statements of a kernel, each value computed once and only if it is needed."""
+"""The text of a recorded computation: statements of a kernel that compute each required value once."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ import numpy as np
 
 from warpdyn.engine.tracing.nodes import OPERATIONS, Node
 
-SIMPLE = (0.0, 1.0, -1.0, 2.0, 0.5)  # constants that are part of the text
+SIMPLE = (0.0, 1.0, -1.0, 2.0, 0.5)  # constants that are written in the text
 
 
 class Program:
-    """Statements that compute values in a kernel.
+    """Statements of a kernel that compute recorded values.
 
     Attributes:
         constants: Values of the kernel's argument `constants`, so that scenes with other numbers have the same text.
@@ -24,7 +24,7 @@ class Program:
         self._names: dict[Node, str] = {}
 
     def name_of(self, node: Node) -> str:
-        """Return the text of a value, after the statements that compute it."""
+        """Return the text of a recorded value, such as a variable's name; first add the statements that compute it."""
         waiting = [node]
         while waiting:  # without recursion: sums over storeys are deep
             each = waiting[-1]
@@ -40,16 +40,16 @@ class Program:
         return self._names[node]
 
     def names_of(self, nodes: Iterable[Node]) -> list[str]:
-        """Return the texts of values."""
+        """Return the text of each of these recorded values, such as the name of a variable in the kernel."""
         return [self.name_of(node) for node in nodes]
 
     def add(self, statement: str) -> None:
-        """Add a statement."""
+        """Add a statement to the program."""
         self.lines.append(f"    {statement}")
 
     @property
     def text(self) -> str:
-        """The statements."""
+        """The statements as one text, one per line."""
         return "\n".join(self.lines)
 
     def _text(self, node: Node) -> str:
@@ -71,7 +71,7 @@ class Program:
 
 
 def _literal(value: object) -> str:
-    """Return the text of a constant."""
+    """Return the text of a constant in a kernel."""
     if isinstance(value, bool):
         return f"bool({value})"
     assert isinstance(value, float)

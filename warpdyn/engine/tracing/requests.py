@@ -1,4 +1,4 @@
-"""Requests of a recorded computation: separate kernels find frequencies and decays between its kernels."""
+"""Requests of a recorded computation: natural frequencies and decay rates that separate kernels compute for it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, nodes_of
 from warpdyn.engine.tracing.nodes import Node
 
 PREFIX = "result_"  # prefix of the names of arrays that contain results
-FREQUENCIES, DECAY = "frequencies", "decay"  # kinds of requests
+FREQUENCIES, DECAY = "frequencies", "decay"  # kinds of a request
 
 
 class Request(NamedTuple):
@@ -22,9 +22,10 @@ class Request(NamedTuple):
     Args:
         kind: FREQUENCIES of a chain with mass and stiffness; or slowest DECAY of a chain with mass, stiffness, factor
             of the mass in the damping matrix, and dashpots.
-        inputs: Values that the kernel reads, each of shape [row].
+        inputs: Recorded values that the kernel reads, each of shape [row].
         rows: Number of results.
-        level: 0 if the inputs depend on no other request; else 1 more than the largest level of these requests.
+        level: 0 if the inputs depend on no other request; else 1 more than the largest level of the requests on which
+            they depend.
     """
 
     kind: str
@@ -38,7 +39,7 @@ _asked: ContextVar[list[Request] | None] = ContextVar("asked", default=None)
 
 @contextmanager
 def requests() -> Iterator[list[Request]]:
-    """Collect the requests of a computation."""
+    """Collect the requests that a computation makes while it is recorded; yield the list of them."""
     found: list[Request] = []
     token = _asked.set(found)
     try:
@@ -48,10 +49,10 @@ def requests() -> Iterator[list[Request]]:
 
 
 def request(kind: str, rows: int, *values: Any) -> Traced:
-    """Return the results of a request as values that the computation reads, shape [1, row].
+    """Return the results of a request as recorded values, shape [1, row].
 
     Args:
-        kind: Kind of the request.
+        kind: FREQUENCIES or DECAY.
         rows: Number of results.
         values: Inputs, each of shape [1, row].
     """
@@ -72,7 +73,7 @@ def request(kind: str, rows: int, *values: Any) -> Traced:
 
 
 def _requests_below(nodes: Iterable[Node]) -> set[int]:
-    """Return the places of the requests whose results some values depend on."""
+    """Return the indices of the requests on whose results these nodes depend."""
     waiting, seen, found = list(nodes), set[Node](), set[int]()
     while waiting:
         node = waiting.pop()

@@ -1,4 +1,4 @@
-"""Tables that a recorded computation looks up."""
+"""Tables in which a recorded computation looks up values."""
 
 from __future__ import annotations
 
@@ -15,14 +15,16 @@ _tables: list[tuple[np.ndarray, ...]] = []
 
 
 def looked_up(grid: np.ndarray, values: np.ndarray, at: Any, even: np.ndarray | None = None, last: float = 1.0) -> Any:
-    """Return for each place the value of its table cell; beyond the ends of the table, that of the end cell.
+    """Return the value of the table cell that contains each of the numbers `at`, as recorded values.
+
+    Numbers beyond the ends of the table have the value of the first or the last cell.
 
     Args:
         grid: Increasing left edges of the cells, or all edges.
         values: Value of each cell.
-        at: The places.
+        at: The numbers, recorded values.
         even: Values in cells of equal width from 0 to `last`, which need no search; NaN in refined cells.
-        last: End of the even cells.
+        last: End of the cells of equal width.
     """
     table = (grid[: values.size].copy(), values, np.array([np.nan]) if even is None else even, np.array([last]))
     same = (
@@ -41,5 +43,5 @@ def looked_up(grid: np.ndarray, values: np.ndarray, at: Any, even: np.ndarray | 
 
 
 def table_of(call: str) -> tuple[np.ndarray, ...]:
-    """Return the arrays of the table of a call: grid, values, even cells, and their end."""
+    """Return the arrays of the table that a call names: grid, values, values in cells of equal width, and their end."""
     return _tables[int(call.removeprefix(PREFIX))]

@@ -1,1 +1,1 @@
-"""Kernels for other tasks than response histories: response spectra, sampling, frequencies, single storeys."""
+"""Kernels for tasks other than response histories: response spectra, sampling, frequencies, single storeys."""

@@ -1,9 +1,9 @@
-"""Slowest rate of decay of damped shear chains, whose dashpots may couple the undamped modes.
+"""Slowest rate of decay of the free vibration of damped shear chains, whose dashpots may couple the undamped modes.
 
 The state of a storey is sqrt(k) times its drift, and sqrt(m) times the velocity of its floor. The state matrix is then
-skew-symmetric except for the dashpots, and its eigenvalues lose fewer digits than those of [[0, I], [-M^-1 K,
--M^-1 C]]. Rotations reduce it to Hessenberg form. Francis' double shifts find the eigenvalues (Golub and Van Loan 2013,
-Matrix Computations, section 7.5).
+skew-symmetric except for the dashpots, and its eigenvalues lose fewer digits than those of the matrix [[0, I], [-M^-1
+K, -M^-1 C]]. Rotations reduce the state matrix to Hessenberg form. Francis' double shifts find its eigenvalues (Golub
+and Van Loan 2013, Matrix Computations, section 7.5).
 """
 
 import numpy as np
@@ -14,9 +14,9 @@ from warpdyn.engine.kernels.kernel_cache import block_size, loaded
 from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.engine.tracing.requests import DECAY, request
 
-MOST_ITERATIONS = 100  # a pair of eigenvalues takes about 3
+MOST_ITERATIONS = 100  # a pair of eigenvalues needs about 3
 UNUSUAL_SHIFT_EVERY = 10  # iterations after which shifts that do not converge are replaced
-NUMBERS_AT_A_TIME = 2**24  # numbers in the matrices of a launch
+NUMBERS_AT_A_TIME = 2**24  # largest total number of matrix elements of one kernel launch
 # The distance in memory between the elements of a matrix is an odd multiple of LANES numbers. If it were a power of 2,
 # the elements would displace each other in the cache of a CPU.
 LANES = 32
@@ -38,7 +38,7 @@ def fill_state_matrix(
     of_mass: wp.float64,
     dashpot: wp.array2d(dtype=wp.float64),
 ):
-    """Write the state matrix of chain c into a[:, :, s]; rows: drift 1, velocity 1, drift 2, velocity 2, ..."""
+    """Write the state matrix of shear chain c into a[:, :, s]; rows: drift 1, velocity 1, drift 2, velocity 2, ..."""
     size = a.shape[0]
     for i in range(size):
         for j in range(size):
@@ -63,7 +63,7 @@ def fill_state_matrix(
 
 @wp.func
 def reduce_to_hessenberg(a: wp.array3d(dtype=wp.float64), s: int):
-    """Make all entries of a[:, :, s] zero that are below the first subdiagonal, by rotations."""
+    """Reduce the matrix a[:, :, s] to Hessenberg form by rotations: entries below the first subdiagonal become zero."""
     size = a.shape[0]
     for column in range(size - 2):
         for back in range(size - 2 - column):
@@ -89,7 +89,10 @@ def reduce_to_hessenberg(a: wp.array3d(dtype=wp.float64), s: int):
 
 @wp.func
 def start_of_block(a: wp.array3d(dtype=wp.float64), s: int, last: int):
-    """Return the first row of the block that ends at row `last` and is coupled by subdiagonal entries."""
+    """Return the first row of the diagonal block of a[:, :, s] that ends at row `last`.
+
+    Rows of a block are coupled by subdiagonal entries that are not negligible.
+    """
     first = int(last)
     searching = bool(last > 0)
     while searching:
@@ -117,7 +120,10 @@ def shift_twice(
     y0: wp.float64,
     w0: wp.float64,
 ):
-    """Apply a double QR step to the block from `first` to `last`; shifts: eigenvalues of [[y0, w0], [1, x0]]."""
+    """Apply a double QR step to rows `first` to `last` of a[:, :, s].
+
+    The two shifts are the eigenvalues of [[y0, w0], [1, x0]].
+    """
     zero = wp.float64(0.0)
     p, q, r = wp.float64(0.0), wp.float64(0.0), wp.float64(0.0)
     m = int(last - 2)
@@ -248,10 +254,10 @@ def find_decays(
 
 
 def launch_decays(*arrays: wp.array, device: str) -> None:
-    """Queue the kernel on the present stream of a device, for a limited number of structures at a time.
+    """Queue the kernel `find_decays` on the present stream of a device, for a limited number of structures at a time.
 
     Args:
-        arrays: Arguments of the kernel from `mass` to `dashpot`, and `decay`.
+        arrays: Arguments of the kernel: `mass`, `stiffness`, `of_mass`, `dashpot`, and the output `decay`.
         device: Device of the arrays.
     """
     (storeys, count), kernel = arrays[0].shape, loaded(find_decays, device)

@@ -1,10 +1,10 @@
-"""Undamped circular frequencies of shear chains; even the lowest frequency is accurate to the last digits.
+"""Undamped natural circular frequencies of shear chains; even the lowest frequency is accurate to the last digits.
 
-M^-1/2 K M^-1/2 is factored as U U^T with a bidiagonal U: u_ii^2 = k_i / m_i and u_i,i+1^2 = k_i+1 / m_i. No stiffness
-is subtracted from another. The differential quotient-difference algorithm with shifts keeps this accuracy (Fernando and
-Parlett 1994, Accurate singular values and differential qd algorithms, Numerische Mathematik 67,
-191-229); its shifts are Laguerre's lower bounds of the least eigenvalue (von Matt 1997, The
-orthogonal qd-algorithm, SIAM Journal on Scientific Computing 18, 1163-1186).
+M^-1/2 K M^-1/2 is factored as U U^T with a bidiagonal U: u_ii^2 = k_i / m_i and u_i,i+1^2 = k_i+1 / m_i. The algorithm
+does not subtract one stiffness from another. The differential quotient-difference algorithm with shifts keeps this
+accuracy (Fernando and Parlett 1994, Accurate singular values and differential qd algorithms, Numerische Mathematik 67,
+191-229); its shifts are Laguerre's lower bounds of the least eigenvalue (von Matt 1997, The orthogonal qd-algorithm,
+SIAM Journal on Scientific Computing 18, 1163-1186).
 """
 
 import functools
@@ -18,16 +18,17 @@ from warpdyn.engine.kernels.kernel_cache import block_size, loaded
 from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.engine.tracing.requests import FREQUENCIES, request
 
-# Each division waits for the result of the last one. More lanes than fit in the registers were measured to be faster.
+# Number of chains per CPU thread (lanes). Each division waits for the result of the last one; more lanes than fit in
+# the registers were measured to be faster.
 LANES_OF_CHAINS = 64
-MOST_ITERATIONS = 200  # an eigenvalue takes about 3, a few more if several are nearly equal
+MOST_ITERATIONS = 200  # an eigenvalue needs about 3, and a few more if several eigenvalues are nearly equal
 # Kernels are compiled for at most 4, 16, 64, ... storeys, not for each number of storeys: a city may contain buildings
-# with ten different numbers of storeys, and each kernel takes 0.5 s to compile.
+# with ten different numbers of storeys, and each kernel needs 0.5 s to compile.
 FEWEST_STOREYS, STOREYS_GROW_BY = 4, 4
 
 
 def most_storeys(storeys: int) -> int:
-    """Return the largest number of storeys of the kernel for chains of `storeys` storeys."""
+    """Return the largest number of storeys of the kernel that is used for chains of `storeys` storeys."""
     most = FEWEST_STOREYS
     while most < storeys:
         most *= STOREYS_GROW_BY
@@ -36,13 +37,13 @@ def most_storeys(storeys: int) -> int:
 
 @functools.cache
 def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
-    """Return the kernel for chains of at most `most` storeys, with `lanes` chains per thread."""
+    """Return the kernel for natural frequencies of chains of at most `most` storeys, with `lanes` chains per thread."""
     LANES = lanes
     double = wp.float64
     matrix = wp.types.matrix(shape=(most, LANES), dtype=double)
     row = wp.types.vector(length=LANES, dtype=double)
-    # Coupling of two eigenvalues, relative to their size, that is neglected; least value of a divisor, relative to the
-    # eigenvalue; and share of a bound that shifts leave for rounding.
+    # Three constants: the coupling of two eigenvalues, relative to their size, that is neglected; the least value of a
+    # divisor, relative to the eigenvalue; and the fraction of a bound that shifts omit because of rounding.
     left = wp.constant(double(np.finfo(float).eps ** 2 / 16))
     least = wp.constant(double(1e-30))
     rounding = wp.constant(double(8 * np.finfo(float).eps))
@@ -142,7 +143,14 @@ def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
 
 
 def launch_frequencies(mass: wp.array, stiffness: wp.array, frequency: wp.array, device: str) -> None:
-    """Queue the kernel on the present stream of a device; arrays of shape [storey, structure], one chain per thread."""
+    """Queue the kernel on the present stream of a device, with one chain per thread.
+
+    Args:
+        mass: Floor masses [kg], shape [storey, structure].
+        stiffness: Storey stiffness [N/m], shape [storey, structure].
+        frequency: Output: circular frequencies [rad/s], ascending, shape [mode, structure].
+        device: Device of the arrays.
+    """
     storeys, count = mass.shape
     kernel = loaded(frequencies_kernel(most_storeys(storeys), 1), device)
     inputs = [storeys, mass, stiffness, frequency]

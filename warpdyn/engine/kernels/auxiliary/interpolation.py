@@ -1,4 +1,4 @@
-"""The kernel that interpolates recorded motions on a device, so that they have a value for each integration step."""
+"""The kernel that interpolates recorded motions on a device, so that they have a value at each integration step."""
 
 import functools
 from typing import Any
@@ -12,7 +12,7 @@ from warpdyn.engine.kernels.plan import DTYPES, structs
 
 @functools.cache
 def interpolation_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel for values of a number type."""
+    """Return the kernel that interpolates values of the number type `dtype` ("float32" or "float64")."""
     number = DTYPES[dtype]
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
@@ -29,18 +29,21 @@ def interpolation_kernel(dtype: str) -> wp.Kernel:
 
 
 def interpolated(load: Any, dtype: str, finer: int) -> Any:
-    """Return a load with `finer` intervals in the place of each interval of the motions, by linear interpolation.
+    """Return a load whose motions have `finer` intervals for each original interval, by linear interpolation.
+
+    An interval is the time between two values of a motion.
 
     Args:
-        load: Struct Load with all motions in one array, their first values, and their numbers of intervals.
-        dtype: Its number type.
-        finer: Number of intervals that replace an interval.
+        load: Struct Load with all motions in one array, the indices of their first values, and their numbers of
+            intervals.
+        dtype: Number type of the load, "float32" or "float64".
+        finer: Number of new intervals per original interval.
     """
     struct = structs(dtype).Load
     result, device = struct(), str(load.values.device)
     for name in struct.vars:
         setattr(result, name, getattr(load, name))
-    count = finer * (load.values.size - 1) + 1  # between two motions there are values that nothing reads
+    count = finer * (load.values.size - 1) + 1  # the kernel also fills values between two motions, which are never read
     result.values = wp.empty(count, dtype=DTYPES[dtype], device=device)
     inputs = [load.values, finer, result.values]
     kernel = loaded(interpolation_kernel(dtype), device)

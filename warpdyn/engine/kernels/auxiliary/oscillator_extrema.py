@@ -1,10 +1,10 @@
 """The largest displacement of an oscillator between two points of a record, accurate to rounding.
 
-Local extrema of the displacement are zeros of the velocity. The interval is divided into pieces that are so short that
-each contains at most two zeros. If there is one zero, the velocity changes its sign in the piece. If there are two, the
-acceleration changes its sign between them, at a time that is known in closed form. Each zero is found by Newton's
-method within a bracket, until a better zero could increase the displacement by at most 1e-16 of the peak. Pieces in
-which the displacement cannot exceed the peak so far are skipped.
+Local extrema of the displacement are zeros of the velocity. The time between the two points is divided into pieces. A
+piece is so short that it contains at most two zeros of the velocity. If there is one zero, the velocity changes its
+sign in the piece. If there are two, the acceleration changes its sign between them, at a time that is known in closed
+form. Newton's method within a bracket finds each zero. The search ends when a better zero could increase the
+displacement by at most 1e-16 of the peak. Pieces in which the displacement cannot exceed the peak so far are skipped.
 """
 
 from math import factorial
@@ -24,7 +24,7 @@ TERMS = wp.constant(HIGHEST_POWER + 1)
 # rounded up.
 BEND = wp.constant(double(0.15))
 NEGLIGIBLE = wp.constant(double(1e-16))  # largest possible gain, relative to the peak, at which the search stops
-MOST_TRIALS = wp.constant(60)  # halving a bracket 60 times reaches the rounding of float64
+MOST_TRIALS = wp.constant(60)  # after 60 bisections the bracket is as small as the rounding of float64
 
 
 @wp.func
@@ -35,14 +35,31 @@ def opposite(x: double, y: double):
 
 @wp.func
 def angle_to_zero(x: double, rate: double, decay: double, damped: double):
-    """Return the angle, from 0 to pi, after which exp(-decay t) (x cos + (rate + decay x) / damped sin) is zero."""
+    """Return the smallest angle, from 0 to pi, at which a damped free vibration is zero.
+
+    The vibration is exp(-decay t) (x cos(angle) + (rate + decay x) / damped sin(angle)) with angle = damped t; x and
+    `rate` are its value and its derivative at t = 0, `decay` is its rate of decay, and `damped` its circular frequency
+    [rad/s].
+    """
     towards = wp.where(x < double(0.0), double(1.0), double(-1.0))
     return wp.atan2(wp.abs(x) * damped, towards * (rate + decay * x))
 
 
 @wp.func
 def moved(u: double, v: double, a: double, slope: double, t: double, stiffness: double, damping: double):
-    """Return displacement and velocity a time t later, within a piece, as oscillators.py does for the host."""
+    """Return displacement and velocity of an oscillator after a time t, within a piece (see the module's docstring).
+
+    The base acceleration is a + slope * t. methods/oscillator_increments.py does the same calculation on the host.
+
+    Args:
+        u: Displacement at the start [m].
+        v: Velocity at the start [m/s].
+        a: Base acceleration at the start [m/s2].
+        slope: Rate of change of the base acceleration [m/s3].
+        t: Time [s].
+        stiffness: Stiffness / mass [1/s2].
+        damping: Damping coefficient / mass [1/s].
+    """
     w = stiffness * t * t
     d = damping * t
     g1 = double(0.0)
@@ -71,7 +88,10 @@ def at_rest(
     stiffness: double,
     damping: double,
 ):
-    """Return the displacement where the velocity, of opposite signs at the times begin and end, is zero."""
+    """Return the displacement [m] at the time between `begin` and `end` at which the velocity is zero.
+
+    The velocities `v_begin` and `v_end` at these times have opposite signs. The other arguments are those of `moved`.
+    """
     low = begin
     high = end
     t = begin + (end - begin) * v_begin / (v_begin - v_end)
@@ -113,7 +133,12 @@ def searched(
     decay: double,
     damped: double,
 ):
-    """Return the largest displacement so far once an interval is searched, in pieces of length t."""
+    """Return the largest displacement [m] in an interval of the record, or `peak` if `peak` is larger.
+
+    The interval is searched in `pieces` pieces of length t [s]. `start_u` [m], `start_v` [m/s] and `start` [m/s2] are
+    displacement, velocity and base acceleration at its start; the other arguments are those of `moved` and
+    `angle_to_zero`.
+    """
     u = start_u
     v = start_v
     largest = peak

@@ -1,13 +1,14 @@
 """The kernel of response spectra: the largest displacements of oscillators under recorded base motions.
 
-A thread integrates LANES oscillators under one record with the exact solution from each point of the record to the
+A thread integrates LANES oscillators under one record, with the exact solution from each point of the record to the
 next. An interval between two points is searched for a larger displacement only if both of these bounds exceed the peak
 so far:
 
-- a bound from the curvature, which is sharp for periods above the time step of the record;
-- a bound from the static response plus the envelope of the free vibration, which is sharp for shorter periods.
+- a bound of the displacement from the curvature, which is sharp for periods above the time step of the record;
+- a bound of the displacement from the static response plus the envelope of the free vibration, which is sharp for
+  shorter periods.
 
-The result is the largest displacement in continuous time, during and after the record, not only at its points.
+The kernel returns the largest displacement in continuous time, during and after the record, not only at its points.
 """
 
 import functools
@@ -38,10 +39,10 @@ class Records:
 
 @wp.struct
 class Oscillators:
-    """Oscillators, and coefficients of their steps and bounds.
+    """Oscillators, and for each of them the coefficients of its integration step and of the bounds of its displacement.
 
-    Increments of displacement u and velocity v over a step are linear in u, v and the base acceleration; `u_by_v` is
-    the coefficient of v in the increment of u.
+    Increments of displacement u and velocity v over a step are linear in u, v and the base acceleration. For example,
+    `u_by_v` is the coefficient of v in the increment of u.
     """
 
     frequency: wp.array(dtype=double)  # undamped circular frequency, [oscillator]
@@ -57,18 +58,18 @@ class Oscillators:
     v_by_end: wp.array2d(dtype=double)
     bend: wp.array2d(dtype=double)  # search only if end + bend * acceleration > share * peak
     share: wp.array2d(dtype=double)
-    turn: wp.array2d(dtype=double)  # and if the speeds at both ends are <= turn * acceleration + swing * peak
+    turn: wp.array2d(dtype=double)  # and if the sum of both speeds <= turn * acceleration + swing * peak
     swing: wp.array2d(dtype=double)
     flexibility: wp.array2d(dtype=double)  # static response: lag * change - flexibility * acceleration
     lag: wp.array2d(dtype=double)
-    creep: wp.array2d(dtype=double)  # its velocity: -creep * change; change is that of the acceleration
+    creep: wp.array2d(dtype=double)  # velocity of the static response: -creep * change of the acceleration
     sine_by_v: wp.array2d(dtype=double)  # sine amplitude of the free vibration, from its velocity and displacement
     sine_by_u: wp.array2d(dtype=double)
 
 
 @functools.cache
 def oscillator_kernel(lanes: int, unroll: int) -> wp.Kernel:
-    """Return the kernel for `lanes` oscillators per thread."""
+    """Return the kernel for `lanes` oscillators per thread, with loops of at most `unroll` iterations unrolled."""
     LANES = lanes
     row = wp.types.vector(length=lanes, dtype=double)
     indices = wp.types.vector(length=lanes, dtype=wp.int32)
@@ -209,13 +210,14 @@ def largest_displacements(
     """Return the largest displacement of every oscillator under every record.
 
     Args:
-        records: The arrays of `Records`. The longest record should come first, so that no thread starts it last.
-        oscillators: The arrays of `Oscillators`.
-        device: Warp device.
-        threads: CPU threads.
+        records: The arrays of `Records`: {field: array}. The longest record should come first, so that no thread starts
+            it last.
+        oscillators: The arrays of `Oscillators`: {field: array}.
+        device: Warp device, such as "cpu" or "cuda:0".
+        threads: Number of CPU threads.
 
     Returns:
-        Displacement [m], shape [record, oscillator].
+        Largest displacement [m], shape [record, oscillator].
     """
     is_gpu = wp.get_device(device).is_cuda
     lanes, unroll = (GPU_LANES, GPU_UNROLL) if is_gpu else (CPU_LANES, CPU_UNROLL)
@@ -245,7 +247,7 @@ def largest_displacements(
 
 
 def _filled(struct: type, arrays: dict[str, np.ndarray], device: str) -> object:
-    """Copy arrays to the device, with the dtypes of the struct's fields, and return a struct that contains them."""
+    """Copy arrays {field: array} to the device and return a struct that contains them, in the dtypes of its fields."""
     instance = struct()
     for name, values in arrays.items():
         setattr(instance, name, wp.array(as_field(struct, name, values), device=device))

@@ -14,7 +14,7 @@ from warpdyn.foundations.core.random_numbers import Purpose, key_of
 
 @functools.cache
 def uniforms_kernel(lanes: int) -> wp.Kernel:
-    """Return the kernel that draws uniform numbers, for `lanes` structures per thread."""
+    """Return the kernel that draws uniform random numbers, for `lanes` structures per thread."""
     LANES = lanes
     row = wp.types.vector(length=LANES, dtype=wp.float64)
     Numbers = wp.types.vector(length=LANES, dtype=wp.uint64)
@@ -50,7 +50,7 @@ def uniforms_kernel(lanes: int) -> wp.Kernel:
 
 @functools.cache
 def normals_kernel(lanes: int) -> wp.Kernel:
-    """Return the kernel that converts uniform to correlated normal numbers, for `lanes` structures per thread."""
+    """Return the kernel that converts uniform into correlated normal numbers, for `lanes` structures per thread."""
     LANES = lanes
     row = wp.types.vector(length=LANES, dtype=wp.float64)
 
@@ -88,10 +88,10 @@ def normals_kernel(lanes: int) -> wp.Kernel:
 
 
 def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
-    """Draw the same uniform numbers of structures as `warpdyn.foundations.core.random_numbers`.
+    """Draw uniform random numbers of structures, equal to those of `warpdyn.foundations.core.random_numbers`.
 
     Args:
-        values: Output: the numbers, shape [variable, structure]; an array from `lane_rows`.
+        values: Output: numbers in (0, 1), shape [variable, structure]; an array from `lane_rows`.
         seed: Seed of the run.
         numbers: Indices of the structures in the run, shape [structure].
     """
@@ -103,7 +103,7 @@ def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
 
 
 def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
-    """Replace uniform numbers by correlated standard normal numbers (inverse of the distribution function).
+    """Replace uniform by correlated standard normal random numbers, by the inverse of the distribution function.
 
     Args:
         values: Input: independent numbers in (0, 1). Output: normal numbers. Shape [variable, structure]; an array from

@@ -1,4 +1,4 @@
-"""The kernel of `certify`: it calls all device functions of a law at every step of given drift paths."""
+"""The kernel of `certify`, the check of a storey law: it calls all device functions of the law along drift paths."""
 
 import functools
 
@@ -8,9 +8,10 @@ from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
 FASTER = 3.0  # rate independence: ratio of the two velocities at which the memory rates are compared
-#: The results at each step: the force just before the end of the step and at its end, the stored force, the force of a
-#: trial step, the tangent, the elastic energy, the difference between `return_mapping` and `memory_on_line`, whether
-#: the storey leaves its line, the tangent on the line, and the difference of memory rates at two velocities.
+#: The results at each step: the force just before the end of the step and at its end, the force at an accepted state,
+#: the force of a trial step, the tangent, the elastic energy, the difference between `return_mapping` and
+#: `memory_after`, the difference between `memory_on_line` and `memory_after`, whether the storey leaves its line, the
+#: tangent on the line, and the difference of memory rates at two velocities.
 ANSWERS = (
     "behind", "force", "held", "trial", "tangent", "recoverable", "unlike_advance", "unlike_mapping", "leaves_line",
     "tangent_on_line", "unlike_slower",
@@ -19,7 +20,7 @@ ANSWERS = (
 
 @functools.cache
 def storey_answers_kernel(rules: StoreyRules, dtype: str) -> wp.Kernel:
-    """Return the kernel that moves storeys along drifts and calls all of their device functions at each step."""
+    """Return the kernel that moves storeys along drift paths and calls all functions of their law at each step."""
     spring = spring_row(rules)
     number = DTYPES[dtype]
     C, MEMORY, LINE_VALUES = spring.coefficients, max(1, spring.memory), spring.values_on_line or spring.memory

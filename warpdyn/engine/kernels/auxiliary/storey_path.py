@@ -1,4 +1,7 @@
-"""The kernel that moves storeys along given drifts, with the device functions of history kernels."""
+"""The kernel that moves single storeys along given drift paths, with the device functions of a storey law.
+
+The kernel records the force [N] and the dissipated energy [J] of each storey at each step.
+"""
 
 import functools
 
@@ -10,7 +13,7 @@ from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
 @functools.cache
 def storey_path_kernel(law: StoreyRules, dtype_name: str) -> wp.Kernel:
-    """Return the kernel for a storey law; each thread moves one storey through all of its drifts."""
+    """Return the kernel for a storey law; each thread moves one storey through all steps of its drift path."""
     spring, dtype = spring_row(law), DTYPES[dtype_name]
     HAS_MEMORY, C = spring.memory_after is not None, spring.coefficients
     force_of, held_of, recoverable_of = (

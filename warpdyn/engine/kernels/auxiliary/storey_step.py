@@ -1,4 +1,4 @@
-"""The kernel that computes a trial step of each storey of a building, with the device functions of history kernels."""
+"""The kernel that computes a trial step of each storey of a building, with the device functions of the storey law."""
 
 import functools
 
@@ -9,7 +9,11 @@ from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
 @functools.cache
 def storey_step_kernel(law: StoreyRules) -> wp.Kernel:
-    """Return the kernel for a storey law in double precision; each thread computes a trial step of one storey."""
+    """Return the kernel for a storey law, in double precision.
+
+    Each thread computes a trial step of one storey: from the accepted drift and memory and the new drift, it computes
+    the new memory, the force [N], the tangent stiffness [N/m] and the recoverable energy [J].
+    """
     spring = spring_row(law)
     HAS_MEMORY, C, M = spring.memory_after is not None, spring.coefficients, max(1, spring.memory)
     force_of, tangent_of, recoverable_of = (

@@ -1,1 +1,1 @@
-"""Check the parts of a kernel, and write its source from a skeleton and the parts."""
+"""Check the parts of a kernel, and write the source of the kernel from a skeleton (time loop) and its parts."""

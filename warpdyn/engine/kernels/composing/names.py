@@ -1,4 +1,7 @@
-"""Find the names in the functions of parts: variables that are read, set or changed, and slots."""
+"""Find the names in the functions of kernel parts: variables that are read, assigned or changed, and slots.
+
+A part is a module or class whose functions contribute statements to a kernel, at places called slots.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +26,7 @@ Lines = dict[str, int]  # name -> first line of the function in which it occurs
 
 
 class Body(NamedTuple):
-    """The names in a function of a part."""
+    """The names in one function of a kernel part, with the lines in which they occur."""
 
     reads: Lines
     assigned: Lines  # variables that are set, as in `x = 1`
@@ -36,14 +39,17 @@ class Body(NamedTuple):
 
 @functools.cache
 def facts_of(part: Any, skeleton: str) -> dict[str, Body]:
-    """Return the names in a part's functions, except in branches that do not exist with this skeleton."""
+    """Return the names in each function of a kernel part: {slot: names}.
+
+    Branches that do not exist with this skeleton (the function with the time loop) are ignored.
+    """
     flags = {"EXPLICIT_CHAIN": False, "IMPLICIT_CHAIN": False, "DENSE": False, "PROPAGATED": False}
     flags = flags | {skeleton.upper(): True} if skeleton.upper() in flags else {}
     return {slot: names_in_function(function, flags) for slot, function in bodies_of(part).items()}
 
 
 def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
-    """Return the names in a function, except in branches that these flags exclude."""
+    """Return the names in a function, without names in branches that never run with these values of conditions."""
     text = source_of(function)
     definition = parsed(text)
     body = Body({}, {}, {}, {}, {}, {}, {})
@@ -83,7 +89,7 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
             case ast.Expr(value=ast.Call(func=ast.Name(id="slot"))):
                 found = SLOT.match(lines[node.lineno - 1])
                 if found is None:
-                    add(body.faults, 'calls slot() otherwise than as `slot("name")` on one line', node)
+                    add(body.faults, 'calls slot() in another form: write `slot("name")` alone on one line', node)
                 else:
                     add(body.slots, found[2], node)
             case ast.Return() | ast.FunctionDef() | ast.Import() | ast.ImportFrom() | ast.ClassDef():
@@ -123,7 +129,10 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
 
 
 def live_nodes(node: ast.AST, flags: Mapping[str, bool]) -> Iterator[ast.AST]:
-    """Yield a node of a syntax tree and the nodes inside it, except in branches that these flags exclude."""
+    """Yield a node of a syntax tree and all nodes inside it, except in branches that never run with these flags.
+
+    The dictionary `flags` contains the values of conditions in the source of a kernel: {name: value}.
+    """
     yield node
     is_true = _settled(node.test, flags) if isinstance(node, ast.If | ast.IfExp) else None
     for field, value in ast.iter_fields(node):
@@ -135,7 +144,7 @@ def live_nodes(node: ast.AST, flags: Mapping[str, bool]) -> Iterator[ast.AST]:
 
 
 def _settled(test: ast.expr, flags: Mapping[str, bool]) -> bool | None:
-    """Return the value of a condition if the flags decide it, else None."""
+    """Return the value of a condition if the flags {name: value} determine it, else None."""
     match test:
         case ast.Name(id=name):
             return flags.get(name)

@@ -1,7 +1,7 @@
-"""Checks of the parts of a kernel against the table of slots; errors name the part, the file and the line.
+"""Check the parts of a kernel against the table of slots; errors name the part, the file and the line.
 
-A part's statements become statements of the kernel. Without these checks a misspelt slot would leave outputs at zero,
-and a local variable could overwrite one of the kernel.
+A part is a module or class whose functions contribute statements to a kernel, at places called slots. Without these
+checks, a misspelt slot would leave outputs at zero, and a variable of a part could overwrite a variable of the kernel.
 """
 
 from __future__ import annotations
@@ -39,15 +39,15 @@ def check_parts(
     fields: Mapping[str, Collection[str]],
     family: str,
 ) -> None:
-    """Check the parts of a kernel.
+    """Check the functions and fields of the parts of a kernel, and the variables that they read and change.
 
     Args:
-        home: The module of the skeleton.
+        home: The module of the skeleton, which contains the time loop.
         wanted: The parts of the kernel.
         parts: All parts.
         slots: The table of slots.
         constants: Names to which the parts and the skeleton assign a value for this plan.
-        fields: The fields of the structs that a kernel takes.
+        fields: The fields of the structs that are arguments of the kernel.
         family: The family of the structure, "chain" or "dense".
 
     Raises:
@@ -62,12 +62,12 @@ def check_parts(
 
 
 def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -> NoReturn:
-    """Raise an error that names the part in which an undefined name of a kernel occurs.
+    """Raise a ValueError that names the part, the file and the line in which an undefined name of a kernel is read.
 
     Args:
-        name: The name.
+        name: The undefined name.
         wanted: The parts of the kernel.
-        known: Values of the names in capitals.
+        known: Values of the names in capitals (conditions and constants).
     """
     flags = {each: bool(value) for each, value in known.items()}
     for part in wanted:
@@ -89,16 +89,31 @@ def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -
 
 @functools.cache
 def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[tuple[str, Slot]]) -> None:
-    """Check a part without the other parts: its names must fit the table of slots, for one skeleton."""
+    """Check one part without the other parts: its functions must fill known slots and use only variables allowed there.
+
+    Args:
+        part: The part.
+        home: The module of the skeleton.
+        parts: All parts.
+        table: The table of slots, as pairs (name, slot).
+
+    Raises:
+        ValueError: If a name breaks a rule; the message names the part, the file and the line.
+    """
     slots = dict(table)
     facts = facts_of(part, name_of(home))
     for name, body in facts.items():
         if name not in slots:
             meant = _meant(name, slots)
-            refuse(part, name, 0, f"is not a slot{meant}; only functions named after a slot may have no arguments")
+            refuse(part, name, 0, f"is not a slot{meant}: rename it, or give it an argument if it is another function")
         for inner, line in body.slots.items():
             if inner not in slots:
-                refuse(part, name, line, f"has the slot {inner!r}, which is not in SLOTS{_meant(inner, slots)}")
+                refuse(
+                    part,
+                    name,
+                    line,
+                    f"has the slot {inner!r}, which is not in SLOTS{_meant(inner, slots)}: rename or add it",
+                )
         for fault, line in body.faults.items():
             refuse(part, name, line, fault)
     of_skeleton = _variables(home)
@@ -125,7 +140,7 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
         for variable, line in body.reads.items():
             if variable not in may_read:
                 listed = _listed((*INDICES[slot.index], *slot.reads, *slot.writes))
-                why = f"which has no value in this slot; it has {listed}, and those of COMMON in slots.py"
+                why = f"which has no value in this slot; choose from {listed}, and COMMON in slots.py"
                 if variable not in protected:
                     why = f"which is not defined{_meant(variable, may_read)}: set it first, or declare it in declare()"
                 refuse(part, name, line, f"reads {variable!r}, {why}")
@@ -135,6 +150,8 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
             if variable not in protected:
                 kept = f"which is not declared; write `{variable} = matrix()` (a value per storey and lane) or "
                 kept += f"`{variable} = row()` (a value per lane) in declare()"
+            else:
+                kept += "; declare another variable in declare()"
             refuse(part, name, line, f"changes {variable!r}, {kept}")
         for variable, line in (body.assigned | body.loops).items():
             if variable in index - set(slot.writes):
@@ -145,7 +162,7 @@ def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[
 
 
 def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -> None:
-    """Check that each field of a kernel argument that a part names exists."""
+    """Check that each struct field that a part reads or writes, such as `output.status`, exists."""
     for slot, body in facts_of(part, name_of(home)).items():
         for (argument, field), line in body.fields.items():
             known = fields.get(STRUCTS[argument], ())
@@ -160,7 +177,7 @@ def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -
 
 
 def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot], constants: Collection[str]) -> None:
-    """Check that parts do not overwrite variables of each other."""
+    """Check that no part of a kernel assigns to a variable of another part, unless it borrows the variable."""
     owner: dict[str, Any] = {}
     around: dict[str, list[tuple[Any, Body]]] = {}
     facts = {part: facts_of(part, name_of(home)) for part in wanted}
@@ -201,7 +218,7 @@ def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot],
 
 
 def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
-    """Check that each recorder writes its variables in a slot that exists in the kernel."""
+    """Check that each recorder writes all of its output variables, in slots that exist in the kernel."""
     facts = {part: facts_of(part, name_of(home)) for part in wanted}
     reached, waiting = set[str](), set().union(*(slots_of(each) for each in functions_with_slots(home)))
     while waiting:
@@ -224,7 +241,10 @@ def _check_outputs(home: Any, wanted: Sequence[Any], family: str) -> None:
 
 
 def refuse(part: Any, slot: str, line: int, fault: str) -> NoReturn:
-    """Raise an error that names the part, the file and the line; `line` is counted from the `def` line of the slot."""
+    """Raise a ValueError that names a part, its file and the line, and states the mistake `fault`.
+
+    `line` is counted from the `def` line of the function for `slot`, which is line 1.
+    """
     function = bodies_of(part)[slot]
     at = function.__code__.co_firstlineno + max(0, line - 1)
     raise ValueError(f"part {name_of(part)!r} ({function.__code__.co_filename}, line {at}): {slot}() {fault}")
@@ -240,7 +260,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _own_variables(part: Any, slots: Mapping[str, Slot]) -> set[str]:
-    """Return the variables that a part declares, and those that only slots inside its own functions pass."""
+    """Return the variables that a part declares, and those that exist only in slots inside its own functions."""
     facts = facts_of(part, "")
     inside = {inner for body in facts.values() for inner in body.slots}
     named = {inner: set(slot.reads + slot.writes) for inner, slot in slots.items()}
@@ -250,7 +270,7 @@ def _own_variables(part: Any, slots: Mapping[str, Slot]) -> set[str]:
 
 
 def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
-    """Return the variables of other parts that the BORROWS of a part names."""
+    """Return the variables of other parts that a part may change, because its attribute BORROWS names them."""
     borrows: Mapping[str, Sequence[str]] = getattr(part, "BORROWS", {})
     by_name = {name_of(each): each for each in parts}
     for other, names in borrows.items():
@@ -269,14 +289,14 @@ def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
 
 
 def functions_with_slots(home: Any) -> list[FunctionType]:
-    """Return the skeleton and its module's functions for slots."""
+    """Return those functions in the module of a skeleton that contain slots, such as the skeleton itself."""
     functions = [each for each in namespace_of(home).values() if isinstance(each, FunctionType)]
     return [each for each in functions if each.__module__ == home.__name__ and slots_of(each)]
 
 
 @functools.cache
 def _variables(home: Any) -> frozenset[str]:
-    """Return the variables that a skeleton and its module's functions for slots set."""
+    """Return the names of all variables to which the functions with slots in a skeleton's module assign."""
     bodies = [names_in_function(function, {}) for function in functions_with_slots(home)]
     return frozenset(name for body in bodies for name in body.assigned)
 

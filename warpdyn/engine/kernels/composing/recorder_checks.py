@@ -1,4 +1,4 @@
-"""Checks of users' recorders: they write only their own variables, and their indices fit the shapes.
+"""Check the recorders that users define: they must write only their own variables, with indices that fit the shapes.
 
 Warp does not check indices in a kernel. A wrong index would read or overwrite other values, or end the process.
 """
@@ -22,11 +22,11 @@ OTHER_INDICES = ("i", "g", "k", "m", "j")  # loop variables, which are never the
 def check_recorder(
     recorder: type[Recorder], home: Any, wanted: Sequence[Any], values: Mapping[str, Any], family: str
 ) -> None:
-    """Check which variables a user's recorder writes, and the indices of its variables.
+    """Check which output variables a user's recorder writes, and the indices of the variables that it uses.
 
     Args:
         recorder: The class of the recorder.
-        home: The module of the skeleton.
+        home: The module of the skeleton, which contains the time loop.
         wanted: The parts of the kernel.
         values: Values of the names of constants and types in the kernel.
         family: The family of the structure, "chain" or "dense".
@@ -50,7 +50,7 @@ def _faults(
     family: str,
     types: Mapping[str, str],
 ) -> Iterator[tuple[int, str]]:
-    """Yield the line and the description of each mistake in the nodes of a function."""
+    """Yield (line, description) of each mistake in the syntax nodes of a recorder's function."""
     own = recorder.VARIABLES.get(family, {})
     owners = _owners(recorder, wanted, family)
     within = {id(node.value) for node in nodes if isinstance(node, ast.Attribute | ast.Subscript)}
@@ -70,7 +70,10 @@ def _faults(
                     yield node.lineno, f"writes {argument}.{field}, {why}; it may write {listed}"
                 elif not is_own and field in owners and not owners[field][1]:
                     owner = owners[field][0]
-                    yield node.lineno, f"reads output.{field}, but the scene has no recorder {owner!r}; add it"
+                    yield (
+                        node.lineno,
+                        f"reads output.{field}, but the scene has no recorder {owner!r}: add {owner!r} to recorders=",
+                    )
             case ast.Subscript() if id(node) not in within:
                 root, indices = _indexed(node)
                 match root:
@@ -86,7 +89,7 @@ def _faults(
 
 
 def _fault_of_index(name: str, type_name: str, indices: Sequence[ast.expr], values: Mapping[str, Any]) -> str:
-    """Return the mistake in the indices of a variable of the kernel; "" if they are right."""
+    """Return a description of the mistake in the indices of a kernel variable; "" if the indices are correct."""
     shape, text = values[type_name]._shape_, f"{name}[{', '.join(map(ast.unparse, indices))}]"
     meant = ", ".join(("i", "j")[-len(shape) :])
     if len(indices) != len(shape):
@@ -110,7 +113,10 @@ def _fault_of_output(
     assigned: set[str],
     family: str,
 ) -> str:
-    """Return the mistake in the indices of a variable of the recorder; `count` is 0 for one value per sample."""
+    """Return a description of the mistake in the indices of an output variable; "" if the indices are correct.
+
+    `count` is the number of storeys if the variable has one value per storey, and 0 if it has one value per sample.
+    """
     words = [ast.unparse(each) for each in indices]
     storey = "g" if family == "chain" else "i"
     meant = f"write output.{field}[{storey}, o]" if count else f"write output.{field}[o]"
@@ -129,7 +135,7 @@ def _fault_of_output(
 
 
 def _out_of_range(index: ast.expr, size: int, values: Mapping[str, Any]) -> str:
-    """Return the mistake of a constant index; "" if the index is within the size or not a constant."""
+    """Return a description of the mistake if a constant index is not in 0 to size - 1, else ""."""
     if not _is_number(index, values):
         return ""
     number = _number(index, values)
@@ -137,7 +143,7 @@ def _out_of_range(index: ast.expr, size: int, values: Mapping[str, Any]) -> str:
 
 
 def _is_number(index: ast.expr, values: Mapping[str, Any]) -> bool:
-    """Return whether an index consists of numbers and whole constants of the kernel, such as `N - 1`."""
+    """Return whether an index expression consists only of numbers and integer constants, such as `N - 1`."""
     allowed = (ast.Constant, ast.Name, ast.BinOp, ast.UnaryOp, ast.operator, ast.unaryop, ast.expr_context)
     nodes = list(ast.walk(index))
     names = [node.id for node in nodes if isinstance(node, ast.Name)]
@@ -149,7 +155,7 @@ def _number(index: ast.expr, values: Mapping[str, Any]) -> int:
 
 
 def _indexed(node: ast.Subscript) -> tuple[ast.expr, list[ast.expr]]:
-    """Return what is indexed and the indices: (x, [i, j]) for both `x[i, j]` and `x[i][j]`."""
+    """Return the indexed expression and its indices: (x, [i, j]) for both `x[i, j]` and `x[i][j]`."""
     found: list[ast.expr] = []
     inside: ast.expr = node
     while isinstance(inside, ast.Subscript):
@@ -159,7 +165,10 @@ def _indexed(node: ast.Subscript) -> tuple[ast.expr, list[ast.expr]]:
 
 
 def _owners(recorder: type[Recorder], wanted: Sequence[Any], family: str) -> dict[str, tuple[str, bool]]:
-    """Return, for each variable of other recorders, the recorder and whether this kernel has the variable."""
+    """Return {variable: (recorder, is_present)} for the output variables of other recorders than `recorder`.
+
+    The truth value `is_present` is whether this kernel contains the variable.
+    """
     present = {name_of(part) for part in wanted}
     found: dict[str, tuple[str, bool]] = {}
     for of_family, table in recorders().items():
@@ -172,7 +181,7 @@ def _owners(recorder: type[Recorder], wanted: Sequence[Any], family: str) -> dic
 
 
 def _types(home: Any, wanted: Sequence[Any], flags: Mapping[str, bool]) -> dict[str, str]:
-    """Return {variable: function} for the variables that are set to the result of a function, as in `x = matrix()`."""
+    """Return {variable: function} for variables that are assigned a new vector or matrix, as in `x = matrix()`."""
     functions = [*functions_with_slots(home), *(each for part in wanted for each in bodies_of(part).values())]
     found: dict[str, str] = {}
     for function in functions:

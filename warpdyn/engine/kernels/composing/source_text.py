@@ -1,6 +1,8 @@
-"""Rewrite the source of functions: fill slots, and remove branches that never run and variables that are never read.
+"""Rewrite the source text of functions into the source of a kernel.
 
-Comments and line breaks are kept. A comment belongs to the statement below it and is removed with this statement.
+Slots (statements such as `slot("add_load")`) are replaced by statements of kernel parts; branches that never run and
+variables that are never read are removed. Comments and line breaks are kept. A comment belongs to the statement below
+it and is removed with this statement.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ SLOT = re.compile(r'^( *)slot\("(\w+)"((?:, \w+=\w+)*)\)(?:  #.*)?$')
 
 @functools.cache
 def source_of(function: Callable) -> str:
-    """Return the source of a function without common indentation."""
+    """Return the source text of a function, without the indentation that all of its lines share."""
     kept = getattr(function, "__source__", None) or _body_source(function)
     if kept:
         return str(kept)
@@ -32,9 +34,10 @@ def source_of(function: Callable) -> str:
 
 
 def _body_source(function: Callable) -> str | None:
-    """Find the end of an argument-free function of warpdyn by its indentation: 10 times as fast as `inspect.getsource`.
+    """Return the source text of an argument-free function of warpdyn, whose end is found by indentation; else None.
 
-    A user's function may contain lines with less indentation, such as comments, so this returns None for it.
+    The search by indentation is 10 times as fast as `inspect.getsource`. None is returned for a user's function,
+    because it may contain lines with less indentation, such as comments.
     """
     if not function.__module__.startswith("warpdyn."):
         return None
@@ -50,23 +53,23 @@ def _body_source(function: Callable) -> str | None:
 
 @functools.cache
 def parsed(text: str) -> ast.FunctionDef:
-    """Return the syntax tree of a function's text."""
+    """Return the syntax tree of the source text of a function."""
     [definition] = ast.parse(text).body
     return definition
 
 
 def slots_of(function: Callable) -> set[str]:
-    """Return the names of the slots in a function's text."""
+    """Return the names of the slots in the source text of a function."""
     return {slot[2] for slot in map(SLOT.match, source_of(function).splitlines()) if slot}
 
 
 def name_of(part: Any) -> str:
-    """Return the name of a part or skeleton: the last component of its module name, or the name of its class."""
+    """Return the name of a part or skeleton: the last component of its module's name, or the name of its class."""
     return getattr(part, "part_name", None) or part.__name__.rpartition(".")[2]
 
 
 def place_of(part: Any, name: str) -> str:
-    """Return the name of a part, and the file and line in which a variable of its module or class is set."""
+    """Return a text for messages: the name of a part, and the file and line in which its variable `name` is set."""
     lines, first = inspect.getsourcelines(part)
     pattern = re.compile(rf"\s*{name}\b.*=")
     line = next((at for at, text in enumerate(lines, max(first, 1)) if pattern.match(text)), max(first, 1))
@@ -74,7 +77,7 @@ def place_of(part: Any, name: str) -> str:
 
 
 def namespace_of(part: Any) -> Mapping[str, Any]:
-    """Return the global names that the functions of a part can read."""
+    """Return the global names and their values that the functions of a part can read."""
     if isinstance(part, ModuleType):
         return vars(part)
     return next((function.__globals__ for function in bodies_of(part).values()), {})
@@ -82,14 +85,20 @@ def namespace_of(part: Any) -> Mapping[str, Any]:
 
 @functools.cache
 def bodies_of(part: Any) -> Mapping[str, FunctionType]:
-    """Return the functions of a part whose bodies fill slots, by the slots' names."""
+    """Return {slot: function} for the functions of a part whose bodies fill slots of a kernel."""
     functions = {name: each for name, each in vars(part).items() if isinstance(each, FunctionType)}
     own = part.__name__ if isinstance(part, ModuleType) else part.__module__
     return {name: each for name, each in functions.items() if each.__module__ == own and not each.__code__.co_argcount}
 
 
 def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
-    """Replace the slots of a text by the bodies of the parts' functions, and replace the names in `written`."""
+    """Return a source text in which each slot is replaced by the bodies of the functions that fill it.
+
+    Args:
+        text: Source text of a skeleton.
+        parts: The parts of the kernel, in the order of their statements in a slot.
+        written: Names that are replaced by other text, as pairs (name, text).
+    """
     bodies = [bodies_of(part) for part in parts]
 
     def filled(lines: Sequence[str], margin: str, written: Pairs) -> Iterator[str]:
@@ -109,7 +118,7 @@ def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:
-    """Remove branches that never run with the known values, and empty loops.
+    """Return a source text without branches that never run with the known values, and without empty loops.
 
     A `while` whose condition is known to be true runs once: its body replaces it.
     """
@@ -117,7 +126,7 @@ def folded(text: str, known: Mapping[str, Any]) -> str:
 
 
 def without_unread(text: str) -> str:
-    """Return a text without assignments to variables that are never read."""
+    """Return a source text without assignments to variables that are never read."""
     while True:
         rewriter = _Rewriter(text, {})
         rewriter.unread = _unread(rewriter.function)
@@ -128,7 +137,7 @@ def without_unread(text: str) -> str:
 
 
 def with_names(text: str, written: Pairs) -> str:
-    """Replace names in a text."""
+    """Return a source text in which names are replaced by other text; `written` contains pairs (name, text)."""
     if not any(re.search(rf"\b{name}\b", text) for name, _ in written):
         return text
     first = dict(reversed(written))
@@ -142,7 +151,7 @@ def with_names(text: str, written: Pairs) -> str:
 
 @functools.cache
 def _body(function: FunctionType, written: Pairs) -> list[str]:
-    """Return the lines of a function's body without its docstring, with names replaced."""
+    """Return the lines of a function's body without its docstring; names in `written` are replaced by other text."""
     text = with_names(_one_statement_per_line(source_of(function)), written)
     definition = parsed(text)
     lines = text.splitlines()
@@ -151,7 +160,10 @@ def _body(function: FunctionType, written: Pairs) -> list[str]:
 
 
 def _one_statement_per_line(text: str) -> str:
-    """Return the text of a function; if a line has several statements, such as `if x: y = 1`, written out anew."""
+    """Return the source text of a function with one statement per line.
+
+    If a line has several statements, such as `if x: y = 1`, the text is written anew from its syntax tree.
+    """
     definition = parsed(text)
     lines = text.splitlines()
     for statement in _statements_in(definition.body):
@@ -161,14 +173,17 @@ def _one_statement_per_line(text: str) -> str:
 
 
 def _header_end(lines: Sequence[str], line: int) -> int:
-    """Return the last line number of the header of a compound statement; `line` is in this header."""
+    """Return the last line number of the header of a compound statement, such as `if` or `for`.
+
+    `line` is a line number within this header.
+    """
     while not lines[line - 1].partition("  #")[0].rstrip().endswith(":"):
         line += 1
     return line
 
 
 def names_of(syntax: object) -> Iterator[ast.Name]:
-    """Yield the names in a syntax tree; three times as fast as `ast.walk`, which yields all nodes."""
+    """Yield the name nodes in a syntax tree; this is 3 times as fast as `ast.walk`, which yields all nodes."""
     waiting = [syntax]
     while waiting:
         node = waiting.pop()
@@ -181,7 +196,7 @@ def names_of(syntax: object) -> Iterator[ast.Name]:
 
 
 def _statements_in(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
-    """Yield statements and the statements inside them."""
+    """Yield each statement and all statements inside it, such as those in the body of a loop."""
     for statement in body:
         yield statement
         for field in COMPOUND:
@@ -189,14 +204,20 @@ def _statements_in(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
 
 
 def _root(target: ast.expr) -> str | None:
-    """Return the variable that an assignment to a target changes; None if it is not a variable."""
+    """Return the name of the variable that an assignment changes, such as "x" for the target `x[i]`.
+
+    None: the target is not a variable, such as `output.status`.
+    """
     while isinstance(target, ast.Subscript):
         target = target.value
     return target.id if isinstance(target, ast.Name) else None
 
 
 def _changed(statement: ast.stmt) -> list[str | None]:
-    """Return the variables that an assignment changes, None for other targets; [] for other statements."""
+    """Return the names of the variables that an assignment changes, with None for other targets.
+
+    For statements that are not assignments, the list is empty.
+    """
     if isinstance(statement, ast.AugAssign):
         return [_root(statement.target)]
     if not isinstance(statement, ast.Assign):
@@ -206,7 +227,7 @@ def _changed(statement: ast.stmt) -> list[str | None]:
 
 
 def _unread(function: ast.FunctionDef) -> set[str]:
-    """Return the variables of a function that are assigned but never affect an output or a branch."""
+    """Return the names of variables that are assigned but never affect an output or a branch (dead variables)."""
     sets: dict[str, list[set[str]]] = {}
     needed = {argument.arg for argument in function.args.args}
     for statement in _statements_in(function.body):
@@ -227,7 +248,7 @@ def _unread(function: ast.FunctionDef) -> set[str]:
 
 
 class _Rewriter:
-    """Writes the source of a function without branches that never run and without unread variables."""
+    """Rewrites the source text of a function without branches that never run and variables that are never read."""
 
     def __init__(self, text: str, known: Mapping[str, Any]) -> None:
         self.lines, self.known = text.splitlines(), known
@@ -236,14 +257,14 @@ class _Rewriter:
         self.function = ast.parse(text).body[0]
 
     def text(self) -> str:
-        """Return the new text."""
+        """Return the source text of the function without these branches and variables."""
         first = _header_end(self.lines, self.function.lineno)
         body = [line for line in self._block(self.function.body, first, 0)]
         kept = [line for at, line in enumerate(body) if line or (at and body[at - 1] and at < len(body) - 1)]
         return "\n".join(self.lines[:first] + kept) + "\n"
 
     def _block(self, body: list[ast.stmt], header: int, shift: int) -> Iterator[str]:
-        """Yield the lines of statements that follow a header, moved `shift` columns to the left."""
+        """Yield the rewritten lines of the statements below line `header`, moved `shift` columns to the left."""
         last = header
         for statement in body:
             above = self.lines[last : statement.lineno - 1]
@@ -277,7 +298,7 @@ class _Rewriter:
             yield from self._moved(self._simple(statement, statement.lineno, statement.end_lineno), shift)
 
     def _branches(self, statement: ast.If, shift: int, word: str) -> Iterator[str]:
-        """Yield the remaining lines of an `if`, or of an `elif` whose `if` is kept."""
+        """Yield the lines that remain of an `if` statement (`word` is "if") or of its `elif` (`word` is "elif")."""
         test = self._settled(statement.test)
         first = _header_end(self.lines, statement.test.end_lineno)
         otherwise, is_elif, other_first = statement.orelse, False, 0
@@ -315,7 +336,7 @@ class _Rewriter:
             self.has_emptied = True
 
     def _settled(self, test: ast.expr) -> bool | str:
-        """Return the value of a condition if it is known, else its text without the operands that are known."""
+        """Return the value of a condition if it is known; else return its text without the operands that are known."""
         named = {name.id for name in names_of(test)}
         if named <= self.known.keys() and not any(isinstance(node, ast.Call) for node in ast.walk(test)):
             return bool(eval(ast.unparse(test), {}, dict(self.known)))
@@ -346,7 +367,7 @@ class _Rewriter:
         return named <= self.known.keys() and not eval(ast.unparse(bounds), {"range": range}, dict(self.known))
 
     def _simple(self, inside: ast.AST, first: int, last: int) -> list[str]:
-        """Return lines in which `a if CONDITION else b` is replaced if the condition is known."""
+        """Return lines of a statement, with `a if CONDITION else b` replaced by a or b if the condition is known."""
         lines = self.lines[first - 1 : last]
         if not self.known or not any(" if " in line for line in lines):
             return lines

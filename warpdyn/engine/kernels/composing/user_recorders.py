@@ -1,4 +1,4 @@
-"""Recorders that users define in a script or notebook: defining a class registers it."""
+"""Recorders that users define in a script or notebook: the definition of a class registers the recorder."""
 
 from __future__ import annotations
 
@@ -71,43 +71,46 @@ class Recorder:
 
     @classmethod
     def wanted(cls, plan: Any) -> bool:
-        """Return whether the kernel of a plan contains the recorder."""
+        """Return whether the kernel of a plan contains this recorder: whether the plan names it."""
         return cls.part_name in plan.recorders
 
     @classmethod
     def values_held(cls, plan: Any) -> int:
-        """Return the number of values that a thread keeps for the recorder: one per element of its variables."""
+        """Return the number of values per sample that a thread keeps for the recorder: one per output element."""
         variables = cls.VARIABLES.get(plan.family, {}).values()
         return sum(plan.dofs if variable.dims else 1 for variable in variables)
 
 
 class RecorderName(str):
-    """The name of a user's recorder; it is pickled with the class, so that other processes can register the class."""
+    """The name of a user's recorder as a text.
+
+    The class of the recorder is pickled with the name, so that other processes can register it.
+    """
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (USERS[str(self)],)
 
     def __repr__(self) -> str:
-        """Return the name with a digest of the source; the fingerprint of a run contains this text."""
+        """Return the name with a digest of the recorder's source; the fingerprint of a run contains this text."""
         functions = bodies_of(USERS[str(self)]).values()
         text = "".join(part for function in functions for part in sources_read(function, source_of))
         return f"{str(self)!r} (source {hashlib.sha256(text.encode()).hexdigest()[:16]})"
 
 
 def recorder_name(recorder: Any) -> Any:
-    """Return the name of a recorder class; other values, such as names, are returned unchanged."""
+    """Return the name of a recorder that is given as a class; return other values, such as names, unchanged."""
     if isinstance(recorder, type) and issubclass(recorder, Recorder):
         return RecorderName(recorder.part_name)
     return RecorderName(recorder) if isinstance(recorder, str) and recorder in USERS else recorder
 
 
 def users_of(recorders: Iterable[str]) -> tuple[type[Recorder], ...]:
-    """Return the classes of those recorders in a list of names that users have defined."""
+    """Return the classes of users' recorders with these names; names of warpdyn's recorders are ignored."""
     return tuple(USERS[name] for name in sorted({str(name) for name in recorders} & USERS.keys()))
 
 
 def users_of_variables(names: Iterable[str]) -> tuple[type[Recorder], ...]:
-    """Return the classes of users' recorders that write some of these variables."""
+    """Return the classes of those users' recorders that write at least one of the variables `names`."""
     wanted = set(names)
     writers = [name for name, each in USERS.items() if any(wanted & rows.keys() for rows in each.VARIABLES.values())]
     return users_of(writers)

@@ -1,4 +1,4 @@
-"""Modal damping: a damping ratio in each mode, which couples all floors."""
+"""Modal damping of a chain: each mode has a damping ratio, so that the damping matrix couples all floors."""
 
 FIELDS = {"Structure": {"damping_matrix": "float[,]"}}  # [floor x floor, structure]
 

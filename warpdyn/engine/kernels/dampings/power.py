@@ -1,4 +1,4 @@
-"""Viscous dampers in the storeys, whose force is a power of the velocity."""
+"""Nonlinear viscous dampers in the storeys, whose force is proportional to a power of the storey's drift velocity."""
 
 from warpdyn.engine.laws.devices.viscous_damper import VALUES, damper_force, damper_tangent
 

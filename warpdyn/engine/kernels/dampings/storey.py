@@ -1,4 +1,4 @@
-"""Dashpots in the storeys: stiffness-proportional damping, storey dashpots, linear viscous dampers."""
+"""Linear dashpots in the storeys: stiffness-proportional damping, storey damping, linear viscous dampers."""
 
 order = -10  # before the other viscous parts of a storey
 

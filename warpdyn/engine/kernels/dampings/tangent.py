@@ -1,6 +1,6 @@
-"""Damping proportional to the tangent stiffness: dashpots in the storeys."""
+"""Damping proportional to the tangent stiffness of each storey, as a dashpot in the storey."""
 
-SHARE_OF_STEP_AHEAD = 2.0**-7  # the tangent stiffness is evaluated at the drift that follows after this share of a step
+SHARE_OF_STEP_AHEAD = 2.0**-7  # the tangent stiffness is evaluated at the drift after this fraction of a step
 
 FIELDS = {"Structure": {"tangent_damping": "float[]"}}  # Rayleigh's factor of the tangent stiffness
 

@@ -1,1 +1,1 @@
-"""Functions that history kernels call: adaptive steps, random motions, energies, recording."""
+"""Device functions that kernels of response histories call: adaptive steps, random motions, energies, recording."""

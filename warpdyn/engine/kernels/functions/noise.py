@@ -1,9 +1,8 @@
-"""Random base motions, generated interval by interval during the run and not stored.
+"""Device functions for random base motions, which a kernel generates interval by interval and does not store.
 
-`warpdyn.model.ground_motions.filtered_noise` describes the random process.
-
-Arguments and results are vectors with one value per lane. Copying them once per interval costs little, and the compiler
-vectorises the loops over lanes on a CPU.
+`warpdyn.model.ground_motions.filtered_noise` describes the random process. Arguments and results are vectors with one
+value per lane (one of the samples that a thread integrates at once). Copying the vectors once per interval costs
+little, and the compiler vectorises the loops over lanes on a CPU.
 """
 
 import functools
@@ -19,11 +18,12 @@ from warpdyn.foundations.core.random_numbers import Purpose
 
 @functools.cache
 def noise_of(plan: Plan) -> SimpleNamespace:
-    """Return the types and the function for random motions in a plan's kernel.
+    """Return the types and the function for random base motions in the kernel of a plan.
 
     Returns:
         `Processes`, the type of the states of the random processes, [state, lane]; `Numbers`, the type of the indices
-        of the samples; and `over_interval`, the function that computes the motions in an interval.
+        of the samples; and `over_interval`, the function that computes the motions in an interval. A lane is one of the
+        samples that a thread integrates at once.
     """
     dtype, types, LANES = DTYPES[plan.dtype], structs(plan.dtype), plan.lanes
     STATES = max(1, LOADS[plan.load].noise_states)
@@ -37,7 +37,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
 
     @wp.func
     def at_node(loads: types.Load, key: wp.uint64, number: Numbers, node: int, before: Processes):
-        """Return the processes at a node, from those at the node before."""
+        """Return the states of the random processes at the start of an interval, from those one interval earlier."""
         after = Processes()
         first = row64()
         second = row64()
@@ -68,7 +68,7 @@ def noise_of(plan: Plan) -> SimpleNamespace:
 
     @wp.func
     def acceleration(loads: types.Load, node: int, processes: Processes):
-        """Return the motions at a node [m/s2]."""
+        """Return the base accelerations of all lanes at the start of interval `node` [m/s2]."""
         total = row64()
         for k in range(STATES):
             share = loads.noise[OUTPUT + k] * loads.noise[ENVELOPE + node]
@@ -86,16 +86,20 @@ def noise_of(plan: Plan) -> SimpleNamespace:
         scale: row,
         processes: Processes,
     ):
-        """Return start and change of the motions of all lanes, as `loads.sampled`, and the processes at the end.
+        """Return the random motions of all lanes in an interval, and the states of the random processes at its end.
 
         Args:
             loads: The load.
-            key: Key of the seed.
-            number: Each sample's index in the run.
-            interval: The interval.
-            run: Intervals of each sample's run.
+            key: Key of the random numbers, computed from the seed.
+            number: Index of each sample in the run.
+            interval: Index of the interval.
+            run: Number of intervals in the run of each sample.
             scale: Factor on each motion.
-            processes: The processes at the interval's start, which the last interval returned.
+            processes: The states at the start of the interval, which the call for the previous interval returned.
+
+        Returns:
+            The acceleration at the start of the interval and its change over the interval [m/s2], as `loads.sampled`
+            does; and the states at the end of the interval.
         """
         begin = row()
         change = row()

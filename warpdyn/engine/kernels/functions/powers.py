@@ -1,8 +1,8 @@
 """Energies as integrals of power over time: trapezoidal rule with end corrections, of order 4.
 
 The integral of f over a step h is h (f0 + f1) / 2 + h^2 (f0' - f1') / 12 (Davis and Rabinowitz, Methods of Numerical
-Integration, 2.9). Each state contributes to the step before it and to the step after it; a load may jump between them.
-The formulas are for one mode with unit mass: q'' + damping q' + stiffness q = load.
+Integration, 2.9). The state between two steps contributes to both steps; a load may jump at this state. The formulas
+are for one mode with unit mass: q'' + damping q' + stiffness q = load.
 """
 
 from typing import Any
@@ -21,17 +21,19 @@ def supplied_share(
     speed: Any,
     inner: Any,
 ):
-    """Return a state's share of the work of a load, whose power is load q'.
+    """Return the contribution of one state to the energy per modal mass [J/kg] that a load supplies.
+
+    The power of the load is load * q'.
 
     Args:
-        behind: The step behind [s].
-        ahead: The step ahead [s].
-        load_behind: The load at this state at the end of the step behind.
-        load_ahead: The load at this state at the start of the step ahead.
-        rise_behind: Rate of the load at this state times the step behind.
-        rise_ahead: Rate of the load at this state times the step ahead.
-        speed: q'.
-        inner: -damping q' - stiffness q: the acceleration without the load.
+        behind: Length of the step before this state [s].
+        ahead: Length of the step after this state [s].
+        load_behind: The load at this state at the end of the step before.
+        load_ahead: The load at this state at the start of the step after.
+        rise_behind: Rate of change of the load in the step before, times the length of this step.
+        rise_ahead: Rate of change of the load in the step after, times the length of this step.
+        speed: q', the modal velocity.
+        inner: -damping q' - stiffness q, the modal acceleration without the load.
     """
     half = type(speed)(0.5)
     twelve = type(speed)(12.0)
@@ -44,10 +46,12 @@ def supplied_share(
 
 @wp.func
 def lost_share(behind: Any, ahead: Any, load_behind: Any, load_ahead: Any, speed: Any, inner: Any, resisting: Any):
-    """Return a state's share of the energy of dampers, with the power q' times their force; arguments as above.
+    """Return the contribution of one state to the energy per modal mass [J/kg] that dampers dissipate.
+
+    The power of the dampers is q' times their force. The other arguments are those of `supplied_share`.
 
     Args:
-        resisting: The dampers' force: damping q'; for coupled modes the sum over all modes.
+        resisting: The force of the dampers: damping q'; for coupled modes, the sum over all modes.
     """
     half = type(speed)(0.5)
     slope = ahead * ahead * (inner + load_ahead) - behind * behind * (inner + load_behind)

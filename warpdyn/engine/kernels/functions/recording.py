@@ -1,6 +1,6 @@
 """Functions with which a kernel writes rarely used values to memory instead of keeping them in registers.
 
-Their arguments are structs of arrays, which are passed without copying; vectors and matrices would be copied.
+Arguments are structs of arrays, which are passed without copying; vectors and matrices would be copied.
 """
 
 import math
@@ -13,7 +13,10 @@ import warp as wp
 def keep_state(
     history: Any, row: int, step: int, every: int, dof: int, displacement: Any, velocity: Any, acceleration: Any
 ):
-    """Write the state at a step's start to the history, if the step is recorded."""
+    """Write displacement, velocity and acceleration of a degree of freedom at the start of a step to the history.
+
+    Only every `every`-th step is recorded; `row` is the index of the sample in the history.
+    """
     if step % every == 0:
         if step / every < history.displacement.shape[1]:
             history.displacement[row, step / every, dof] = displacement
@@ -23,7 +26,10 @@ def keep_state(
 
 @wp.func
 def keep_force(history: Any, row: int, step: int, every: int, storey: int, force: Any):
-    """Write a storey's restoring force at a step's start to the history, if the step is recorded."""
+    """Write the restoring force [N] of a storey at the start of a step to the history.
+
+    Only every `every`-th step is recorded; `row` is the index of the sample in the history.
+    """
     if step % every == 0:
         if step / every < history.storey_force.shape[1]:
             history.storey_force[row, step / every, storey] = force
@@ -38,7 +44,7 @@ HALF_TURN = wp.constant(wp.float64(math.pi))
 
 @wp.func
 def hann(position: Any):
-    """Return the Hann window, 1 - cos(2 pi x) = 2 cos^2(pi (x - 1/2)), at a position from 0 to 1; its mean is 1."""
+    """Return the Hann window 1 - cos(2 pi x) = 2 cos^2(pi (x - 1/2)) at a position x from 0 to 1; its mean is 1."""
     angle = type(position)(HALF_TURN) * (position - type(position)(0.5))
     # Written out: with a loop here, a processor's compiler would not vectorise over samples.
     square = angle * angle
@@ -59,9 +65,9 @@ def hann(position: Any):
 
 @wp.func
 def weight_in_mean(step: Any, since: int, steps: int):
-    """Return the weight of one of `steps` steps, `since` the first, in a mean under a Hann window.
+    """Return the weight of step number `since` (0 is the first) in a mean over `steps` steps under a Hann window.
 
-    The window removes the remaining free vibration, at any phase (Harris 1978, Proc. IEEE 66(1)).
+    The window removes the remaining free vibration from the mean, at any phase (Harris 1978, Proc. IEEE 66(1)).
     """
     # A choice of two values, not a branch, so that a processor vectorises over samples.
     weight = hann((type(step)(since) + type(step)(0.5)) / type(step)(steps)) / type(step)(steps)
@@ -70,7 +76,7 @@ def weight_in_mean(step: Any, since: int, steps: int):
 
 @wp.func
 def add_to_mean(mean: Any, storey: int, column: int, part: Any, since: int):
-    """Add a weighted value to a mean; the first value replaces it."""
+    """Add a weighted value to mean[storey, column]; the first value (`since` = 0) replaces the old content."""
     if since > 0:
         part += mean[storey, column]
     mean[storey, column] = part
@@ -78,7 +84,10 @@ def add_to_mean(mean: Any, storey: int, column: int, part: Any, since: int):
 
 @wp.func
 def balance_error(error: Any, supplied: Any):
-    """Return the unaccounted energy over the largest energy supplied; 0 if none was supplied, NaN if either is NaN."""
+    """Return the unaccounted energy divided by the largest supplied energy.
+
+    The result is 0 if no energy was supplied, and NaN if one of the energies is NaN.
+    """
     # A maximum ignores NaN, so `supplied` is 0 if energies exceed the range of the number type.
     if supplied == type(error)(0.0) and wp.isfinite(error):
         return type(error)(0.0)
@@ -87,7 +96,7 @@ def balance_error(error: Any, supplied: Any):
 
 @wp.func
 def worst_storey(output: Any, structures: Any, sample: int, structure: int, storeys: int):
-    """Write the storey of the largest drift ratio to the outputs, and return the ratio."""
+    """Return the largest peak drift ratio of a sample, and write the number of its storey to the outputs (from 1)."""
     largest = output.peak_storey_drift[0, sample] * structures.inverse_height[0, structure]
     worst = int(0)
     for i in range(1, storeys):

@@ -9,13 +9,13 @@ import warp as wp
 
 @dataclass(frozen=True)
 class LoadKind:
-    """How a load enters the equation of motion.
+    """Properties of a kind of load: how it enters the equation of motion.
 
     Args:
-        is_history: Whether it is a stored history: linear between its points and zero after the last point.
-        is_base: Whether it is a base acceleration; otherwise it consists of forces on the degrees of freedom.
-        is_harmonic: Whether it is an amplitude times sin(w t + phase).
-        noise_states: Number of states of the random process that generates it during the run; 0 for other loads.
+        is_history: Whether the load is a stored history: linear between its points and zero after the last point.
+        is_base: Whether the load is a base acceleration; otherwise it consists of forces on the degrees of freedom.
+        is_harmonic: Whether the load is an amplitude times sin(w t + phase).
+        noise_states: Number of states of the random process that generates the load during the run; 0 for other loads.
     """
 
     is_history: bool = False
@@ -41,16 +41,21 @@ TURN = wp.constant(wp.float64(2.0 * math.pi))
 
 @wp.func
 def harmonic(position: wp.float64, step: Any, circular_frequency: wp.float64, phase: wp.float64):
-    """Return sin(w t + phase) at t = position * step; whole turns are subtracted in float64, before float32."""
+    """Return sin(w t + phase) at the time t = position * step.
+
+    Whole turns are subtracted from the angle in float64, before its conversion to the kernel's number type.
+    """
     turns = (circular_frequency * position * wp.float64(step) + phase) / TURN
     return wp.sin(type(step)((turns - wp.floor(turns)) * TURN))
 
 
 @wp.func
 def sampled(loads: Any, motion: int, interval: int, run: int, width: int, column: int, scale: Any):
-    """Return a history's value at the start of an interval and its change; both are zero after its last sample.
+    """Return the value of a load history at the start of an interval, and its change over the interval.
 
-    A run that ends with the history sees the last sample at its end.
+    After the last point of the history, the value and the change are 0. If the run ends with the history, the last
+    point is the value at the end of the run. `column` is the degree of freedom and `width` the number of degrees of
+    freedom of the history.
     """
     begin = type(scale)(0.0)
     change = type(scale)(0.0)
@@ -65,9 +70,13 @@ def sampled(loads: Any, motion: int, interval: int, run: int, width: int, column
 
 @wp.func
 def at_ends(begin: Any, value: Any, gain: Any, falls_silent: bool):
-    """Return a history at the start and the end of an interval, and its gain in the next interval.
+    """Return a motion at the start and at the end of an interval, and the factor on the motion in the next interval.
 
-    `begin` is its value at the end of the last interval, `value` the sample at the end of this one.
+    Args:
+        begin: Scaled value at the end of the last interval.
+        value: Unscaled value at the end of this interval.
+        gain: Factor on the motion.
+        falls_silent: Whether the motion is zero from this interval on; then all results are 0.
     """
     if falls_silent:
         begin = type(begin)(0.0)

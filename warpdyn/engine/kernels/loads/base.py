@@ -1,4 +1,4 @@
-"""Base acceleration: statements that recorded and random motions have in common."""
+"""Base acceleration: the statements that kernels for recorded motions and kernels for random motions share."""
 
 from warpdyn.engine.kernels.loads import LOADS
 

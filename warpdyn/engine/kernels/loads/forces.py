@@ -1,4 +1,4 @@
-"""Histories of forces on the floors."""
+"""Force histories on the floors (or on the degrees of freedom of full matrices)."""
 
 from warpdyn.engine.kernels.loads import LOADS, sampled
 

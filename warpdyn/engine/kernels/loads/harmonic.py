@@ -1,4 +1,4 @@
-"""Harmonic forces on the floors, all in phase."""
+"""Harmonic forces on the floors, with one frequency and one phase for all floors."""
 
 from warpdyn.engine.kernels.loads import LOADS, harmonic
 

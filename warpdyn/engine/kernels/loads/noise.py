@@ -1,4 +1,4 @@
-"""Random base motions, generated interval by interval and not stored."""
+"""Random base motions, which the kernel generates interval by interval and does not store."""
 
 from warpdyn.engine.kernels.loads import LOADS
 

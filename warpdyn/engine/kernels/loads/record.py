@@ -1,4 +1,4 @@
-"""Recorded base motions, whose values all samples share."""
+"""Recorded base motions, in one array that all samples share."""
 
 from warpdyn.engine.kernels.loads import LOADS, at_ends
 

@@ -1,9 +1,10 @@
-"""Collapse: a sample ends when the drift of a storey exceeds its capacity; demands count up to this instant.
+"""Collapse: a sample ends when the drift of a storey exceeds its capacity; peaks are recorded up to this instant.
 
 The instant of collapse is the earliest instant at which a storey drift reaches its capacity, by linear interpolation
 between the drifts at the start and end of the step (with an adaptive method: of the part of a step). The capacity of a
-storey is the smaller of the drift ratio of the building and the drift capacity of the storey. After a collapse the
-state of the sample remains constant until all samples of its thread have finished.
+storey is the smaller of two drifts: the limit of the drift ratio of the building times the storey height, and the drift
+capacity of the storey. After a collapse the state of the sample remains constant until all samples of its thread have
+finished.
 
 If the drift changes by more than half the capacity in the step that exceeds the capacity, the cause may be an unstable
 integration instead of a collapse. Then the status is unstable_step, and the sample is run again with shorter steps. An
@@ -28,7 +29,15 @@ FIELDS = {
 
 @wp.func
 def share_beyond(before: Any, after: Any, inverse_capacity: Any):
-    """Return the share of a step after a drift passes its capacity, by linear interpolation; 0 if it does not."""
+    """Return the fraction of a step that remains when a drift reaches its capacity, by linear interpolation.
+
+    The result is 0 if the drift does not exceed its capacity at the end of the step.
+
+    Args:
+        before: Drift at the start of the step [m].
+        after: Drift at the end of the step [m].
+        inverse_capacity: 1 / capacity [1/m]; 0: no capacity.
+    """
     share = type(after)(0.0)
     one = type(after)(1.0)
     outward = wp.sign(after)
@@ -45,7 +54,7 @@ def wanted(plan):
 def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
-    # Capacities are drifts of a storey or drift ratios; the kernel takes both as drifts.
+    # Capacities are given as storey drifts or as drift ratios; the kernel uses both as drifts.
     half = wp.constant(DTYPES[plan.dtype](0.5))
     return {"HAS_CAPACITY": plan.has_drift_capacity, "longest_move": half}
 

@@ -1,4 +1,4 @@
-"""Collapses are looked for after groups of steps: doing so in each step costs as much as a step of some methods.
+"""Search for collapses after groups of STEPS steps; a search in each step costs as much as a step of some methods.
 
 At the end of a group, the peak drifts show whether a storey has exceeded its capacity in the group. If so, the state
 before the group is restored, and its steps are repeated in groups of one step, until the step of the collapse is found.
@@ -8,10 +8,10 @@ from warpdyn.engine.kernels.parts import settling
 from warpdyn.engine.kernels.plan import holds_step, keeps_drifts
 
 order = 11
-STEPS = 32  # of a group
-# The registers of the state before a group are not available elsewhere. Measured on an H200 with 1, 2, 3, 5 and 8
-# storeys, kernels of stoermer in groups instead of step by step: 0.52 to 0.68 of the time (1 storey), 0.73 to 0.85 (5
-# and 8 storeys).
+STEPS = 32  # number of steps of a group
+# Largest number of storeys. The state before a group occupies registers that the kernel then lacks. Measured on an H200
+# with 1, 2, 3, 5 and 8 storeys, kernels of stoermer in groups instead of step by step: 0.52 to 0.68 of the time (1
+# storey), 0.73 to 0.85 (5 and 8 storeys).
 MOST_STOREYS = 8
 BORROWS = {
     "collapse": ("inverse_capacity", "over", "stands"),
@@ -22,7 +22,7 @@ BORROWS = {
 
 
 def wanted(plan):
-    # Recorders of other demands, events and rules for the settling of memories keep values that are not restored.
+    # Other recorders, event sequences and the part `settling` keep values that a repetition would not restore.
     is_alone = holds_step(plan) and plan.undivided and plan.dofs <= MOST_STOREYS and keeps_drifts(plan)
     changes_nothing_else = plan.recorders == ("drift",) and plan.damping != "modal" and not settling.wanted(plan)
     return plan.collapses and is_alone and changes_nothing_else and not (plan.resumes or plan.records_late)

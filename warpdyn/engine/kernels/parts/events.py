@@ -1,4 +1,7 @@
-"""Event sequences: each event starts with the final state of the last event, and writes its final state."""
+"""Event sequences, such as main shock and aftershock: each event starts with the final state of the last event.
+
+At the end of an event, the kernel writes the final displacements, velocities and memories of the storeys.
+"""
 
 FIELDS = {
     "Structure": {

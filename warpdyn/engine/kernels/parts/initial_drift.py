@@ -1,8 +1,11 @@
-"""Yielding storeys that start displaced: their memory is that after a slow push from rest to the initial drift."""
+"""Yielding storeys that start displaced: their memory is computed for a slow push from rest to the initial drift.
+
+The memory of a storey contains the values that its law keeps from step to step, such as a plastic drift.
+"""
 
 from warpdyn.engine.laws.springs import spring_row
 
-# Increments of the push for laws whose memory has a rate; other laws need one increment.
+# Number of increments of the push for laws whose memory follows a differential equation; other laws need one increment.
 INCREMENTS = 1000
 
 

@@ -1,4 +1,8 @@
-"""Return-mapping laws: the memory is updated once per step; all stages of a step use the memory at its start."""
+"""Storey laws with a return mapping: the memory is updated once per step, and all stages use its value at the start.
+
+The memory of a storey contains the values that its law keeps from step to step, such as a plastic drift. A return
+mapping computes the new memory from the drift at the end of the step.
+"""
 
 from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.laws.springs import spring_row

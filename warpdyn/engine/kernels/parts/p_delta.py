@@ -1,4 +1,4 @@
-"""P-Delta: moments of the gravity loads at the storey drifts."""
+"""P-Delta effect: the gravity loads on the drifting storeys reduce the restoring force by weight / height * drift."""
 
 from typing import Any
 
@@ -12,7 +12,14 @@ FIELDS = {"Structure": {"storey_weight_over_height": "float[,]"}}
 
 @wp.func
 def keeps_falling(outward: Any, drift: Any, rate: Any, peak: Any):
-    """Return whether gravity pushes a storey beyond its largest drift so far, so that it will not stop."""
+    """Return whether gravity pushes a storey beyond its largest drift so far, so that the storey will not stop.
+
+    Args:
+        outward: P-Delta force minus the force of the storey law [N].
+        drift: Present drift [m].
+        rate: Drift velocity [m/s].
+        peak: Largest absolute drift so far [m].
+    """
     zero = type(drift)(0.0)
     return outward * drift > zero and rate * drift > zero and wp.abs(drift) >= peak
 

@@ -1,7 +1,7 @@
-"""Start time of the recorders (`record_from` of a scene): earlier peaks, for example of a transient, do not count.
+"""Start time of the recorders (`record_from` of a scene): earlier peaks, for example of a transient, are ignored.
 
 At the first step that starts at or after this time, peaks are set to the values of the present state. If a sample has
-collapsed before this time, its demands up to the collapse are kept.
+collapsed before this time, its peaks up to the collapse are kept.
 """
 
 FIELDS = {"Samples": {"first_recorded": "int32[]"}}  # index of the first step whose initial state counts for peaks

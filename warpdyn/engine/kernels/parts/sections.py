@@ -1,7 +1,7 @@
 """Tall chains on a GPU: several threads of a warp share a sample; each thread integrates a section of the storeys.
 
 The floor below a section and the storey above it belong to other threads. If the number of storeys is not a multiple of
-the number of sections, the last sections are padded with storeys without mass, which remain undeformed.
+the number of sections, the last sections contain additional storeys without mass (padding), which remain undeformed.
 """
 
 from warpdyn.engine.device.processor import across_warp

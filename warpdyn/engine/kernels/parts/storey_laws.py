@@ -1,4 +1,4 @@
-"""The storeys of a chain: properties, drift, and coefficients and memory of the storey law."""
+"""The storeys of a chain: masses and heights, drifts, and the coefficients and the memory of the storey law."""
 
 order = -90
 
@@ -58,7 +58,7 @@ def names(plan):
 
 
 def accepted_drift():
-    """The drift of storey i in the accepted state; `foot_u` is the displacement of the floor below a section."""
+    """Set `drift` to the drift of storey i in the accepted state; `foot_u` is the displacement below a section."""
     if KEEPS_DRIFTS:
         drift = drifts[i, j]
     else:
@@ -82,7 +82,7 @@ def accepted_memory():
 
 
 def reached_drift():
-    """As `accepted_drift`, stored for every lane; with `u=us`, the drift of a stage's state."""
+    """Set `reached_drift` of every lane to the accepted drift; with `u=us`, to the drift of a stage's state."""
     if KEEPS_DRIFTS:
         reached_drift[j] = drifts[i, j]
     else:

@@ -1,4 +1,4 @@
-"""Laws with straight branches: all rules of the law run only if a lane leaves its branch, which is rare."""
+"""Storey laws with straight branches: the full rules of a law run only if a storey leaves its branch (rare)."""
 
 from warpdyn.engine.kernels.plan import keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row

@@ -1,10 +1,10 @@
-"""The samples of a thread: one on a GPU; on a CPU several, one per lane."""
+"""The samples of a thread: one sample on a GPU; on a CPU several samples, one per lane of the vector registers."""
 
 order = -100
 
 BORROWS = {"adaptivity": ("done", "part")}
 FIELDS = {
-    # Number of samples; steps per interval of the motion, which an undivided kernel reads in such intervals.
+    # Number of samples, and steps per interval of the motion. With `undivided`, each step is an interval of the kernel.
     "Control": {"samples": "int32", "substeps": "int32"},
     "Samples": {
         "order": "int32[]",  # the samples in the order of their launch

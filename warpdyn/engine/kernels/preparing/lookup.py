@@ -1,4 +1,4 @@
-"""The device function that looks up tables of a recorded computation."""
+"""The device function that looks up a value in a table, for a computation that was recorded from Python code."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -33,5 +33,5 @@ def value_in_table(
 
 
 def args_of(calls: Sequence[str], device: str) -> list[Any]:
-    """Return the arrays of tables in the memory of a device, in the order of `calls`."""
+    """Return the arrays of the tables that `calls` name, in the memory of a device, in the order of `calls`."""
     return [wp.array(values, dtype=wp.float64, device=device) for call in calls for values in table_of(call)]

@@ -1,4 +1,8 @@
-"""The kernels that choose the steps of samples and the order in which they are launched."""
+"""Kernels that choose the integration steps of samples, and the order in which the samples are launched.
+
+A sample is a structure under one motion. A motion consists of intervals (time between two values), and each interval is
+divided into integration steps (substeps).
+"""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -10,16 +14,17 @@ from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, Prepar
 from warpdyn.engine.tracing.nodes import Node
 from warpdyn.engine.tracing.program import Program
 
-# Counts of a block: structures or samples that the host must refuse, samples beyond the stability limit, the first of
-# them, samples with a step that is too long, the longest duration, and whether the steps of a sample were divided. For
-# each number of substeps the place of its first sample in the order of the launch follows, or -1 if no sample has it.
+# Indices of the counts of a block (group of samples): structures or samples that the host must refuse, samples beyond
+# the stability limit, the first of these samples, samples with a step that is too long, the longest duration, and
+# whether the steps of a sample were divided. From STARTS on follows, for each number of substeps, the position of its
+# first sample in the order of the launch, or -1 if no sample has this number of substeps.
 REFUSED, UNSTABLE, FIRST_UNSTABLE, LONG, LONGEST_RUN, IS_DIVIDED, STARTS = range(7)
 MOST_SUBSTEPS = 2**12  # samples with more steps in an interval are prepared by the host
 COUNTS = STARTS + MOST_SUBSTEPS
-# Where the motions of samples are: in lists with a value for each sample; in lists for the samples of one structure,
-# which are those of all structures; or in tables for sites and earthquakes.
+# Where the motions of samples are listed: one value for each sample; one list for the samples of one structure, which
+# all structures share; or tables for sites and earthquakes.
 LISTED, SAME_FOR_ALL, AT_SITES = range(3)
-# Extremes of a block, in addition to those of its structures.
+# Indices of the extreme values of a block, in addition to the extreme values of its structures.
 LARGEST_FACTOR, LEAST_ACCURATE_STEP, EXTREMES = 2, 3, 4
 DURATION_BITS, TIE_BITS = 16, 32
 
@@ -53,15 +58,15 @@ OUTPUTS = {"samples": "Samples", "taken": INTEGERS, "step": REALS, "counts": INT
 
 
 class SampleValues(NamedTuple):
-    """Values that are computed for each sample, from the vibration of its structure and the time grid of its motion.
+    """Quantities that are computed for each sample from the periods of its structure and the time grid of its motion.
 
     Args:
-        fields: Values of fields of the kernels' struct.
-        substeps: Steps in an interval of the motion.
+        fields: Quantities for the fields of the struct Samples: {field: node of the recorded computation}.
+        substeps: Number of steps in an interval of the motion.
         is_long: Whether the step is too long to be accurate, and is not divided.
         longest: Longest accurate step [s].
         is_unstable: Whether the step was beyond the stability limit.
-        factor: Factor by which the steps in an interval were multiplied because of it.
+        factor: Factor by which the number of steps in an interval was multiplied because the step was unstable.
         refused: Whether no step is stable, or there are too many steps.
     """
 
@@ -75,11 +80,11 @@ class SampleValues(NamedTuple):
 
 
 class SamplePreparation:
-    """Chooses the steps of samples on a device, and their order.
+    """Chooses the integration steps of samples on a device, and the order of their launch.
 
     Args:
-        values: Values that are computed for each sample.
-        dtype: Number type of the kernels of histories.
+        values: Quantities that are computed for each sample.
+        dtype: Number type of the kernels that integrate the samples.
     """
 
     def __init__(self, values: SampleValues, dtype: str) -> None:
@@ -120,7 +125,7 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
 
     @property
     def kernels(self) -> list[wp.Kernel]:
-        """The kernels that prepare and sort samples."""
+        """The kernels that compute the steps of samples and sort the samples."""
         return [self._kernel.kernel, sorting_keys, starts_of_groups]
 
     def prepare(
@@ -133,15 +138,15 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
         counts: Any,
         extremes: Any,
     ) -> None:
-        """Queue the kernel on the present stream of the device of the arrays.
+        """Queue the kernel that computes steps and arguments of samples, on the present stream of the arrays' device.
 
         Args:
             count: Number of samples.
             design: Motion, scale and time grid of the samples.
-            vibration: Array of the vibration of the structures, shape [3, structure].
-            samples: Struct of the samples.
-            steps: Arrays for the substeps, and for the steps in float64.
-            counts, extremes: Arrays for counts and extremes.
+            vibration: Period [s], slowest decay [1/s] and stable step [s] of the structures, shape [3, structure].
+            samples: Output: struct Samples.
+            steps: Output: arrays for the number of substeps, and for the steps [s] in float64, shape [sample].
+            counts, extremes: Output: arrays for the counts and the extreme values of the block.
         """
         device = str(vibration.device)
         inputs = [count, *design.arguments, vibration, *self._kernel.arguments(device)]
@@ -150,18 +155,18 @@ if samples.run_intervals[k] > counts[{LONGEST_RUN}]:
 
 
 class Design(NamedTuple):
-    """Motion, scale and time grid of samples, as arguments of the kernels; arrays in the memory of a device.
+    """Motion, scale and time grid of samples, as arguments of the kernels; arrays are in the memory of a device.
 
     Args:
-        per_structure: Number of samples of a structure.
-        is_single: Whether all samples have one structure.
+        per_structure: Number of samples per structure.
+        is_single: Whether all samples have the same structure.
         kind: LISTED, SAME_FOR_ALL or AT_SITES.
-        site: Site of each structure and draw, shape [structure, draw]; for AT_SITES.
-        offset: Place of each sample of a structure among the values of a site; for AT_SITES.
-        stride: Number of values of a site.
-        motion, scale: Motions and scales.
-        interval, substeps, intervals: Time grid of each motion.
-        tie: Number by which samples of equal duration are sorted, for each value of `motion`.
+        site: For AT_SITES: index of the site of each structure and draw, shape [structure, draw].
+        offset: For AT_SITES: position of each sample of a structure among the values of a site.
+        stride: Number of values per site.
+        motion, scale: Indices of the motions and factors on them; `kind` decides the order.
+        interval, substeps, intervals: Time grid of each motion: interval [s], steps per interval, number of intervals.
+        tie: For each value of `motion`, the number by which samples of equal duration are sorted.
     """
 
     per_structure: int
@@ -179,7 +184,7 @@ class Design(NamedTuple):
 
     @property
     def arguments(self) -> tuple[Any, ...]:
-        """The arguments of `prepare_samples`."""
+        """The first arguments of the kernel `prepare_samples`: all fields except `tie`."""
         return self[:-1]
 
 
@@ -217,7 +222,11 @@ def sorting_keys(
     keys: wp.array(dtype=wp.int64),
     order: wp.array(dtype=wp.int32),
 ):
-    """Write a key for each sample: samples with few substeps first, then the longest, then the least ties."""
+    """Write a sorting key for each sample.
+
+    Samples with few substeps come first; among samples with the same number of substeps, the longest comes first; among
+    samples of the same duration, the sample with the least value of `tie`.
+    """
     k = wp.tid()
     if k >= count:
         return
@@ -234,7 +243,7 @@ def sorting_keys(
 
 @wp.kernel(module="unique", enable_backward=False)
 def starts_of_groups(count: int, keys: wp.array(dtype=wp.int64), counts: wp.array(dtype=wp.int32)):
-    """Write the place of the first sample with each number of substeps, from sorted keys."""
+    """Write, for each number of substeps, the position of its first sample in the sorted order to `counts`."""
     k = wp.tid()
     if k >= count:
         return
@@ -259,14 +268,15 @@ def sort_samples(
 ) -> None:
     """Queue the sorting of samples on the present stream: `order` becomes the order of their launch.
 
-    The starts of the groups of samples with the same number of substeps are added to the counts.
+    Samples with the same number of substeps follow each other; the position of the first of them is written to
+    `counts`.
 
     Args:
         count: Number of samples.
         design: Motion, scale and time grid of the samples.
         run_intervals, taken, counts: Results of `SamplePreparation.prepare`.
-        keys: Memory of 2 `count` keys.
-        order: Memory of 2 `count` numbers; the first half is the result.
+        keys: Memory for 2 `count` keys.
+        order: Memory for 2 `count` numbers; the first half is the result.
         has_ties: Whether samples of equal duration are sorted by `design.tie`.
     """
     device = str(keys.device)

@@ -1,9 +1,9 @@
-"""The kernels that draw structures and pack them for the kernels of histories.
+"""Kernels that draw random structures on a device, and write the arguments of the kernels that integrate them.
 
-The first kernel draws the parameters, and writes the masses and stiffnesses of chains whose frequencies are needed.
-Another kernel finds the frequencies. If the damping couples modes, a second pair of kernels writes the dashpots and
-finds the slowest decay. The last kernel draws the same parameters again, checks them, and writes all results: to draw
-them several times takes less time than to store them.
+The first kernel draws the random parameters, and writes masses and stiffnesses of the chains whose frequencies are
+needed. Another kernel finds the frequencies. If the damping couples modes, a second pair of kernels writes the dashpots
+and finds the slowest decay. The last kernel draws the same parameters again, checks them, and writes all results:
+drawing the parameters several times needs less time than storing them.
 """
 
 import functools
@@ -25,8 +25,8 @@ from warpdyn.engine.tracing.requests import DECAY, FREQUENCIES, PREFIX, Request
 from warpdyn.foundations.core.random_numbers import Purpose
 
 SOLVERS = {FREQUENCIES: launch_frequencies, DECAY: launch_decays}
-PERIOD, SLOWEST_DECAY, STABLE_STEP = range(3)  # rows of the array of vibrations
-LONGEST_PERIOD, LEAST_STABLE_STEP = range(2)  # places in the array of extremes
+PERIOD, SLOWEST_DECAY, STABLE_STEP = range(3)  # row indices of the array `vibration`
+LONGEST_PERIOD, LEAST_STABLE_STEP = range(2)  # indices in the array `extremes`
 
 POINTS = {
     "monte_carlo": """\
@@ -82,15 +82,15 @@ ARGUMENTS = {
 
 
 class Draws(NamedTuple):
-    """How random variables are drawn.
+    """How the random variables of structures are drawn.
 
     Args:
-        sampling: Key of POINTS.
-        key: Key of the seed.
+        sampling: Key of POINTS, such as "monte_carlo".
+        key: Key of the random numbers, computed from the seed.
         digits: Shift and direction numbers of a Sobol sequence, shape [1 + bit, variable].
         points: Points of a Latin hypercube, shape [structure, variable].
-        factor: Factor of the correlation matrix, shape [variable, variable].
-        bits: Binary digits of a coordinate of a Sobol point.
+        factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
+        bits: Number of binary digits of a coordinate of a Sobol point.
     """
 
     sampling: str
@@ -102,13 +102,13 @@ class Draws(NamedTuple):
 
 
 class StructureValues(NamedTuple):
-    """Values that are computed for each structure.
+    """Quantities that are computed for each structure, as nodes of a recorded computation.
 
     Args:
-        fields: Values of the fields of the kernels' struct, shape [row] or [].
+        fields: Quantities for the fields of the struct Structure: {field: array of shape [row] or []}.
         vibration: Period [s], slowest decay [1/s] and stable step [s].
-        refused: Whether a value is out of its bounds.
-        requests: Values that separate kernels compute.
+        refused: Whether a parameter is outside its bounds.
+        requests: Quantities that separate kernels compute, such as natural frequencies.
     """
 
     fields: Mapping[str, np.ndarray]
@@ -118,15 +118,15 @@ class StructureValues(NamedTuple):
 
 
 class StructurePreparation:
-    """Draws and packs structures on a device.
+    """Draws random structures on a device and writes the arguments of the kernels that integrate them.
 
     Args:
         draws: How random variables are drawn.
-        nominal: Nominal values of parameters, which the computation reads as `nominal[0]`, `nominal[1]`, ...
+        nominal: Nominal values of parameters, which the recorded computation reads as `nominal[0]`, `nominal[1]`, ...
         given: Given values of parameters, shape [structure] or [structure, storey], in the order of the inputs
             `given_0`, `given_1`, ...
-        values: Values that are computed for each structure.
-        dtype: Number type of the kernels of histories.
+        values: Quantities that are computed for each structure.
+        dtype: Number type of the kernels that integrate the structures.
     """
 
     def __init__(
@@ -139,7 +139,7 @@ class StructurePreparation:
 
     @property
     def kernels(self) -> list[wp.Kernel]:
-        """The kernels that `prepare` launches."""
+        """The kernels that `prepare` launches, including those that compute frequencies and decay rates."""
         solving = [
             find_decays if each.kind == DECAY else frequencies_kernel(most_storeys(each.rows), 1)
             for each in self.values.requests
@@ -147,15 +147,15 @@ class StructurePreparation:
         return [*(each.kernel for each in self._kernels), *solving]
 
     def prepare(self, first: int, count: int, structures: Any, vibration: Any, counts: Any, extremes: Any) -> None:
-        """Queue the kernels on the present stream of the device of the arrays.
+        """Queue the kernels for a range of structures on the present stream of the arrays' device.
 
         Args:
             first: Index of the first structure.
             count: Number of structures.
-            structures: Struct of the structures.
-            vibration: Array for the vibration, shape [3, structure].
-            counts: Array whose element 0 counts structures that are refused.
-            extremes: Array for the longest period and the least stable step.
+            structures: Output: struct Structure.
+            vibration: Output: period [s], slowest decay [1/s] and stable step [s], shape [3, structure].
+            counts: Output: element 0 counts the structures that are refused.
+            extremes: Output: the longest period and the least stable step [s].
         """
         device = str(vibration.device)
         if device not in self._inputs:
@@ -183,7 +183,10 @@ class StructurePreparation:
         return [wp.array(np.ascontiguousarray(values), dtype=dtype, device=device) for values, dtype in arrays]
 
     def _levels(self) -> list[dict[int, Request]]:
-        """Return the requests of each level by their places; requests of a level depend on those of lower levels."""
+        """Return the requests of each level as {index of the request: request}.
+
+        A request is a quantity that a separate kernel computes. Requests of a level need only results of lower levels.
+        """
         levels: list[dict[int, Request]] = []
         for place, request in enumerate(self.values.requests):
             levels += [{} for _ in range(request.level + 1 - len(levels))]
@@ -191,7 +194,7 @@ class StructurePreparation:
         return levels
 
     def _kernel_of_requests(self, level: dict[int, Request]) -> PreparingKernel:
-        """Return the kernel that writes the inputs of the requests of a level."""
+        """Return the kernel that computes the inputs of the requests of a level."""
         program, arguments = Program(), self._results()
         for place, request in level.items():
             for number, nodes in enumerate(request.inputs):
@@ -202,7 +205,7 @@ class StructurePreparation:
         return self._kernel("prepare_requests", program, arguments)
 
     def _results(self) -> dict[str, str]:
-        """Return the arguments for the results of requests, {name: type}."""
+        """Return the names and types of the kernel arguments that contain the results of requests: {name: type}."""
         return {f"{PREFIX}{place}": TABLE for place in range(len(self.values.requests))}
 
     def _kernel_of_structures(self) -> PreparingKernel:
@@ -240,7 +243,13 @@ class StructurePreparation:
         return self._kernel("prepare_structures", program, arguments)
 
     def _kernel(self, name: str, program: Program, own: dict[str, str]) -> PreparingKernel:
-        """Return a kernel that draws the random variables and runs a program."""
+        """Return a kernel that draws the random variables of a structure and runs a recorded computation with them.
+
+        Args:
+            name: Name of the kernel.
+            program: The recorded computation.
+            own: Names and types of the arguments that follow the arguments of all such kernels.
+        """
         variables = len(self.draws.factor)
         arguments = ARGUMENTS | {f"given_{i}": REALS if v.ndim == 1 else TABLE for i, v in enumerate(self.given)}
         known = {"variables": variables, "pairs": (variables + 1) // 2, "purpose": int(Purpose.STRUCTURE)}

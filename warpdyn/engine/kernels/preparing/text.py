@@ -1,4 +1,7 @@
-"""Kernels with a recorded computation: tables and constants are among their arguments."""
+"""Kernels that contain a computation which was recorded from Python code.
+
+The constants of the computation, and the tables in which it looks up values, are arguments of the kernel.
+"""
 
 import functools
 import re
@@ -22,15 +25,16 @@ PARTS = ("grid", "values", "even", "last")
 
 
 class PreparingKernel:
-    """A kernel whose last statements are a recorded computation.
+    """A kernel whose last statements are a computation that was recorded from Python code.
 
     Args:
         name: Name of the kernel.
-        head: Its first statements.
-        arguments: Types of its arguments before and after those for constants and tables, {name: type}.
+        head: The first statements of the kernel.
+        arguments: Types of the arguments before and after the arguments for constants and tables: two dictionaries
+            {name: type}.
         body: Statements between the head and the computation.
         program: The computation.
-        names: Values of the names in the text.
+        names: Values of the names in the text: {name: value}.
         max_unroll: Largest number of iterations of a loop that is unrolled.
     """
 
@@ -66,7 +70,7 @@ class PreparingKernel:
         self._brought: dict[str, list[Any]] = {}
 
     def arguments(self, device: str) -> list[Any]:
-        """Return the arrays of constants and tables in the memory of a device."""
+        """Return the arrays of the kernel's constants and tables in the memory of a device."""
         if device not in self._brought:
             constants = wp.array(self._constants, dtype=wp.float64, device=device)
             self._brought[device] = [constants, *args_of(self._tables, device)]

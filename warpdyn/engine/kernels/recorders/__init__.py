@@ -1,1 +1,1 @@
-"""Recorders: each file contains a recorder's part of the kernels and its variables."""
+"""Recorders, such as peak drifts: each file contains the statements of a recorder and its output variables."""

@@ -1,4 +1,4 @@
-"""The largest absolute acceleration of every floor."""
+"""Recorder of the largest absolute acceleration of every floor (or degree of freedom)."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

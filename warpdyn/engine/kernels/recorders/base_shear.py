@@ -1,4 +1,4 @@
-"""The largest restoring force of the first storey."""
+"""Recorder of the peak base shear: the largest restoring force of the first storey."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

@@ -1,4 +1,4 @@
-"""The largest displacement of every degree of freedom, and its time."""
+"""Recorder of the largest displacement of every degree of freedom, and its time."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

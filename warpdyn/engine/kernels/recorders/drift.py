@@ -1,4 +1,4 @@
-"""The largest drift of every storey."""
+"""Recorder of the largest drift of every storey."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

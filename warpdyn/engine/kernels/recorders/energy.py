@@ -1,4 +1,4 @@
-"""Energy supplied by the load, energy dissipated by dampers and storeys, and the error of the energy balance."""
+"""Recorder of energies: supplied by the load, dissipated by dampers and storeys, and error of the energy balance."""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -47,7 +47,8 @@ def declare():
     last_drift = matrix()  # drift at the start of an implicit step
     last_force = matrix()
     last_dashpot = matrix()
-    # For velocities half a step behind, which use the three above, too: the velocity at the displacement's instant.
+    # Methods whose velocities are half a step behind also use the three variables above. The velocity at the instant of
+    # the displacement:
     last_velocity = matrix()
     # For full matrices: the elastic energy, integrated from its power.
     energy_elastic = row()
@@ -184,7 +185,7 @@ def add_powers():
             supplied[j] = larger(supplied[j], wp.abs(initial_energy[j] + energy_in[j]))
     else:
         if LAGS or KEEPS_DRIFTS:
-            # The velocity is half a step behind: half the step's change leads to the displacement's instant.
+            # The velocity is half a step behind: half of its change over the step is added.
             # Work is force times the change of the drift, so that an elastic storey returns all its energy.
             if LAGS:
                 vi += dtype(0.5) * h_last[j] * ai

@@ -1,4 +1,4 @@
-"""Whole histories: the state and the storeys' forces at every step, or at every n-th step."""
+"""Recorder of response histories: the state and the storey forces at every step, or at every n-th step."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

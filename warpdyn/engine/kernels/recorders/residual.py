@@ -1,4 +1,4 @@
-"""Residual drift ratio of every storey: the mean over the end of the run."""
+"""Recorder of the residual drift ratio of every storey: a weighted mean of the drift ratio over the end of the run."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

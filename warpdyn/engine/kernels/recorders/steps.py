@@ -1,4 +1,4 @@
-"""Numbers of accepted and rejected steps of an adaptive method, recorded in addition to all demands."""
+"""Recorder of the numbers of accepted and rejected steps of an adaptive method, in every run of such a method."""
 
 from warpdyn.engine.methods.table import METHODS
 from warpdyn.foundations.core.output_variables import Variable

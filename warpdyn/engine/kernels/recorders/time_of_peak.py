@@ -1,4 +1,4 @@
-"""Time of the largest storey drift ratio."""
+"""Recorder of the time at which the largest storey drift ratio occurs."""
 
 from warpdyn.foundations.core.output_variables import Variable
 

@@ -1,1 +1,1 @@
-"""Kernels that count samples and add up demands and losses, separately for each cell of a result (such as a level)."""
+"""Kernels that count samples and add up responses and losses for each cell of a result (such as an intensity level)."""

@@ -1,10 +1,11 @@
 """Sums that do not depend on the order of their terms.
 
 Each float64 term is divided into pieces of 30 bits. The positions of the pieces are fixed, counted from the smallest
-number of float64. Pieces at the same position are added exactly, as integers. A cell keeps four sums: those of the
-highest position of all of its terms and of the three positions below it. The terms are therefore rounded more than 90
-bits below the first bit of the largest term, whatever their order, and blocks of a run can be added as they finish
-(Demmel and Nguyen 2015, IEEE Transactions on Computers 64(7), have a similar method in floating-point numbers).
+number of float64. Pieces at the same position are added exactly, as integers. A cell (the set of samples with the same
+labels) keeps four sums: those of the highest position of all of its terms and of the three positions below it. The
+terms are therefore rounded more than 90 bits below the first bit of the largest term, whatever their order, and blocks
+of a run can be added as they finish (Demmel and Nguyen 2015, IEEE Transactions on Computers 64(7), describe a similar
+method with floating-point numbers).
 """
 
 from __future__ import annotations
@@ -23,7 +24,10 @@ MASK = 2**WIDTH - 1
 
 @wp.func
 def raise_top(own: int, cell: int, which: int, bins: wp.array3d(dtype=wp.int64)):
-    """Make one of a cell's sums begin at a higher piece."""
+    """Move the highest position of one sum of a cell up to the piece `own`; its lowest pieces are dropped.
+
+    `which` is 0 for the sum of values and 1 for the sum of squares.
+    """
     moved = own - int(bins[cell, which, 0])
     for number in range(wp.static(PIECES)):
         piece = wp.static(PIECES) - number
@@ -36,7 +40,7 @@ def raise_top(own: int, cell: int, which: int, bins: wp.array3d(dtype=wp.int64))
 
 @wp.func
 def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype=wp.int64)):
-    """Add a value to one of a cell's sums."""
+    """Add a value to one sum of a cell; `which` is 0 for the sum of values and 1 for the sum of squares."""
     bits = wp.cast(value, wp.uint64)
     exponent = int((bits >> wp.uint64(wp.static(FRACTION))) & wp.uint64(2047))
     digits = bits & wp.uint64(wp.static(2**FRACTION - 1))
@@ -66,7 +70,9 @@ def add_exactly(value: wp.float64, cell: int, which: int, bins: wp.array3d(dtype
 
 @dataclass(frozen=True, eq=False)
 class ExactSums:
-    """Sum of values, sum of squares (both as integers) and largest value of each cell.
+    """The sum of values, the sum of squares (both as integers) and the largest value of each cell.
+
+    A cell is the set of all samples with the same labels. Sums are divided into pieces of 30 bits.
 
     Args:
         bins: Position of the highest piece, then the sums of the pieces from this position down; for values and for
@@ -79,12 +85,15 @@ class ExactSums:
 
     @classmethod
     def of_nothing(cls, cells: int) -> ExactSums:
-        """Return empty sums for `cells` cells."""
+        """Return sums without terms for `cells` cells; their largest value is -infinity."""
         return cls(np.zeros((cells, 2, 1 + PIECES), dtype=np.int64), np.full(cells, -np.inf))
 
     @property
     def totals(self) -> np.ndarray:
-        """Sum and its rounding error, sum of squares and its rounding error, and largest value; shape [cell, 5]."""
+        """The sums as float64, shape [cell, 5].
+
+        The columns of the array are: sum, its rounding error, sum of squares, its rounding error, and largest value.
+        """
         found = np.empty((len(self.bins), 5))
         for which in range(2):
             found[:, 2 * which], found[:, 2 * which + 1] = as_floats(self.bins[:, which])
@@ -92,11 +101,11 @@ class ExactSums:
         return found
 
     def of_cells(self, cells: np.ndarray) -> ExactSums:
-        """Return the sums of these cells."""
+        """Return the sums of the cells with these indices."""
         return ExactSums(self.bins[cells], self.largest[cells])
 
     def include(self, cells: np.ndarray | slice, other: ExactSums) -> None:
-        """Add other sums to these cells; a cell must not occur twice."""
+        """Add the sums in `other` to the cells with the indices `cells`; an index must not occur twice."""
         own = self.bins[cells]
         top = np.maximum(own[..., :1], other.bins[..., :1])
         self.bins[cells] = np.concatenate([top, _moved(own, top) + _moved(other.bins, top)], axis=-1)
@@ -104,7 +113,10 @@ class ExactSums:
 
 
 def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Convert bins of shape [cell, 1 + piece] to float64 sums and their rounding errors, each of shape [cell]."""
+    """Convert sums of pieces, shape [cell, 1 + piece], to float64 sums and their rounding errors, each of shape [cell].
+
+    A piece consists of 30 bits of a sum; the first number of each cell is the position of its highest piece.
+    """
     top, pieces = bins[:, 0], bins[:, 1:].copy()
     for place in range(PIECES - 1, 0, -1):  # carry the bits above 30 to the next piece
         pieces[:, place - 1] += pieces[:, place] >> WIDTH
@@ -121,14 +133,14 @@ def as_floats(bins: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _two_sum(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a sum and its rounding error (Knuth's two-sum)."""
+    """Return the rounded sum of two arrays and its rounding error (Knuth's two-sum)."""
     total = one + other
     part = total - one
     return total, (one - (total - part)) + (other - part)
 
 
 def _moved(bins: np.ndarray, top: np.ndarray) -> np.ndarray:
-    """Return the bins for another position of the highest piece."""
+    """Return the sums of the pieces, shape [..., piece], counted from another highest position `top`."""
     moved = top - bins[..., :1]
     found = np.zeros((*bins.shape[:-1], PIECES), dtype=np.int64)
     for piece in range(PIECES):

@@ -1,4 +1,8 @@
-"""Damage states: the state of a sample is the number of limits that its demand exceeds; counts per cell and outcome."""
+"""Kernels for damage states: find the damage state of each sample, and count samples per cell and state.
+
+The damage state is the number of limits that the response of a sample exceeds. A cell is the set of all samples with
+the same labels.
+"""
 
 import warp as wp
 
@@ -9,7 +13,10 @@ from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, OK, S
 
 @wp.func
 def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: int, half: int):
-    """Return how many of 2 half - 1 bounds a value exceeds, by a binary search without branches."""
+    """Return how many of the 2 half - 1 bounds from bounds[first] on a value exceeds.
+
+    The bounds increase. The search is binary, without branches; `half` is a power of 2.
+    """
     found = int(0)
     step = half
     while step > 0:
@@ -19,7 +26,11 @@ def bounds_below(value: wp.float64, bounds: wp.array(dtype=wp.float64), first: i
 
 
 def states_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that counts the limits that a demand exceeds: at each place (storey), and for the largest."""
+    """Return the kernel that counts the limits which the response of a sample exceeds (its damage state).
+
+    The kernel counts these limits for the largest response of all places (storeys or floors) and, if requested, at each
+    place.
+    """
     real, element = REALS[dtype], ELEMENT[dtype]
 
     @kernel_named(f"find_states_{dtype}")
@@ -70,7 +81,7 @@ def states_kernel(dtype: str) -> wp.Kernel:
 
 
 def zeros_kernel() -> wp.Kernel:
-    """Return the kernel that sets states to 0."""
+    """Return the kernel that sets all damage states to 0."""
 
     @kernel_named("clear_states")
     def clear_states(first: int, last: int, step: int, states: wp.array(dtype=wp.uint16)):
@@ -91,7 +102,11 @@ def worst_outcome(
     place: int,
     top: int,  # the last state
 ):
-    """Return the worst state of some samples of a row, or the number of a failure."""
+    """Return the worst damage state of some samples of a structure, or a number that represents their failure.
+
+    The samples are `origin + order[first]` to `origin + order[last - 1]`. A collapsed sample is in the last state,
+    `top`. If a sample has failed and no other sample is in the last state, the result is above `top`.
+    """
     worst = int(0)
     failed = int(0)
     for number in range(first, last):
@@ -104,14 +119,14 @@ def worst_outcome(
             worst = top
         else:
             worst = wp.max(worst, int(states[place, sample]))
-    # A failed sample leaves the worst unknown, unless another one reached the last state.
+    # The state of a failed sample is unknown. This does not matter if another sample is in the last state.
     if failed > 0 and worst < top:
         worst = top + failed - wp.static(DIVERGED - 1)
     return worst
 
 
 def counts_kernel() -> wp.Kernel:
-    """Return the kernel that counts units (samples or groups of samples) for each cell and outcome."""
+    """Return the kernel that counts units (samples or groups of samples) for each cell and damage state or failure."""
 
     @kernel_named("count_states")
     def count_states(

@@ -11,7 +11,7 @@ SUMS = 5  # sum and its rounding error, sum of squares and its rounding error, l
 
 
 def ratios_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that computes the storey drift ratios of samples."""
+    """Return the kernel that divides the storey drifts of samples by the storey heights."""
     real = REALS[dtype]
 
     @kernel_named(f"find_ratios_{dtype}")
@@ -33,7 +33,7 @@ def ratios_kernel(dtype: str) -> wp.Kernel:
 
 
 def least_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that finds, among collapsed samples, the smallest peak demand."""
+    """Return the kernel that finds the smallest peak response among the collapsed samples."""
     real = REALS[dtype]
 
     @kernel_named(f"find_least_{dtype}")
@@ -61,7 +61,10 @@ def least_kernel(dtype: str) -> wp.Kernel:
 
 
 def losses_kernel() -> wp.Kernel:
-    """Return the kernel that computes the mean loss of each unit, and the variance due to random loss ratios."""
+    """Return the kernel that computes the mean loss of each unit, and its variance due to random loss ratios.
+
+    A unit is a sample or a group of samples.
+    """
 
     @kernel_named("find_losses")
     def find_losses(
@@ -104,13 +107,16 @@ def losses_kernel() -> wp.Kernel:
 
 @wp.func
 def rounded_off(before: wp.float64, value: wp.float64, after: wp.float64):
-    """Return the rounding error of a sum (Knuth's two-sum)."""
+    """Return the rounding error of the sum after = before + value (Knuth's two-sum)."""
     part = after - before
     return (before - (after - part)) + (value - part)
 
 
 def sums_kernel(dtype: str) -> wp.Kernel:
-    """Return the kernel that adds up the demands of each row for each cell, in the order of the samples."""
+    """Return the kernel that adds up the responses of the samples in each unit of a row, in the order of the samples.
+
+    A row is a structure, a draw or a sample; it consists of units (samples or groups of samples).
+    """
     real = REALS[dtype]
 
     @kernel_named(f"add_samples_{dtype}")
@@ -178,7 +184,10 @@ def sums_kernel(dtype: str) -> wp.Kernel:
 
 
 def totals_kernel() -> wp.Kernel:
-    """Return the kernel that adds the sums of rows exactly to the sums of cells."""
+    """Return the kernel that adds the sums of rows exactly to the sums of cells (see `exact_sums`).
+
+    A row is a structure, a draw or a sample; a cell is the set of all samples with the same labels.
+    """
 
     @kernel_named("add_rows")
     def add_rows(

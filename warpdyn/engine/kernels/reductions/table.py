@@ -1,8 +1,8 @@
 """Kernels of reductions: damage states, counts of states, and sums that do not depend on the order of terms.
 
 A row is a structure, a draw or a sample; it consists of units (samples or groups of samples). A part is a range of the
-units of a row. A launch processes every `step`-th part from `first` on. On a CPU each thread processes its own range
-of parts (`step` is 1); on a GPU each thread processes one part.
+units of a row. A launch processes every `step`-th part from `first` on. On a CPU each thread processes its own range of
+parts (`step` is 1); on a GPU each thread processes one part.
 """
 
 import functools
@@ -25,16 +25,20 @@ from warpdyn.engine.kernels.reductions.sums import (
 
 @dataclass(frozen=True)
 class Reductions:
-    """The kernels.
+    """The kernels of reductions.
+
+    A row is a structure, a draw or a sample; it consists of units (samples or groups of samples). A cell is the set of
+    all samples with the same labels.
 
     Args:
         ratios: Storey drift ratios of samples; one kernel per dtype.
-        states: Number of limits that a demand exceeds, at each place and for the largest; one kernel per dtype.
-        least: Smallest peak demand among collapsed samples; one kernel per dtype.
-        sums: Sums of the demands of each row for each cell; one kernel per dtype.
-        counts: Counts of units for each cell and outcome.
-        zeros: Sets states to 0.
-        losses: Mean loss of each unit, and the variance due to random loss ratios.
+        states: Number of limits that the response exceeds, at each place and for the largest value; one kernel per
+            dtype.
+        least: Smallest peak response among collapsed samples; one kernel per dtype.
+        sums: Sums of the responses of each unit of a row; one kernel per dtype.
+        counts: Counts of units for each cell and damage state or failure.
+        zeros: Sets damage states to 0.
+        losses: Mean loss of each unit, and its variance due to random loss ratios.
         totals: Adds the sums of rows exactly to the sums of cells.
     """
 
@@ -52,7 +56,7 @@ MAKING = threading.Lock()  # several threads may call `reductions`, but a module
 
 
 def reductions() -> Reductions:
-    """Return the kernels; they share one Warp module."""
+    """Return the kernels of reductions, which share one Warp module."""
     with MAKING:
         return _made()
 

@@ -1,7 +1,7 @@
-"""The skeleton for linear systems with full mass, damping and stiffness matrices under explicit methods.
+"""The time loop of kernels for linear systems with full mass, damping and stiffness matrices and explicit methods.
 
-The host multiplies the equation of motion by M^-1: u'' = load - (M^-1 K) u - (M^-1 C) u'. Here `net` is an
-acceleration.
+The host multiplies the equation of motion by M^-1: u'' = load - (M^-1 K) u - (M^-1 C) u'. Therefore the variable `net`
+is an acceleration. This function is a skeleton: `compose` replaces its `slot(...)` statements by statements of parts.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FIELDS = {
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions in the skeleton's text."""
+    """Return the objects to which names in the text of the time loop refer: {name: constant, type or function}."""
     import warp as wp
 
     from warpdyn.engine.kernels.plan import DTYPES
@@ -99,7 +99,7 @@ def integrate_dense(
         for substep in range(substeps):
             index = interval * substeps + substep
             slot("begin_step")
-            # Once; with an adaptive method until each lane has finished the step.
+            # Once. With an adaptive method, until each lane has finished the step.
             while pending > 0 if ADAPTIVITY else ONCE:
                 slot("begin_attempt")
                 for stage in range(STAGES):

@@ -1,7 +1,9 @@
-"""The skeleton for shear chains under explicit methods; the state stays in registers during the whole history.
+"""The time loop of kernels for shear chains and explicit methods; the state stays in registers during the history.
 
 A stage visits the storeys from the top down, so that the force of the storey above is known, and updates the state in
-place. On a CPU the loops over lanes are innermost and not unrolled, so that LLVM vectorises them.
+place. A lane is one of the samples that a thread integrates at once. On a CPU the loops over lanes are innermost and
+not unrolled, so that LLVM vectorises them. This function is a skeleton: `compose` replaces its `slot(...)` statements
+by statements of parts.
 """
 
 from __future__ import annotations
@@ -12,7 +14,7 @@ from warpdyn.engine.laws.springs import spring_row
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions in the skeleton's text."""
+    """Return the objects to which names in the text of the time loop refer: {name: constant, type or function}."""
     method, law = tableau(plan), spring_row(plan.law)
     is_adaptive, is_mapping = method.adaptive, law.return_mapping is not None
     # If the storeys are visited in a loop, the code for the lowest storey follows the loop; otherwise each storey would
@@ -30,7 +32,8 @@ def names(plan: Plan) -> dict[str, object]:
         # accepted.
         "TAKES_MEMORY": (law.rate is not None and not is_multistep) or (is_mapping and is_adaptive),
         # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
-        # are integrated by the trapezoidal rule over accepted states; so they are if velocities lag half a step behind.
+        # are integrated by the trapezoidal rule over accepted states. The same rule is used if velocities are half a
+        # step behind.
         "TRAPEZOIDAL": (method.ends_in_stage and not is_adaptive) or method.halfway or is_multistep,
         "LAGS": method.halfway,
         # If the last stage is at the end of the step, its memory is the memory at the end of the step. In multistep
@@ -52,7 +55,7 @@ def names(plan: Plan) -> dict[str, object]:
 
 
 def visit_storey():
-    """A stage's visit to storey i."""
+    """Statements that evaluate one stage of the method in storey i."""
     slot("before_storey")
     for j in range(LANES):
         slot("state_of_stage")

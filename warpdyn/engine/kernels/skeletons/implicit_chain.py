@@ -1,11 +1,11 @@
-"""The skeleton for shear chains under implicit methods: one tridiagonal system per step, solved in registers.
+"""The time loop of kernels for shear chains and implicit methods: one tridiagonal system per step, solved in registers.
 
-The unknowns are the accelerations at the end of the step (with Wilson's method, at t + theta h). The matrix has the
-form of a chain with a mass term per floor (including dampers to the ground) and a storey term
-s = (1 - force_lag) (gamma theta h c + beta (theta h)^2 k). A loop from the top down computes the residual and
-eliminates; a loop upwards substitutes. The pivot of a floor is the term of the storey below plus a positive term of the
-floors above, so that no digits cancel. A negative stiffness (P-Delta, loss of strength) reduces the mass term only a
-little.
+The unknowns of the system are the accelerations at the end of the step (with Wilson's method, at t + theta h). The
+matrix has the form of a chain with a mass term per floor (including dampers to the ground) and a storey term s = (1 -
+force_lag) (gamma theta h c + beta (theta h)^2 k). A loop from the top down computes the residual and eliminates; a loop
+upwards substitutes. The pivot of a floor is the term of the storey below plus a positive term of the floors above, so
+that no digits cancel. A negative stiffness (P-Delta, loss of strength) reduces the mass term only a little. This
+function is a skeleton: `compose` replaces its `slot(...)` statements by statements of parts.
 """
 
 from __future__ import annotations
@@ -16,13 +16,14 @@ from warpdyn.engine.kernels.stepping import search
 from warpdyn.engine.kernels.stepping.search import is_newton
 from warpdyn.engine.methods.table import METHODS
 
-# Newton's method needs 1 to 6 iterations; 20 to 50 if many storeys start or stop yielding in one long step. With modal
-# damping each iteration reduces the error by a constant factor, which in the worst case takes as many iterations.
+# Newton's method needs 1 to 6 iterations, and 20 to 50 if many storeys start or stop yielding in one long step. With
+# modal damping each iteration reduces the error by a constant factor, which in the worst case needs 20 to 50
+# iterations, too.
 MOST_ITERATIONS = 100
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions in the skeleton's text."""
+    """Return the objects to which names in the text of the time loop refer: {name: constant, type or function}."""
     import warp as wp
 
     dtype, method = DTYPES[plan.dtype], METHODS[plan.method]
@@ -40,7 +41,8 @@ def names(plan: Plan) -> dict[str, object]:
         # With beta = 0 the displacement and the restoring force are known; the system contains only mass and damping.
         "SOLVES_DRIFT": method.beta > 0,
         "NEWTON": is_newton(plan),
-        # Whether the forces of each accepted state are needed; those of the first state give the first acceleration.
+        # Whether the forces of each accepted state are needed. The forces of the first state always give the first
+        # acceleration.
         "SEES_FORCES": method.force_lag > 0,
         "most_walks": wp.constant(1 + (MOST_ITERATIONS if search.wanted(plan) else 1)),
         "TAKES_MEMORY": False,

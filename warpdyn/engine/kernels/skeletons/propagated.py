@@ -1,8 +1,10 @@
-"""The skeleton for linear structures: the exact method, and implicit methods with full matrices, by propagators.
+"""The time loop of kernels for linear structures: the exact method, and implicit methods with full matrices.
 
-The state is in coordinates of the undamped modes. A step adds an increment, a matrix times the state and the load
-(propagators.py). Increments are accurate in float32; a product with a matrix near the identity would not be. Recorders
-are called with a state at the start of the next step; an additional step of length zero calls them with the last state.
+The state is in coordinates of the undamped modes. A step adds an increment to the state; the increment is a matrix
+(propagator) times the state and the load (propagators.py). Increments are accurate in float32; a product with a matrix
+near the identity would not be. Recorders see a state at the start of the next step; after the last step, an additional
+step of length zero shows them the last state. This function is a skeleton: `compose` replaces its `slot(...)`
+statements by statements of parts.
 """
 
 from __future__ import annotations
@@ -31,13 +33,13 @@ FIELDS = {
 
 
 def names(plan: Plan) -> dict[str, object]:
-    """Return the constants, types and functions in the skeleton's text."""
+    """Return the objects to which names in the text of the time loop refer: {name: constant, type or function}."""
     import warp as wp
 
     dtype, method, load, n = DTYPES[plan.dtype], METHODS[plan.method], LOADS[plan.load], plan.dofs
     is_implicit, is_coupled = method.kind == "implicit", plan.damping != "classical"
-    # The state is (q, q'), and (q, q', q'') with increments of q'' only for implicit methods. Increments depend on the
-    # states and loads of all modes if these are coupled, otherwise on those of the same mode.
+    # The state is (q, q'). For implicit methods it is (q, q', q''), and only q'' has increments. If the modes are
+    # coupled, increments depend on the states and loads of all modes, otherwise on those of the same mode.
     states, rows = (3 * n, n) if is_implicit else (2 * n, 2 * n)
     columns, width = (states if is_coupled else 2), (n if load.is_history and not load.is_base else 1)
     inputs = 0 if plan.load == "free_vibration" else width if is_coupled else 1

@@ -1,1 +1,1 @@
-"""Parts of kernels that belong to methods: slopes of stages, implicit systems, adaptive steps."""
+"""Parts of kernels that integrate the motion in a step: slopes of stages, implicit systems, adaptive steps."""

@@ -1,4 +1,4 @@
-"""Adaptive methods: each sample divides a step of the time grid into parts, according to the estimated error."""
+"""Adaptive methods: each sample divides each step of the time grid into parts, according to the estimated error."""
 
 from warpdyn.engine.kernels.functions.adaptive import SHORTEST_PART, done_after, excess_of, next_part
 from warpdyn.engine.kernels.plan import tableau
@@ -30,10 +30,10 @@ def names(plan):
 
 def declare():
     whole_step = row()
-    done = row()  # shares of the step: finished, tried now, and to be tried next
+    done = row()  # fractions of the step: finished, tried now, and to be tried next
     part = row()
     trial = row()
-    excess = row()  # estimated error over what is allowed
+    excess = row()  # estimated error / tolerance
     size_u = row()  # the largest displacement and velocity so far, to which errors are relative
     size_v = row()
     accepted = indices()

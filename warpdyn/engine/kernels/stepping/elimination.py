@@ -1,4 +1,4 @@
-"""The tridiagonal system of an implicit step: elimination from the top down, substitution upwards."""
+"""Solution of the tridiagonal system of an implicit step: elimination from the top down, substitution upwards."""
 
 
 def wanted(plan):

@@ -1,11 +1,13 @@
 """Multistep methods: one evaluation of the forces per step; the unknowns are storey drifts and their changes per step.
 
 The acceleration of a drift is the difference of the accelerations of two floors, so that nothing is summed up over the
-storeys. Mass-proportional damping acts on the mean of the changes before and after a state, which costs nothing:
-w1 (1 + a0 h / 2) = w (1 - a0 h / 2) + A.
+storeys. Mass-proportional damping acts on the mean of the changes before and after a state. This needs no additional
+evaluation: w1 (1 + a0 h / 2) = w (1 - a0 h / 2) + A, where w and w1 are the changes of the drift before and after the
+state, a0 is the mass factor of the damping, h the step, and A the change by the other accelerations.
 
-The first step needs changes of the drifts before the start. They are those of a motion with the initial velocity, the
-acceleration that the first step finds, and the rate of the acceleration that the second step finds.
+The first step needs the changes of the drifts in the steps before the start. They are computed for a motion with the
+initial velocity, the acceleration that the first step finds, and the rate of the acceleration that the second step
+finds.
 """
 
 from warpdyn.engine.kernels.plan import keeps_drifts
@@ -41,8 +43,8 @@ def names(plan):
 
 
 def declare():
-    drifts = matrix()  # of the accepted state
-    rates = matrix()  # their rates
+    drifts = matrix()  # drifts in the accepted state [m]
+    rates = matrix()  # drift velocities in the accepted state [m/s]
     path = matrix()  # drifts without the correction
     moves = matrix()  # changes of the path in the last step
     carried = matrix()  # share of the last two changes in the rate at the end of the next step
@@ -144,7 +146,7 @@ def keep_acceleration():
 
 
 def after_storey():
-    """The accelerations of both floors of the storey above are known now."""
+    """Move the storey above: the accelerations of both of its floors are known now."""
     if i < N - 1:
         for j in range(LANES):
             moved_storey = i + 1
@@ -243,7 +245,7 @@ def end_steps():
 
 
 def correct_start():
-    # Until now the changes before the start were those at a constant velocity; now those at a constant acceleration.
+    # Until now, the changes before the start were computed for a constant velocity; now, for a constant acceleration.
     for i in range(N):
         for j in range(LANES):
             start_move = (carried[i, j] - of_second[j] * moves[i, j]) * (step[j] * inverse_weight_of_third)

@@ -1,4 +1,4 @@
-"""Explicit methods whose stages need the slopes of several earlier stages: all slopes of a step are kept."""
+"""Explicit methods whose stages need the slopes of several earlier stages: the kernel keeps all slopes of a step."""
 
 from warpdyn.engine.kernels.plan import keeps_slopes, tableau
 from warpdyn.engine.methods.table import METHODS
@@ -26,7 +26,7 @@ def names(plan):
         "slopes": wp.types.matrix(shape=(rows, plan.lanes), dtype=dtype),
         "memory_slopes": wp.types.matrix(shape=(max(1, rows * memory), plan.lanes), dtype=dtype),
         "memory_sums": wp.types.matrix(shape=(max(1, memory), plan.lanes), dtype=dtype),
-        # The final velocities of the event before are half a step behind already.
+        # The final velocities of the previous event are half a step behind already.
         "HALVES_FIRST_STEP": method.halfway and not plan.resumes,
     }
 

@@ -1,7 +1,7 @@
 """The search for the state at the end of an implicit step, if one solution of the linear system is not sufficient.
 
-Newton's method is used if storeys yield or dashpots are nonlinear. Modal damping has a full matrix; the effect of its
-entries outside of the three diagonals is found by iteration, too.
+Newton's method is used if storeys yield or dashpots are nonlinear. The matrix of modal damping is full, but the linear
+system contains only its three middle diagonals; iteration accounts for its other entries.
 """
 
 from warpdyn.engine.laws.springs import spring_row

@@ -1,4 +1,4 @@
-"""Explicit methods whose stages need only the last slope: slopes are summed up stage by stage, then added."""
+"""Explicit methods whose stages need only the last slope: the kernel adds the sum of all slopes once per step."""
 
 from warpdyn.engine.kernels.plan import keeps_drifts, keeps_slopes, tableau
 from warpdyn.engine.methods.table import METHODS
@@ -28,7 +28,7 @@ def begin_walk():
 
 
 def state_of_stage():
-    """A step's first stage stands where the step before has ended."""
+    """Set the drift and the velocity of a stage; the first stage starts from the accepted state."""
     if HANDS_DOWN:
         drift = own_u[j]
         vi = own_v[j]

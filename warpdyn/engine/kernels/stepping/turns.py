@@ -1,4 +1,8 @@
-"""Return-mapping laws: the error if a storey turns within a step, which the estimate of adaptive methods omits."""
+"""Adaptive methods and laws with a return mapping: the error if the velocity of a storey changes sign within a step.
+
+If a storey turns within a step, its drift passes a larger value than its drift at the end of the step. The error
+estimate of the method does not contain the resulting error.
+"""
 
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS

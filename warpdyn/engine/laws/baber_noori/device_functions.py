@@ -1,15 +1,14 @@
-"""Bouc-Wen law with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
+"""Device functions of the Bouc-Wen law with degradation and pinching (Baber and Wen 1981, Baber and Noori 1985).
 
 A hardening spring is parallel to a hysteretic force that is proportional to z, as in `bouc_wen`. Let e be the energy
-dissipated by z, divided by yield force times yield drift, and s the sign of the velocity. With A = 1 - deltaA e (at
-least 0), nu = 1 + deltaNu e and eta = 1 + deltaEta e,
+dissipated by z, divided by yield force times yield drift, v the drift velocity and s its sign. With A = 1 - deltaA e
+(at least 0), nu = 1 + deltaNu e and eta = 1 + deltaEta e,
 
     uy dz/dt = h v (A - nu |z|^n (gamma + beta s sign z)) / eta,    uy de/dt = (1 - alpha) z v,
 
-with uy the yield drift. Without pinching h = 1. With pinching (Foliente 1995),
-h = 1 - zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = zetas (1 - exp(-p e)),
-zeta2 = (psi + deltaPsi e) (lambda + zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z.
-Functions whose names end in 1 are for n = 1.
+where uy is the yield drift and alpha the hardening ratio. Without pinching h = 1. With pinching (Foliente 1995), h = 1
+- zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = zetas (1 - exp(-p e)), zeta2 = (psi + deltaPsi e) (lambda +
+zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z. Functions whose names end in 1 are for n = 1.
 """
 
 import enum
@@ -37,7 +36,7 @@ WEIGHTS = wp.constant(wp.types.vector(length=8, dtype=wp.float64)(_SHARES / 2))
 
 
 class M(Layout):
-    """The memory."""
+    """Memory of a storey: the history variables that its law keeps from step to step."""
 
     Z = enum.auto()
     ENERGY = enum.auto()  # e: energy dissipated by z, divided by yield force times yield drift
@@ -49,7 +48,10 @@ def baber_noori_force(drift: Any, memory: Any, c: Any):
 
 
 def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
-    """Return the law with or without pinching; POWERS is False if the exponent n is 1, because powers are slow."""
+    """Return the device functions of the law, with or without pinching.
+
+    POWERS is False if the exponent n is 1; then the functions need no powers, which are slow.
+    """
 
     def rate(velocity: Any, memory: Any, c: Any):
         zero, one = type(velocity)(0.0), type(velocity)(1.0)
@@ -66,7 +68,7 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
             zeta1 = c[C.TOTAL_SLIP] * (one - exponential(-c[C.PINCHING_RATE] * energy))
             zeta2 = (c[C.PINCHING_SPREAD] + c[C.PINCHING_SPREAD_RATE] * energy) * (c[C.PINCHING_COUPLING] + zeta1)
             towards = wp.where(velocity < zero, -z, z)
-            # One quotient serves both.
+            # One division serves the two terms.
             share = one / (eta * nu * zeta2)
             apart = (nu * towards - c[C.PINCHING_LEVEL] * c[C.INVERSE_BETA_AND_GAMMA] * growth) * (eta * share)
             if POWERS:
@@ -83,7 +85,10 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         return slope
 
     def elastic_energy(drift: Any, memory: Any, c: Any):
-        """Return the energy that z returns as it unloads to 0, an integral of z; by quadrature if it pinches."""
+        """Return the energy [J] that the storey returns in unloading: that of the hardening spring and that of z.
+
+        The energy of z is an integral over z. With pinching, Gauss quadrature computes it.
+        """
         zero, one, half = type(drift)(0.0), type(drift)(1.0), type(drift)(0.5)
         z, energy = memory[M.Z], memory[M.ENERGY]
         growth = maximum(one - c[C.GROWTH_LOSS] * energy, type(drift)(LEAST_A))
@@ -106,7 +111,7 @@ def _baber_noori(name: str, PINCHES: bool, POWERS: bool) -> Spring:
         )
 
     def relaxation_rate(velocity: Any, memory: Any, c: Any):
-        """z settles at the rate of its equation's slope, at most; each part of it is taken at its steepest."""
+        """Return an upper bound of the rate [1/s] at which a deviation of z decays: the steepest slope of dz/dt."""
         one = type(velocity)(1.0)
         energy = maximum(memory[M.ENERGY], type(velocity)(0.0))
         slope = (one + c[C.STRENGTH_LOSS] * energy) * (c[C.BETA] + wp.abs(c[C.GAMMA]))

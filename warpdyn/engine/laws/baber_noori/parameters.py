@@ -1,8 +1,9 @@
 """Bouc-Wen storeys with degradation and pinching by dissipated energy (Baber and Wen 1981, Baber and Noori 1985).
 
-F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`. e is the energy dissipated by z, that is the integral of
-(1 - alpha) Fy z dd, divided by Fy dy, where dy = Fy / k is the yield drift. With A = 1 - deltaA e,
-nu = 1 + deltaNu e and eta = 1 + deltaEta e,
+The force is F = alpha k d + (1 - alpha) Fy z as in `bouc_wen`, with the hardening ratio alpha, the stiffness k, the
+drift d, its velocity v and the yield force Fy. e is the energy dissipated by z, that is the integral of (1 - alpha) Fy
+z dd, divided by Fy dy, where dy = Fy / k is the yield drift. With A = 1 - deltaA e, nu = 1 + deltaNu e and eta = 1 +
+deltaEta e,
 
     dy dz/dt = h v (A - nu |z|^n (gamma + beta sign(v z))) / eta,
     h = 1 - zeta1 exp(-((z sign v - q zu) / zeta2)^2),    zu = (A / (nu (beta + gamma)))^(1/n),
@@ -32,11 +33,11 @@ from warpdyn.engine.laws.law import Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; storeys without pinching have only the coefficients before TOTAL_SLIP."""
+    """Coefficients of the device functions; storeys without pinching use only the coefficients before TOTAL_SLIP."""
 
     HARDENING_STIFFNESS = enum.auto()
     HYSTERETIC_FORCE = enum.auto()
-    RATE = enum.auto()  # 1 / yield drift
+    RATE = enum.auto()  # 1 / yield drift [1/m]
     BETA = enum.auto()
     GAMMA = enum.auto()
     EXPONENT = enum.auto()
@@ -57,8 +58,9 @@ class Coefficient(Layout):
 class BaberNoori(BoucWen):
     """A Bouc-Wen storey with degradation and pinching by dissipated energy (OpenSees: BoucWen and BWBN).
 
-    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995); the help of its module has
-    the equations and the differences from OpenSees. Losses and rates are per energy divided by Fy dy (OpenSees: per J).
+    The law follows Baber and Wen (1981), Baber and Noori (1985) and Foliente (1995). The docstring of the module
+    `baber_noori.parameters` contains the equations and the differences from OpenSees. Losses and rates refer to the
+    dissipated energy divided by Fy dy, yield force times yield drift (OpenSees: to the energy in J).
 
     Example:
         >>> wd.laws.BaberNoori(yield_force=1e6, hardening_ratio=0.05, strength_loss=0.02)
@@ -108,7 +110,10 @@ class BaberNoori(BoucWen):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the fastest variant: no exponentials if no storey pinches, no powers if all exponents are 1."""
+        """Return the name of the fastest set of device functions for these parameters.
+
+        Sets without pinching need no exponentials; sets for the exponent 1 need no powers.
+        """
         name = "baber_noori_pinching" if np.any(p["total_slip"] > 0) else "baber_noori"
         return f"{name}_1" if np.all(p["exponent"] == 1) else name
 

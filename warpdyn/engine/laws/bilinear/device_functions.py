@@ -1,7 +1,7 @@
-"""Bilinear with kinematic hardening.
+"""Device functions of the bilinear law with kinematic hardening.
 
-A hardening spring acts in parallel with an elastic-perfectly-plastic spring. The memory is the plastic drift; return
-mapping clamps it to the range drift - yield drift to drift + yield drift.
+A hardening spring acts in parallel with an elastic-perfectly-plastic spring. The memory is the plastic drift. The
+return mapping limits the plastic drift to the range from (drift - yield drift) to (drift + yield drift).
 """
 
 import enum
@@ -16,7 +16,7 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class M(Layout):
-    """The memory."""
+    """Memory of a storey: the history variable that its law keeps from step to step."""
 
     PLASTIC_DRIFT = enum.auto()
 

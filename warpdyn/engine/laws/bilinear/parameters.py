@@ -1,4 +1,4 @@
-"""Bilinear storeys with kinematic hardening, and elastic-perfectly-plastic ones."""
+"""Bilinear storeys with kinematic hardening, and elastic-perfectly-plastic storeys."""
 
 from __future__ import annotations
 

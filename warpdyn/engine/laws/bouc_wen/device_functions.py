@@ -1,8 +1,9 @@
-"""Bouc-Wen: a hardening spring in parallel with a hysteretic force that is proportional to z.
+"""Device functions of the Bouc-Wen law: a hardening spring in parallel with a hysteretic force proportional to z.
 
-uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), where uy is the yield drift. Powers are slow, so there are separate
-functions for the exponents n = 1 and 2. In the usual case n = 1 and beta = gamma, storeys unload along a straight line;
-the functions for this case use z divided by its bound 1 / (2 beta), so that they do not need beta and gamma.
+uy dz/dt = v - |z|^n (beta |v| sign z + gamma v), where uy is the yield drift and v the drift velocity. Powers are slow,
+so there are separate functions for the exponents n = 1 and 2. In the usual case n = 1 and beta = gamma, storeys unload
+along a straight line; the functions for this case use z divided by its bound 1 / (2 beta), so that they do not need
+beta and gamma.
 """
 
 from typing import Any
@@ -28,7 +29,7 @@ def bouc_wen_elastic_energy(drift: Any, memory: Any, c: Any):
     )
 
 
-# Deviations of z decay at most at the rate n (beta + |gamma|) |z|^(n-1) |v| / uy. If this rate depends on z, it is
+# Rate at which deviations of z decay, at most: n (beta + |gamma|) |z|^(n-1) |v| / uy. If this rate depends on z, it is
 # computed in every stage, because a step that is too long moves z beyond its bound, where the rate is higher.
 @wp.func
 def bouc_wen_1_elastic_unloading_relaxation_rate(velocity: Any, memory: Any, c: Any):
@@ -93,7 +94,7 @@ def bouc_wen_rate(velocity: Any, memory: Any, c: Any):
 
 
 def _row(name: str, rate: wp.Function, relaxation_rate: wp.Function, *, relaxes_by_velocity: bool = False) -> Spring:
-    """Return the device functions of a variant; variants differ in dz/dt."""
+    """Return the device functions of a variant of the law; the variants differ in the function for dz/dt."""
     return Spring(
         bouc_wen_force,
         None,

@@ -1,4 +1,8 @@
-"""Bouc-Wen storeys (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z with |z| <= (beta + gamma)^(-1/n)."""
+"""Bouc-Wen storeys (Bouc 1967, Wen 1976).
+
+The force is F = alpha k d + (1 - alpha) Fy z with |z| <= (beta + gamma)^(-1/n), where alpha is the hardening ratio, k
+the stiffness, d the drift, Fy the yield force and n the exponent.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +16,10 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions.
+    """Coefficients of the device functions of a Bouc-Wen storey.
 
-    EXPONENT is used only if it is neither 1 nor 2, BETA_RATE and GAMMA_RATE only if n is not 1 or beta and gamma
-    differ.
+    EXPONENT is used only if it is neither 1 nor 2. BETA_RATE and GAMMA_RATE are used only if the exponent is not 1, or
+    if beta and gamma differ.
     """
 
     HARDENING_STIFFNESS = enum.auto()
@@ -29,10 +33,11 @@ class Coefficient(Layout):
 class BoucWen(Law):
     """A Bouc-Wen storey (Bouc 1967, Wen 1976): F = alpha k d + (1 - alpha) Fy z.
 
-    `(Fy / k) dz/dt = v - |z|^n (beta |v| sign z + gamma v)`, where v is the velocity. -beta < gamma <= beta is
-    required; otherwise z grows without bound, or the storey returns more energy than was put in (Erlicher and Point
-    2004). To obtain the same storey with OpenSees' BoucWen, multiply beta and gamma by (Fy / k)^-n and set Ao = 1; its
-    z is a deformation, Fy / k times the z of this class.
+    alpha is the hardening ratio, k the stiffness, d the drift and Fy the yield force. `(Fy / k) dz/dt = v - |z|^n (beta
+    |v| sign z + gamma v)`, where v is the drift velocity and n the exponent. -beta < gamma <= beta is required;
+    otherwise z grows without bound, or the storey returns more energy than was put in (Erlicher and Point 2004). To
+    obtain the same storey with OpenSees' BoucWen, multiply beta and gamma by (Fy / k)^-n and set Ao = 1; its z is a
+    deformation, Fy / k times the z of this class.
 
     Example:
         >>> wd.laws.BoucWen(yield_force=1e6, hardening_ratio=0.05, exponent=2)
@@ -56,10 +61,11 @@ class BoucWen(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the fastest variant: exponents 1 and 2 need no power, which would take most of the time.
+        """Return the name of the fastest set of device functions for these parameters.
 
-        Storeys with exponent 1 and beta = gamma need two coefficients less. This variant is used only if beta and gamma
-        are the same constant in all storeys, because `p` contains only a few values of a random parameter.
+        Exponents 1 and 2 need no power, which would take most of the time. Storeys with exponent 1 and beta = gamma
+        need two coefficients less. Their set is used only if beta and gamma are the same constant in all storeys,
+        because `p` contains only a few values of a random parameter.
         """
         beta = np.ravel(p["beta"])[0]
         if all(np.all(p[name] == value) for name, value in {"exponent": 1, "beta": beta, "gamma": beta}.items()):
@@ -91,7 +97,7 @@ class BoucWen(Law):
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on beta and gamma that contradict each other, or None."""
+        """Return a sentence about beta and gamma that contradict each other, or None."""
         beta, gamma = np.broadcast_arrays(p["beta"], p["gamma"])
         bad = (gamma <= -beta) | (gamma > beta)
         if not np.any(bad):
@@ -104,10 +110,10 @@ class BoucWen(Law):
 
     @staticmethod
     def stiffest(p: Values) -> np.ndarray:
-        """Return the stiffness at the start of unloading from the bound of z, where it is largest.
+        """Return the largest tangent stiffness [N/m] of storeys, shape [structure, storey].
 
-        In unloading, (Fy / k) dz/dd = 1 + (beta - gamma) |z|^n, where |z|^n is at most 1 / (beta + gamma). In loading,
-        it is at most 1.
+        The tangent stiffness is largest at the start of unloading from the bound of z. In unloading, (Fy / k) dz/dd = 1
+        + (beta - gamma) |z|^n, where |z|^n is at most 1 / (beta + gamma). In loading, (Fy / k) dz/dd is at most 1.
         """
         beta, gamma, hardening = p["beta"], p["gamma"], p["hardening_ratio"]
         return p["stiffness"] * (1 + (1 - hardening) * (beta - gamma) / (beta + gamma))

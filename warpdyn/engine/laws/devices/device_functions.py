@@ -1,12 +1,12 @@
-"""Device functions of friction dampers and stops.
+"""Device functions of friction dampers and of stops (gap elements).
 
 A friction damper is a brace in series with a friction joint. The memory is the slip of the joint. The joint sticks if
-the slip differs from the drift by at most the slip drift; return mapping clamps the slip to this range.
+the slip differs from the drift by at most the slip drift; the return mapping limits the slip to this range.
 
 A stop acts beyond a clearance and returns a part of its compression energy. Let k be its unloading stiffness, l the
-lost share of the energy and p the compression. In loading, the force is (1 - l) k p. In unloading, it decreases with
-the stiffness k and reaches zero at the compression l times the largest p. After the contact ends, the stop recovers.
-The memory is the compression at which the force is zero.
+fraction of the energy that is lost, and p the compression. In loading, the force is (1 - l) k p. In unloading, it
+decreases with the stiffness k and reaches zero at the compression l times the largest p. After the contact ends, the
+stop recovers its shape. The memory is the compression at which the force is zero.
 """
 
 import enum
@@ -21,13 +21,13 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class FrictionMemory(Layout):
-    """The memory of a friction damper."""
+    """Memory of a friction damper: the history variable that it keeps from step to step."""
 
     SLIP = enum.auto()  # slip of the joint
 
 
 class StopMemory(Layout):
-    """The memory of a stop."""
+    """Memory of a stop: the history variable that it keeps from step to step."""
 
     LOST = enum.auto()  # compression at which the force is zero
 
@@ -71,7 +71,7 @@ def friction_damper_memory_after(drift: Any, increment: Any, memory: Any, c: Any
 
 @wp.func
 def gap_pressed(drift: Any, c: Any):
-    """Return the compression of the stop."""
+    """Return the compression of the stop at a drift [m]; 0 without contact."""
     clearance = wp.where(drift < type(drift)(0.0), c[Stop.CLEARANCE_BEHIND], c[Stop.CLEARANCE_AHEAD])
     return maximum(wp.abs(drift) - clearance, type(drift)(0.0))
 

@@ -1,4 +1,7 @@
-"""Devices that act in parallel with the law of a storey; the strength is 0 in storeys without the device."""
+"""Devices that act in parallel with the law of a storey: dampers and stops.
+
+In storeys without a device, the strength of the device (force, stiffness or coefficient) is 0.
+"""
 
 from __future__ import annotations
 
@@ -20,19 +23,19 @@ RESTITUTION = Parameter(
 
 
 class FrictionCoefficient(Layout):
-    """Coefficients of a friction damper."""
+    """Coefficients of the device functions of a friction damper."""
 
     BRACE_STIFFNESS = enum.auto()
     SLIP_DRIFT = enum.auto()  # drift at which the joint starts to slip
 
 
 class StopCoefficient(Layout):
-    """Coefficients of a stop."""
+    """Coefficients of the device functions of a stop."""
 
     UNLOADING_STIFFNESS = enum.auto()
     CLEARANCE_AHEAD = enum.auto()
     CLEARANCE_BEHIND = enum.auto()
-    ENERGY_LOST = enum.auto()  # lost share of the compression energy
+    ENERGY_LOST = enum.auto()  # fraction of the compression energy that is lost
 
 
 class FrictionDamper(Device):
@@ -76,7 +79,7 @@ class FrictionDamper(Device):
 class Gap(Device):
     """A stop that acts beyond a clearance, in both directions of the storey drift.
 
-    In unloading, it returns the square of the coefficient of restitution times its compression energy.
+    In unloading, the stop returns a fraction of its compression energy: the square of the coefficient of restitution.
 
     Example:
         >>> wd.laws.Gap(clearance=0.05, contact_stiffness=5e8, restitution=0.6)
@@ -96,7 +99,7 @@ class Gap(Device):
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        given_back = p["restitution"] ** 2  # returned share of the compression energy
+        given_back = p["restitution"] ** 2  # fraction of the compression energy that is returned
         ahead = np.broadcast_to(p["clearance"], given_back.shape)
         return {
             "unloading_stiffness": p["contact_stiffness"] / given_back,
@@ -161,18 +164,25 @@ class ViscousDamper(Device):
 
 
 def kind_of_dampers(devices: tuple[str, ...], p: Values) -> str:
-    """Return "none", "linear" or "power" (the force of viscous dampers is a power of the velocity)."""
+    """Return the kind of the viscous dampers of a building: "none", "linear" or "power".
+
+    "power" means that the force of a damper is proportional to a power of the velocity other than 1.
+    """
     if ViscousDamper.name not in devices:
         return "none"
     return "linear" if np.all(p["velocity_exponent"] == 1) else "power"
 
 
 def damper_values(p: Values) -> tuple[np.ndarray, ...]:
-    """Return the values that kernels need for viscous dampers: coefficient, exponent minus 1, linear velocity."""
+    """Return the arrays that kernels need for viscous dampers, each [structure, storey].
+
+    The arrays are the coefficient [N s/m], the velocity exponent minus 1, and the velocity [m/s] below which the damper
+    is linear.
+    """
     return p["damper_coefficient"], p["velocity_exponent"] - 1, p["linear_velocity"]
 
 
 def steepest_damping(p: Values) -> np.ndarray:
-    """Return the slope of the force of the viscous dampers at rest [N s/m], where it is largest."""
+    """Return the largest slope of the force of viscous dampers [N s/m], at velocity 0, shape [structure, storey]."""
     coefficient, exponent_less_1, velocity = damper_values(p)
     return coefficient * velocity**exponent_less_1

@@ -1,7 +1,7 @@
-"""Viscous dampers whose force is a power of the velocity, and linear at small velocities.
+"""Device functions of viscous dampers, whose force is a power of the velocity, and linear at small velocities.
 
-The force is c0 v max(|v|, c2)^c1, with c1 the velocity exponent minus 1. The slope of a power is infinite at rest, so
-the force is linear below the velocity c2, as is common practice.
+The force is c0 v max(|v|, c2)^c1, where v is the velocity, c0 the damper coefficient, c1 the velocity exponent minus 1,
+and c2 the velocity below which the damper is linear. Without the linear range, the slope at rest would be infinite.
 """
 
 from typing import Any
@@ -10,7 +10,7 @@ import warp as wp
 
 from warpdyn.engine.device.extrema import maximum
 
-VALUES = 3  # per storey
+VALUES = 3  # number of values per storey
 
 
 @wp.func

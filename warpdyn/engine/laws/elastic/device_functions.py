@@ -1,4 +1,4 @@
-"""The linear storey."""
+"""Device functions of the linear elastic storey."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Linear storeys."""
+"""Linear elastic storeys."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from warpdyn.engine.laws.law import Law, Layout, Values
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions."""
+    """Coefficients of the device functions of a linear elastic storey."""
 
     STIFFNESS = enum.auto()
 
 
 class Elastic(Law):
-    """A linear storey: F = k d.
+    """A linear elastic storey: force = stiffness * drift.
 
     Example:
         >>> wd.laws.Elastic()

@@ -1,5 +1,6 @@
-"""Trilinear backbone with pinching, damage by ductility and energy, and softer unloading (OpenSees: Hysteretic).
+"""Device functions of the law Hysteretic (as in OpenSees).
 
+The law has a trilinear backbone, pinching, damage by ductility and energy, and an unloading stiffness that decreases.
 Drifts and forces are divided by the yield drift and yield force of the positive side. Their signs are changed if the
 storey moves in the negative direction, so that one set of rules serves both directions ("ahead" is the direction of
 movement). If a line can be followed in one direction only, its other end is the drift of the last step.
@@ -17,18 +18,21 @@ from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions, kept_force
 from warpdyn.engine.laws.spring import Spring
 
-FARTHEST = wp.constant(wp.float64(1e16))  # m: limit of a target drift, which damage increases in each cycle
+FARTHEST = wp.constant(wp.float64(1e16))  # [m] limit of a target drift, which damage increases in each cycle
 # A line ends just before zero force: the rules depend on the sign of the force, and rounding must not decide it.
 LEAST_FORCE = wp.constant(wp.float64(1e-3))
 NO_END = wp.constant(wp.float64(1e30))
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces of the positive side."""
+    """Memory of a storey: the history variables that its law keeps from step to step.
+
+    Drifts and forces are divided by those at yield on the positive side.
+    """
 
     DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
-    FARTHEST_AHEAD = enum.auto()  # drift aimed at on the positive side; damage moves it out
+    FARTHEST_AHEAD = enum.auto()  # target drift of reloading on the positive side; damage increases it
     FARTHEST_BEHIND = enum.auto()
     WORK = enum.auto()
     LOWER_END = enum.auto()  # drifts between which the storey stays on its line
@@ -44,7 +48,10 @@ MEMORY = wp.constant(len(M))
 
 @wp.func
 def hysteretic_backbone(x: Any, c: Any):
-    """Force of the backbone at a drift, and its slope just before this drift."""
+    """Return the force of the backbone at a drift x, and the slope of the backbone just before x.
+
+    Drifts are divided by the yield drift, forces by the yield force, slopes by the initial stiffness.
+    """
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
     third = second - c[C.SECOND_LENGTH]
@@ -60,7 +67,11 @@ def hysteretic_backbone(x: Any, c: Any):
 
 @wp.func
 def hysteretic_backbone_of_side(x: Any, is_positive: bool, c: Any):
-    """Force and slope of the backbone of one side of an asymmetric storey, as `hysteretic_backbone`."""
+    """Return the force of the backbone of one side (positive or negative) at a drift x, and its slope just before x.
+
+    The backbones of the two sides differ. Drifts, forces and slopes are divided by yield drift, yield force and initial
+    stiffness of the positive side.
+    """
     zero = type(x)(0.0)
     stiffness = wp.where(is_positive, type(x)(1.0), c[C.STIFFNESS_NEGATIVE])
     yields = wp.where(is_positive, type(x)(1.0), c[C.YIELD_DRIFT_NEGATIVE])
@@ -78,7 +89,7 @@ def hysteretic_backbone_of_side(x: Any, is_positive: bool, c: Any):
 
 
 def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
-    """Return the function of a step, for symmetric or asymmetric backbones."""
+    """Return the device function of a step, for storeys with equal (symmetric) or different backbones on both sides."""
 
     def backbone(x: Any, is_positive: bool, c: Any):
         if ASYMMETRIC:
@@ -88,7 +99,10 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
     backbone = device_functions(name, backbone)["backbone"]
 
     def behind_yield(is_up: bool, c: Any):
-        """Yield drift of the side behind, and the drift there beyond which the backbone is on its third part."""
+        """Return two drifts of the side from which the storey moves away.
+
+        The first drift is the yield drift of this side; beyond the second drift, its backbone is on the third segment.
+        """
         if ASYMMETRIC:
             yields = wp.where(is_up, c[C.YIELD_DRIFT_NEGATIVE], type(c[0])(1.0))
             return yields, yields + wp.where(is_up, c[C.SECOND_LENGTH_NEGATIVE], c[C.SECOND_LENGTH])
@@ -98,11 +112,12 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
     behind_yield = device_functions(name, behind_yield)["behind_yield"]
 
     def hysteretic_step(x: Any, is_up: bool, memory: Any, c: Any, flexibility_ahead: Any, flexibility_behind: Any):
-        """Return the state after a step to a drift, upwards if `is_up`.
+        """Return the state of a storey after a step to the drift x, upwards (in the positive direction) if `is_up`.
 
-        These are the force, the slope, the direction, the farthest drift ahead and the drift of zero force behind, then
-        the slope of the line that the storey follows from there and the drift at which this line ends. The force and
-        the drifts are mirrored. A flexibility is 1 over the unloading stiffness.
+        The results are the force, the slope, the direction, the target drift ahead, and the drift at which unloading
+        from behind reached zero force; then the slope of the line that the storey follows from there, and the drift at
+        which this line ends. Force and drifts have changed signs if the storey moves in the negative direction. A
+        flexibility is 1 / (unloading stiffness).
         """
         zero, one = type(x)(0.0), type(x)(1.0)
         way = wp.where(is_up, one, -one)
@@ -121,7 +136,7 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
             second_length = wp.where(is_up, second_length, c[C.SECOND_LENGTH_NEGATIVE])
             third_slope = wp.where(is_up, third_slope, c[C.THIRD_SLOPE_NEGATIVE])
             third_length = wp.where(is_up, third_length, c[C.THIRD_LENGTH_NEGATIVE])
-            # Value of the side that the storey leaves.
+            # These values belong to the side that the storey leaves.
             second_is_gone = wp.where(is_up, c[C.SECOND_IS_GONE_NEGATIVE], second_is_gone)
             third_is_gone = wp.where(is_up, c[C.THIRD_IS_GONE_NEGATIVE], third_is_gone)
         yields_behind, third_behind = behind_yield(is_up, c)
@@ -142,7 +157,8 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
             type(x)(FARTHEST) * c[C.INVERSE_YIELD_DRIFT],
         )
         strength, slope = backbone(target, is_up, c)
-        # A side whose backbone has fallen to zero force has none again before the drift at which it did.
+        # If the backbone of a side has fallen to zero force, the force is zero again until the drift at which it fell
+        # to zero.
         gone = wp.where(behind <= third_behind, second_is_gone, third_is_gone)
         start = maximum(wp.where(behind <= yields_behind, released, -gone), released)
         pinched = c[C.PINCHING_FORCE] * strength
@@ -199,11 +215,15 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
 
 
 def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
-    """Return a variant; SOFTENS: with an unloading exponent (two powers per force), ASYMMETRIC: with two backbones."""
+    """Return the device functions of a variant of the law.
+
+    SOFTENS: with an unloading exponent, which needs two powers per force. ASYMMETRIC: with different backbones on both
+    sides.
+    """
     hysteretic_step = _step_function(name, ASYMMETRIC)
 
     def flexibility(farthest: Any, is_positive: bool, c: Any):
-        """1 over the stiffness with which a side unloads from its farthest drift."""
+        """Return 1 / (unloading stiffness) of a side, for its farthest drift so far."""
         one = type(farthest)(1.0)
         if ASYMMETRIC:
             stiffness = wp.where(is_positive, one, c[C.STIFFNESS_NEGATIVE])
@@ -213,7 +233,8 @@ def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
             softened = power_of(reached / yields, c[C.UNLOADING_EXPONENT])
             return minimum(softened / stiffness, reached / maximum(strong, stiffness * yields))
         if SOFTENS:
-            # Unloading is no softer than towards the origin, or than elastic if the backbone is below yield.
+            # The unloading stiffness is at least that of the line to the origin. If the backbone is below yield, it is
+            # elastic.
             reach = maximum(farthest, one)
             strength, _steep = hysteretic_backbone(reach, c)
             return minimum(power_of(reach, c[C.UNLOADING_EXPONENT]), reach / maximum(strength, one))
@@ -278,7 +299,7 @@ def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
         after[M.DIRECTION] = way
         after[M.RELEASED_BEHIND] = wp.where(is_up, released, memory[M.RELEASED_BEHIND])
         after[M.RELEASED_AHEAD] = wp.where(is_up, memory[M.RELEASED_AHEAD], released)
-        # If both sides have been aimed at and neither has yielded, the line leads both ways.
+        # If both sides have a target drift and neither has yielded, the line continues in both directions.
         one = type(drift)(1.0)
         is_elastic = after[M.FARTHEST_AHEAD] == one and after[M.FARTHEST_BEHIND] == one and wp.abs(x) < one
         if ASYMMETRIC:

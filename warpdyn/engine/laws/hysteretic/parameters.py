@@ -2,11 +2,11 @@
 
 Beyond the last corner the backbone continues with its third slope if this slope is positive; otherwise the force is
 constant. For damage by energy, the dissipated energy is divided by the energy under both sides of the backbone. The
-negative side has the parameters of the positive side, except for those whose names end in `_negative`.
+negative side has the parameters of the positive side, except for the parameters whose names end in `_negative`.
 
 Differences from OpenSees:
 
-- No part of a backbone may be stiffer than its first part, and no corner may have a negative force.
+- No segment of a backbone may be stiffer than its first segment, and no corner may have a negative force.
 - The unloading stiffness is at least that of the line to the origin. In OpenSees it can be smaller, with an exponent
   near 1 and a force above yield: unloading then ends beyond the origin, the force jumps in reloading, and cycles
   generate energy.
@@ -38,15 +38,15 @@ NEVER = 1e30  # yield drifts
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in units of the positive side's yield drift and yield force."""
+    """Coefficients of the device functions; lengths and slopes are relative to the yield point of the positive side."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
-    SECOND_LENGTH = enum.auto()  # length of the second part of the backbone
+    SECOND_LENGTH = enum.auto()  # length of the second segment of the backbone
     SECOND_SLOPE = enum.auto()
     THIRD_SLOPE = enum.auto()
     THIRD_LENGTH = enum.auto()
-    SECOND_IS_GONE = enum.auto()  # drift at which the second part reaches zero force
+    SECOND_IS_GONE = enum.auto()  # drift at which the second segment reaches zero force
     THIRD_IS_GONE = enum.auto()
     PINCHING_DRIFT = enum.auto()
     PINCHING_FORCE = enum.auto()
@@ -71,7 +71,7 @@ STIFFNESS_RATIO = Parameter(
 class Hysteretic(Law):
     """A trilinear storey with pinching, damage and softer unloading (OpenSees: Hysteretic).
 
-    The help of its module lists the rules and the differences from OpenSees.
+    The docstring of the module `hysteretic.parameters` lists the rules and the differences from OpenSees.
 
     Example:
         >>> wd.laws.Hysteretic(yield_force=1e6, ductility_2=4, force_ratio_2=1.2, ductility_3=10, force_ratio_3=0.6)
@@ -122,7 +122,7 @@ class Hysteretic(Law):
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """Return whether the storeys have damage: then each reversal near zero force increases the target drift."""
+        """Return whether the storeys accumulate damage: then each reversal near zero force increases a target drift."""
         return bool(np.any(p["damage_by_ductility"] > 0) or np.any(p["damage_by_energy"] > 0))
 
     @classmethod
@@ -166,7 +166,10 @@ class Hysteretic(Law):
 
 
 def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """Return the coefficients of the backbone of a side and the energy under it; units: its yield drift and force."""
+    """Return the coefficients of one side of the backbone: {name: array}, and the energy under the backbone.
+
+    Drifts are divided by the yield drift of this side, forces by its yield force, and the energy by their product.
+    """
     (_, d2, d3), (_, f2, f3) = corners(p, 3)
     second, third = (f2 - 1) / (d2 - 1), (f3 - f2) / (d3 - d2)
     side = {

@@ -1,4 +1,4 @@
-"""The law of Ibarra, Medina and Krawinkler (2005) with bilinear hysteresis, with the rules of OpenSees' IMKBilin.
+"""Device functions of the law of Ibarra, Medina and Krawinkler (2005) with bilinear hysteresis (OpenSees: IMKBilin).
 
 The force changes with the unloading stiffness until it meets the backbone of the side (positive or negative) towards
 which the storey moves. The backbone of a side deteriorates each time the force takes the sign of this side.
@@ -23,11 +23,14 @@ from warpdyn.engine.laws.spring import Spring
 
 ALL = wp.constant(
     wp.float64(2.0)
-)  # loss of strength down to the residual force, or loss of all strength (stored as a loss of slope)
+)  # stored if the strength has fallen to the residual force, or (as a loss of slope) if all strength is lost
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; the values of `Common` come first."""
+    """Memory of a storey: the history variables that its law keeps from step to step; those of `Common` come first.
+
+    Drifts and forces are divided by the yield drift and yield force of the positive side.
+    """
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
@@ -35,7 +38,7 @@ class M(Layout):
     ENERGY = enum.auto()
     ENERGY_BEFORE = enum.auto()
     STATE = enum.auto()  # 0 elastic, 1 yielded, 2 at the residual force; plus 4 on a backbone
-    STRENGTH_LOSS_ABOVE = enum.auto()  # positive side: losses of yield force, hardening slope and capping line
+    STRENGTH_LOSS_ABOVE = enum.auto()  # on the positive side: losses of yield force, hardening slope and capping line
     SLOPE_LOSS_ABOVE = enum.auto()
     CAPPING_LOSS_ABOVE = enum.auto()
     STRENGTH_LOSS_BELOW = enum.auto()
@@ -45,7 +48,10 @@ class M(Layout):
 
 
 def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
-    """Return a variant of the law; POWERS is False if the exponent of deterioration is 1."""
+    """Return the device functions of a variant of the law.
+
+    POWERS is False if the exponent of deterioration is 1. ASYMMETRIC is True if the backbones of the two sides differ.
+    """
     names, exponent, first_negative = row_of(IbarraMedinaKrawinklerBilinear, POWERS, ASYMMETRIC)
     EXPONENT = wp.constant(exponent)
     of_side = side_rules(name, first_negative)
@@ -70,7 +76,7 @@ def _law(name: str, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
         return u != memory[M.DRIFT] and (turns or crosses)
 
     def following(BY_RULES: bool) -> Callable:
-        """Return the function that follows the path: by all rules, or for storeys that stay on their line."""
+        """Return the device function for a step: by all rules, or only for storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)

@@ -1,4 +1,4 @@
-"""Common rules of the laws of Ibarra, Medina and Krawinkler (2005): backbones, and deterioration by energy.
+"""Rules that the laws of Ibarra, Medina and Krawinkler (2005) share: backbones, and deterioration by dissipated energy.
 
 Drifts and forces are divided by the yield drift and yield force of the positive side, so the initial stiffness is 1. A
 backbone consists of the hardening line and the falling capping line. Without deterioration, the energy capacity of a
@@ -22,23 +22,23 @@ SMALLEST = wp.constant(wp.float64(1e-30))  # smallest divisor, to avoid division
 
 
 class Common(Layout):
-    """The first memory values of all laws of this folder, in yield drifts and yield forces."""
+    """The first history variables of all laws in this folder, in units of yield drift and yield force."""
 
     DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
-    STIFFNESS_LOSS = enum.auto()  # lost share of the unloading stiffness
+    STIFFNESS_LOSS = enum.auto()  # fraction of the unloading stiffness that is lost
     ENERGY = enum.auto()  # energy dissipated so far
     ENERGY_BEFORE = enum.auto()  # energy dissipated before the last change of the sign of the force
 
 
 def side_rules(name: str, FIRST_NEGATIVE: int | None) -> Callable:
-    """Return the function `(is_up, c) -> values` for the backbone of the side towards which a storey moves.
+    """Return the device function `(is_up, c) -> values` for the backbone of the side towards which a storey moves.
 
     The values are yield force, hardening slope, falling slope, height of the capping line, residual force, ultimate
     drift, and deterioration rate.
 
     Args:
-        name: Start of the device function's name.
+        name: Prefix of the name of the device function.
         FIRST_NEGATIVE: Index of the first coefficient of the negative side; None if both sides are the same.
     """
     ASYMMETRIC = FIRST_NEGATIVE is not None
@@ -62,11 +62,11 @@ def side_rules(name: str, FIRST_NEGATIVE: int | None) -> Callable:
 
 
 def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
-    """Return the functions of deterioration; POWERS is False if the exponent is 1, because powers are slow.
+    """Return two device functions for deterioration; POWERS is False if the exponent is 1, because powers are slow.
 
     Returns:
-        `(spent, left, exponent) -> share`: the lost share of a strength or stiffness; `spent` is the energy of the last
-        excursion, `left` the remaining energy capacity.
+        `(spent, left, exponent) -> share`: the fraction of a strength or stiffness that is lost; `spent` is the energy
+        of the last excursion, `left` the remaining energy capacity.
         `(force, stiffness, energy, energy_before, exponent, c) -> stiffness, is_exhausted`: the unloading stiffness of
         a storey that turns back, and whether its energy capacity is exhausted.
     """
@@ -85,7 +85,7 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
         spent = maximum(energy - energy_before - elastic, type(force)(0.0))
         left = c[C.UNLOADING_CAPACITY] - (energy - elastic)
         deteriorated = stiffness * (type(force)(1.0) - share_of(spent, left, exponent))
-        # An excursion gives back no more energy than it took; with an almost exhausted stiffness it would give more.
+        # An excursion returns at most the energy that was put into it; an almost exhausted stiffness would return more.
         given = maximum(type(force)(2.0) * (energy - energy_before), type(force)(SMALLEST))
         least = minimum(force * force / given, stiffness)
         return maximum(deteriorated, least), spent > left
@@ -95,7 +95,11 @@ def energy_rules(POWERS: bool) -> tuple[Callable, Callable]:
 
 @wp.func
 def on_lines(drift: Any, intercept: Any, slope: Any, capping: Any, falling: Any, residual: Any):
-    """Return the force and the slope of a backbone at a drift, both positive on the side of the backbone."""
+    """Return the force and the slope of a backbone at a drift.
+
+    Drift and force are positive on the side of the backbone. The backbone is the hardening line `intercept + slope *
+    drift`, limited by the capping line `capping - falling * drift`, but not below the force `residual`.
+    """
     hardening = intercept + slope * drift
     capped = capping - falling * drift
     force = maximum(minimum(hardening, capped), residual)
@@ -119,13 +123,13 @@ def spring_of(
     Args:
         name: Prefix of the names of the device functions.
         follow: `(drift, memory, c) -> memory, tangent` after a step to the drift, in yield drifts and yield forces.
-        go_on: As `follow`, for a storey that stays on its line.
+        go_on: As `follow`, but only for a storey that stays on its line.
         leaves_line: `(drift, memory, c) -> bool`: whether the storey turns back or passes a corner in the step.
-        unloading: `(memory, c) -> stiffness, holds`: the unloading stiffness, and whether energy capacity is left.
+        unloading: `(memory, c) -> stiffness, holds`: the unloading stiffness, and whether energy capacity remains.
         of_side: Result of `side_rules`.
         memory: Number of memory values.
         values_on_line: Number of memory values, from the first, that may change along a line; None: all.
-        coefficients: Number of coefficients.
+        coefficients: Number of coefficients per storey.
     """
 
     follow, unloading, leaves_line = device_functions(name, follow, unloading, leaves_line).values()
@@ -158,8 +162,8 @@ def spring_of(
     def elastic_energy(drift: Any, memory: Any, c: Any):
         stiffness, holds = unloading(memory, c)
         zero = type(drift)(0.0)
-        # With an almost exhausted stiffness, unloading would give back more energy than was put in. Unloading ends at
-        # zero force, or at the ultimate drift of the other side.
+        # With an almost exhausted stiffness, unloading would return more energy than was put in. Unloading ends at zero
+        # force, or at the ultimate drift of the other side.
         force = wp.abs(memory[Common.FORCE])
         side = wp.where(memory[Common.FORCE] < zero, -type(drift)(1.0), type(drift)(1.0))
         _yields, _hardening, _falling, _height, _residual, ultimate, _rate = of_side(memory[Common.FORCE] < zero, c)

@@ -1,4 +1,4 @@
-"""The rows of the laws of Ibarra, Medina and Krawinkler."""
+"""Table of the device functions of all laws of Ibarra, Medina and Krawinkler."""
 
 from warpdyn.engine.laws.ibarra_medina_krawinkler import bilinear_rules, peak_oriented_rules
 

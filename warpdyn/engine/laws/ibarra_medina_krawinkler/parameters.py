@@ -6,11 +6,11 @@ names end in `_negative`; the initial stiffness is the same. An ultimate drift o
 
 Dissipated energy deteriorates the storey. Let E be the energy dissipated so far, Ei the energy dissipated since the
 last change of the sign of the force, Fy the yield force of the positive side, and beta = (Ei / (Lambda Fy - E))^c. Each
-mode of deterioration has its own Lambda, a drift.
+mode of deterioration has its own Lambda, a drift. D is the rate of deterioration and c its exponent.
 
 - Each time the force changes its sign, the backbone of the new side deteriorates: its yield force, hardening slope and
-  capping line decrease by the share D beta, and the drift of its farthest peak increases by the share D beta.
-- Each time the storey turns back, the unloading stiffness decreases by the share beta, without D.
+  capping line decrease by the fraction D beta, and the drift of its farthest peak increases by the fraction D beta.
+- Each time the storey turns back, the unloading stiffness decreases by the fraction beta, without D.
 
 The rules are those of OpenSees' IMKBilin, IMKPeakOriented and IMKPinching (of 2022 and 2023). Two of them are less
 known. When a bilinear storey has reached its residual force, its unloading stiffness is half the initial stiffness. A
@@ -23,14 +23,14 @@ Differences from OpenSees:
   single excursion increases E beyond Lambda Fy, the storey continues without further deterioration.
 - The reloading stiffness is at most the initial stiffness. In OpenSees the force jumps if the target peak is close to
   the point where the force changed its sign, or behind this point.
-- The residual force is a lower bound of the whole backbone. In OpenSees' IMKPeakOriented and IMKPinching this holds
-  only beyond the capping point, and the force jumps if deterioration has lowered the hardening part below it.
+- The residual force is a lower bound of the whole backbone. In OpenSees' IMKPeakOriented and IMKPinching it is a lower
+  bound only beyond the capping point, and the force jumps if deterioration has lowered the hardening line below it.
 - Lambda = 0 means no deterioration; OpenSees needs a large Lambda instead. An excursion that returns more energy than
-  it took causes no deterioration; OpenSees raises the negative energy to the exponent, which gives NaN for 1.5.
-- A storey that turns back from its backbone returns at most the energy that it took since the force last changed its
-  sign. This limits how small the unloading stiffness becomes. In OpenSees the stiffness approaches zero, and the
-  storey unloads over hundreds of yield drifts.
-- A rate D above 1 lowers a strength to zero at most. In OpenSees strengths can become negative.
+  was put into it causes no deterioration; OpenSees raises the negative energy to the exponent, which gives NaN for 1.5.
+- A storey that turns back from its backbone returns at most the energy that was put into it since the force last
+  changed its sign. This limits how small the unloading stiffness becomes. In OpenSees the stiffness approaches zero,
+  and the storey unloads over hundreds of yield drifts.
+- A rate D above 1 reduces a strength to zero at most. In OpenSees strengths can become negative.
 """
 
 from __future__ import annotations
@@ -47,10 +47,10 @@ from warpdyn.engine.laws.parameter import Parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in yield drifts and yield forces of the positive side.
+    """Coefficients of the device functions, in units of yield drift and yield force of the positive side.
 
-    A row consists of the coefficients that the law needs, then the exponent of deterioration if it may differ from 1,
-    then the coefficients of the negative side if it may differ from the positive side.
+    The coefficients of a variant are those of this list that the law needs, then the exponent of deterioration if it
+    may differ from 1, then the coefficients of the negative side if it may differ from the positive side.
     """
 
     INVERSE_YIELD_DRIFT = enum.auto()
@@ -60,7 +60,7 @@ class Coefficient(Layout):
     CAPPING_HEIGHT = enum.auto()  # force of the capping line at zero drift
     RESIDUAL_FORCE = enum.auto()
     ULTIMATE_DRIFT = enum.auto()
-    STRENGTH_CAPACITY = enum.auto()  # energy that exhausts a storey; infinite without deterioration
+    STRENGTH_CAPACITY = enum.auto()  # energy at which the yield force is exhausted; infinite without deterioration
     CAPPING_CAPACITY = enum.auto()
     UNLOADING_CAPACITY = enum.auto()
     DETERIORATION_RATE = enum.auto()  # D
@@ -70,7 +70,7 @@ class Coefficient(Layout):
 
 
 class Negative(Layout):
-    """Coefficients of the negative side, in units of the positive side."""
+    """Coefficients of the negative side, in units of yield drift and yield force of the positive side."""
 
     YIELD_FORCE = enum.auto()
     HARDENING_SLOPE = enum.auto()
@@ -106,7 +106,11 @@ RATE = Parameter("1", "rate D of deterioration", low=0.0, low_open=True, high=2.
 
 
 def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
-    """Return the rows of a law: without powers (which are slow on CPUs), with powers, and with two backbones."""
+    """Return the variants of a law and the names of their coefficients: {variant: names}.
+
+    The law has three variants: without powers (which are slow on CPUs), with powers, and with powers and two different
+    backbones.
+    """
     names = Coefficient.names(count)
     power = (*names, "deterioration_exponent")
     return {
@@ -117,17 +121,26 @@ def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
 
 
 def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, ...], int, int | None]:
-    """Return the coefficients of a row, the index of the exponent, and the first index of the negative side."""
+    """Return the names of a variant's coefficients, and the indices of two of them.
+
+    The two indices are those of the exponent of deterioration and of the first coefficient of the negative side (None
+    if the sides are equal).
+
+    Args:
+        law: Class of the law.
+        powers: Whether the exponent of deterioration may differ from 1.
+        asymmetric: Whether the backbones of the two sides may differ.
+    """
     names = law.rows[law.name + ("_asymmetric" if asymmetric else "_power" * powers)]
     common = len(law.rows[law.name])
     return names, common if powers else common - 1, common + 1 if asymmetric else None
 
 
 class _IbarraMedinaKrawinkler(Law):
-    """Common part of the three laws."""
+    """Base class of the three laws of Ibarra, Medina and Krawinkler."""
 
     is_linear_until_yield = True
-    corners = 3  # yield, capping point and the begin of the residual strength
+    corners = 3  # yield point, capping point and start of the residual strength
 
     @classmethod
     def spring(cls, p: Values) -> str:
@@ -138,7 +151,7 @@ class _IbarraMedinaKrawinkler(Law):
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """Storeys lose stiffness or strength at each reversal."""
+        """Return True: these storeys lose stiffness or strength at each reversal."""
         return True
 
     @staticmethod
@@ -153,8 +166,9 @@ class _IbarraMedinaKrawinkler(Law):
 class IbarraMedinaKrawinklerBilinear(_IbarraMedinaKrawinkler):
     """A storey with a capping point and cyclic deterioration, bilinear (OpenSees: IMKBilin).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
-    and the differences from OpenSees. The stiffness is OpenSees' Ke.
+    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of the module
+    `ibarra_medina_krawinkler.parameters` lists the rules and the differences from OpenSees. The storey stiffness is
+    OpenSees' Ke.
 
     Example:
         >>> wd.laws.IbarraMedinaKrawinklerBilinear(
@@ -201,8 +215,9 @@ class IbarraMedinaKrawinklerBilinear(_IbarraMedinaKrawinkler):
 class IbarraMedinaKrawinklerPeakOriented(_IbarraMedinaKrawinkler):
     """A storey with a capping point and cyclic deterioration that reloads towards peaks (OpenSees: IMKPeakOriented).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
-    and the differences from OpenSees. The stiffness is OpenSees' Ke.
+    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of the module
+    `ibarra_medina_krawinkler.parameters` lists the rules and the differences from OpenSees. The storey stiffness is
+    OpenSees' Ke.
 
     Example:
         >>> wd.laws.IbarraMedinaKrawinklerPeakOriented(
@@ -238,10 +253,11 @@ class IbarraMedinaKrawinklerPeakOriented(_IbarraMedinaKrawinkler):
 
 
 class IbarraMedinaKrawinklerPinching(_IbarraMedinaKrawinkler):
-    """A storey with a capping point and cyclic deterioration that pinches (OpenSees: IMKPinching).
+    """A storey with a capping point, cyclic deterioration and pinching (OpenSees: IMKPinching).
 
-    After Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The help of its module lists the rules
-    and the differences from OpenSees. The stiffness is OpenSees' Ke.
+    The law follows Ibarra, Medina and Krawinkler (2005) and Lignos and Krawinkler (2011). The docstring of the module
+    `ibarra_medina_krawinkler.parameters` lists the rules and the differences from OpenSees. The storey stiffness is
+    OpenSees' Ke.
 
     Example:
         >>> law = wd.laws.IbarraMedinaKrawinklerPinching(
@@ -290,7 +306,10 @@ class IbarraMedinaKrawinklerPinching(_IbarraMedinaKrawinkler):
 
 
 def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-    """Return the coefficients that all laws of this folder need, in yield drifts and forces of the positive side."""
+    """Return the coefficients that all laws of this folder need: {name: array}.
+
+    Drifts and forces are divided by the yield drift and yield force of the positive side.
+    """
     rate = p["stiffness"] / p["yield_force"]
 
     def capacity(name: str) -> np.ndarray:
@@ -317,7 +336,13 @@ def _coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
 
 
 def _side(p: Values, rate: np.ndarray, force: float | np.ndarray) -> dict[str, np.ndarray]:
-    """Return the coefficients of a side whose yield force is `force` times that of the positive side."""
+    """Return the coefficients of the backbone of one side: {name: array}.
+
+    Args:
+        p: Parameters of this side, under the names of the positive side.
+        rate: 1 / yield drift of the positive side [1/m].
+        force: Yield force of this side, divided by that of the positive side.
+    """
     peak, to_capping = p["capping_force_ratio"] * force, p["plastic_drift_to_capping"] * rate
     falling = peak / (p["post_capping_drift"] * rate)
     return {
@@ -331,7 +356,7 @@ def _side(p: Values, rate: np.ndarray, force: float | np.ndarray) -> dict[str, n
 
 
 def _problem(p: Values) -> str | None:
-    """Return a sentence on a contradiction between the parameters of a storey, or None."""
+    """Return a sentence about parameters of a storey that contradict each other, or None."""
     return _side_problem(p) or named_as_negative(_side_problem(negative_side(p)), p)
 
 
@@ -347,7 +372,7 @@ def _side_problem(p: Values) -> str | None:
             "capping_force_ratio",
             p["capping_force_ratio"] >= rise,
             rise,
-            "below {:g}, or the hardening part is as stiff as the elastic one",
+            "below {:g}, because the hardening line must be less stiff than the elastic line",
         ),
         ("ultimate_drift", low, yield_drift, "0 (strength is never lost), or above the yield drift of {:g} m"),
     ):

@@ -1,9 +1,9 @@
-"""The laws of Ibarra, Medina and Krawinkler (2005) that reload towards peaks, with the rules of OpenSees' materials.
+"""Device functions of the laws of Ibarra, Medina and Krawinkler (2005) that reload towards peaks, as in OpenSees.
 
 IMKPeakOriented: when the force has changed its sign, the storey reloads towards the last peak or the farthest peak of
-the new side, whichever gives the steeper line. IMKPinching: the storey first reloads towards a lower point. Each time
-the force changes its sign, the backbone of the new side deteriorates, and the drift of its farthest peak increases. The
-force at the farthest peak is the force of the backbone there.
+the new side; it chooses the peak with the steeper line. IMKPinching: the storey first reloads towards a lower point,
+the pinching point. Each time the force changes its sign, the backbone of the new side deteriorates, and the drift of
+its farthest peak increases. The force at the farthest peak is the force of the backbone there.
 """
 
 import enum
@@ -35,14 +35,18 @@ ELASTIC, UNLOADING, TO_PINCH, TO_LAST, TO_FARTHEST, ON_BACKBONE, FAILED = (
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces; `Common` comes first, the last two exist only with pinching."""
+    """Memory of a storey: the history variables that its law keeps from step to step; those of `Common` come first.
+
+    Drifts and forces are divided by the yield drift and yield force of the positive side. The last two variables exist
+    only with pinching.
+    """
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
     STIFFNESS_LOSS = enum.auto()
     ENERGY = enum.auto()
     ENERGY_BEFORE = enum.auto()
-    BRANCH = enum.auto()  # negative on the negative side
+    BRANCH = enum.auto()  # number of the branch (ELASTIC to FAILED); negative on the negative side
     STRENGTH_LOSS_ABOVE = enum.auto()  # loss of the yield force of the positive side
     CAPPING_LOSS_ABOVE = enum.auto()
     FARTHEST_ABOVE = enum.auto()  # drift of the farthest peak
@@ -70,7 +74,11 @@ def kept(value: Any):
 
 
 def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
-    """Return a variant of the law; POWERS is False if the exponent of deterioration is 1."""
+    """Return the device functions of a variant of the law.
+
+    PINCHES is True with pinching, POWERS is False if the exponent of deterioration is 1, and ASYMMETRIC is True if the
+    backbones of the two sides differ.
+    """
     deterioration, after_turning = energy_rules(POWERS)
     law = IbarraMedinaKrawinklerPinching if PINCHES else IbarraMedinaKrawinklerPeakOriented
     names, exponent, first_negative = row_of(law, POWERS, ASYMMETRIC)
@@ -106,7 +114,7 @@ def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Sp
         return u != memory[M.DRIFT] and (turns or passes)
 
     def following(BY_RULES: bool) -> Callable:
-        """Return the function that follows the path: by all rules, or for storeys that stay on their line."""
+        """Return the device function for a step: by all rules, or only for storeys that stay on their line."""
 
         def follow(drift: Any, memory: Any, c: Any):
             zero = type(drift)(0.0)

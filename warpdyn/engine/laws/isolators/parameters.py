@@ -1,4 +1,4 @@
-"""Seismic isolators as storey laws, with the usual parameters of isolators and the device functions of `bilinear`."""
+"""Seismic isolators as storey laws: usual parameters of isolators, with the device functions of the bilinear law."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ from warpdyn.engine.laws.law import YIELD_FORCE, Law, Values, parameter, shared
 
 
 class LeadRubberBearing(Law):
-    """Lead-rubber bearings under a building; the stiffness before yield is the `stiffness` of the storey.
+    """Lead-rubber bearings under a building; the stiffness before yield is the `stiffness` of their storey.
 
-    OpenSees: elastomericBearingPlasticity with kInit, qd = yield force times (1 - k2 / kInit), and alpha1 = k2 / kInit.
+    OpenSees: elastomericBearingPlasticity with kInit, qd = yield force times (1 - k2 / kInit), and alpha1 = k2 / kInit,
+    where kInit is the stiffness before yield and k2 the stiffness after yield.
 
     Example:
         >>> wd.laws.LeadRubberBearing(yield_force=6e5, post_yield_stiffness=8e6)
@@ -41,7 +42,7 @@ class LeadRubberBearing(Law):
 
 
 class FrictionPendulum(Law):
-    """Friction pendulum bearings under a building; the stiffness before sliding is the `stiffness` of the storey.
+    """Friction pendulum bearings under a building; the stiffness before sliding is the `stiffness` of their storey.
 
     OpenSees: singleFPBearing with Coulomb friction, under a constant weight.
 
@@ -86,10 +87,13 @@ def _pendulum_stiffness(p: Values) -> np.ndarray:
 
 
 def _not_below(p: Values, name: str, values: np.ndarray, of_what: str) -> str | None:
-    """Return a sentence on the first value that is not below the initial stiffness, or None."""
+    """Return a sentence about the first value [N/m] that is not below the initial stiffness of its storey, or None."""
     values, stiffness = np.broadcast_arrays(values, p["stiffness"])
     bad = values >= stiffness
     if not bad.any():
         return None
     place = first_place(bad)
-    return f"{name} is {values[place]:g} N/m ({place_of(place)}); it must be below {of_what}, {stiffness[place]:g} N/m"
+    return (
+        f"{name} is {values[place]:g} N/m ({place_of(place)}); it must be below {of_what}, {stiffness[place]:g} N/m: "
+        "increase the stiffness of this storey"
+    )

@@ -1,4 +1,7 @@
-"""Viscous dampers in series with a brace. The memory is the force divided by the damper coefficient."""
+"""Device functions of viscous dampers in series with a brace.
+
+The memory of a storey is the force divided by the damper coefficient [m/s].
+"""
 
 import enum
 from typing import Any
@@ -13,13 +16,13 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class M(Layout):
-    """The memory."""
+    """Memory of a storey: the history variable that its damper keeps from step to step."""
 
     FORCE = enum.auto()  # force divided by the damper coefficient
 
 
 def _maxwell_damper(row: str, POWER: bool) -> Spring:
-    """Return the device functions of linear dampers, or (POWER) of dampers with a velocity exponent."""
+    """Return the device functions of linear dampers (POWER is False) or of dampers with a velocity exponent."""
 
     def force(drift: Any, memory: Any, c: Any):
         return c[C.DAMPER_COEFFICIENT] * memory[M.FORCE]
@@ -42,7 +45,7 @@ def _maxwell_damper(row: str, POWER: bool) -> Spring:
             fastest *= c[C.INVERSE_EXPONENT] * power_of(wp.abs(memory[M.FORCE]), c[C.INVERSE_EXPONENT] - one)
         return fastest
 
-    # Quasi-static: the force has relaxed.
+    # In quasi-static analyses the force has relaxed to 0.
     def memory_after(drift: Any, increment: Any, memory: Any, c: Any):
         return type(memory)()
 

@@ -7,10 +7,11 @@ alpha = 1 and a constant velocity, F = C v (1 - exp(-K t / C)). For a rigid brac
 The force changes with time at a constant drift. This has two consequences:
 
 - Only explicit methods such as `rk4` support these dampers, except `central_difference_lagged`.
-- `storey_hysteresis` and `pushover` are quasi-static; there the force is 0.
+- `storey_hysteresis` and `pushover` are quasi-static analyses; there the force is 0.
 
-The force relaxes at the rate K / (alpha C) if F = C, the force at 1 m/s. The default step is short enough for this
-rate; for faster motions, each run checks the actual rate. `hysteretic_energy` contains the dissipated energy.
+At the force F = C, which the damper has at 1 m/s, the force relaxes at the rate K / (alpha C). The default step is
+short enough for this rate; for faster motions, each run checks the actual rate. `hysteretic_energy` contains the
+dissipated energy.
 
 Differences from OpenSees: its material ViscousDamper integrates the same equation in each step, as if the velocity were
 constant in the step; its material Maxwell ignores alpha.
@@ -28,7 +29,7 @@ from warpdyn.engine.laws.law import Device, Layout, Values, parameter
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; linear dampers do not need the last one."""
+    """Coefficients that the device functions of the damper read; linear dampers do not need the last one."""
 
     STIFFNESS_RATIO = enum.auto()  # brace stiffness divided by damper coefficient
     DAMPER_COEFFICIENT = enum.auto()
@@ -39,7 +40,7 @@ class Coefficient(Layout):
 class MaxwellDamper(Device):
     """A viscous damper in series with a brace (OpenSees: ViscousDamper).
 
-    The help of its module lists the rules and the differences from OpenSees.
+    The docstring of the module `maxwell_damper.parameters` lists the rules and the differences from OpenSees.
 
     Example:
         >>> wd.laws.MaxwellDamper(damper_coefficient=2e5, velocity_exponent=0.35, brace_stiffness=5e7)

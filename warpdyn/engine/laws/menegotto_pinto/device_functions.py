@@ -1,10 +1,10 @@
-"""Menegotto-Pinto steel: after each reversal, the force follows a curve from the elastic to the hardening line.
+"""Device functions of Menegotto-Pinto steel: after a reversal, the force curves from the elastic to the hardening line.
 
 The drift x is in yield drifts. A hardening spring acts in parallel with a force h, which is 1 at yield. After a
-reversal at (x_r, h_r), the storey moves in the direction s (1 or -1). Then h = h_r + s S g(r), where
-r = s (x - x_r) / S, g = r / (1 + r^R)^(1/R), and S = s_y - s h_r is the distance to yield. The yield level s_y is 1
-without isotropic hardening. The exponent R = R0 (1 - c1 xi / (c2 + xi)) decreases with the plastic excursion xi before
-the reversal; c1 is `curvature_reduction` and c2 the ductility of this reduction.
+reversal at (x_r, h_r), the storey moves in the direction s (1 or -1). Then h = h_r + s S g(r), where r = s (x - x_r) /
+S, g = r / (1 + r^R)^(1/R), and S = s_y - s h_r is the distance to yield. The yield level s_y is 1 without isotropic
+hardening. The exponent R = R0 (1 - c1 xi / (c2 + xi)) decreases with the plastic excursion xi before the reversal; c1
+is `curvature_reduction` and c2 the ductility of this reduction.
 """
 
 import enum
@@ -26,7 +26,7 @@ TERMS = wp.constant(16)  # terms of the series for the elastic energy; each is l
 
 
 class M(Layout):
-    """The memory up to the last reversal; HARDENED exists only with isotropic hardening."""
+    """Memory of a storey: the history variables that a reversal sets; HARDENED exists only with isotropic hardening."""
 
     DRIFT = enum.auto()  # x at the last step
     TRANSITION = enum.auto()  # h at the last step
@@ -38,7 +38,7 @@ class M(Layout):
 
 
 class Branch(Layout):
-    """The memory of the present branch, which follows the memory of the reversal; all 0 before the first step."""
+    """History variables of the present branch, which follow those of `M`; all are 0 before the first step."""
 
     EXPONENT = enum.auto()  # R
     INVERSE_EXPONENT = enum.auto()
@@ -48,13 +48,16 @@ class Branch(Layout):
 
 @wp.func
 def last_direction(memory: Any):
-    """Return the direction in which the storey moves; 1 before the first step."""
+    """Return the direction in which the storey last moved, 1 or -1; 1 before the first step."""
     return wp.where(memory[M.DRIFT] < memory[M.TURN_DRIFT], -type(memory[M.DRIFT])(1.0), type(memory[M.DRIFT])(1.0))
 
 
 @wp.func
 def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
-    """Return 1 / R and S of a branch, which is a memory just after its reversal."""
+    """Return 1 / R and S of a branch (see the module's docstring).
+
+    `branch` is the memory just after the reversal at which the branch begins.
+    """
     one = type(direction)(1.0)
     farthest = one + wp.where(direction > type(direction)(0.0), branch[M.LARGEST_ABOVE], branch[M.LARGEST_BELOW])
     left = maximum(yield_level - direction * branch[M.TURN_TRANSITION], type(direction)(LEAST_SPAN))
@@ -66,7 +69,10 @@ def curvature(direction: Any, branch: Any, yield_level: Any, c: Any):
 
 @wp.func
 def transition(ratio: Any, exponent: Any, inverse_exponent: Any):
-    """Return g and its slope at a ratio r, without r^R for r above 1, which can overflow in float32."""
+    """Return g and its slope dg/dr at a ratio r (see the module's docstring).
+
+    For r above 1, the function avoids r^R, which can overflow in float32.
+    """
     one = type(ratio)(1.0)
     distance = wp.abs(natural_logarithm(maximum(ratio, type(ratio)(LEAST_RATIO))))
     power = decay(distance * exponent)
@@ -77,7 +83,10 @@ def transition(ratio: Any, exponent: Any, inverse_exponent: Any):
 
 @wp.func
 def area_under(height: Any, inverse_exponent: Any):
-    """Return the integral of r over g from 0 to a height of at most about a half, by the binomial series."""
+    """Return the integral of r over g from 0 to the value `height` of g, by the binomial series.
+
+    `height` is at most about 0.5.
+    """
     one = type(height)(1.0)
     exponent = one / inverse_exponent
     power = exponential(exponent * natural_logarithm(maximum(height, type(height)(LEAST_RATIO))))
@@ -91,12 +100,12 @@ def area_under(height: Any, inverse_exponent: Any):
 
 
 def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
-    """Return the device functions without or with isotropic hardening."""
+    """Return the device functions of the law, without or with isotropic hardening."""
     VALUES = wp.constant(len(M) if IS_ISOTROPIC else int(M.HARDENED))  # number of memory values that a reversal sets
     EXPONENT, INVERSE_EXPONENT, SPAN, INVERSE_SPAN = (wp.constant(VALUES + m) for m in Branch)
 
     def turned(direction: Any, memory: Any, c: Any):
-        """Return the memory after a reversal at the last step into this direction."""
+        """Return the memory after a reversal at the last step; `direction` (1 or -1) is the new direction."""
         one = type(direction)(1.0)
         branch = memory
         branch[M.TURN_DRIFT] = memory[M.DRIFT]
@@ -132,7 +141,7 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         return memory[EXPONENT] == type(drift)(0.0) or turns(drift, memory, c)
 
     def along_branch(drift: Any, memory: Any, c: Any):
-        """Return the memory at a drift on the branch that the storey is on, and the slope of h over x."""
+        """Return the memory after a step to a drift on the storey's present branch, and the slope of h over x."""
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         last = last_direction(memory)
         direction = wp.where(
@@ -148,7 +157,10 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
     along_branch, leaves_line = device_functions(name, along_branch, leaves_line).values()
 
     def follow(drift: Any, memory: Any, c: Any):
-        """Return the same, on a new branch if the storey reverses."""
+        """Return the memory after a step to a drift, and the slope of h over x.
+
+        If the storey reverses in this step, it moves on a new branch.
+        """
         direction = wp.where(turns(drift, memory, c), -last_direction(memory), last_direction(memory))
         after = turned(direction, memory, c)
         for m in range(VALUES):
@@ -183,7 +195,10 @@ def _menegotto_pinto(name: str, IS_ISOTROPIC: bool) -> Spring:
         return after
 
     def elastic_energy(drift: Any, memory: Any, c: Any):
-        """Return the energy that unloading to h = 0 returns, on the present branch or on one after a reversal."""
+        """Return the energy [J] that the storey returns: that of the hardening spring, and that of unloading to h = 0.
+
+        Unloading follows the present branch if it leads towards h = 0, otherwise a new branch after a reversal.
+        """
         direction = wp.where(memory[M.TRANSITION] > type(drift)(0.0), -type(drift)(1.0), type(drift)(1.0))
         after = turned(direction, memory, c)
         for m in range(VALUES):

@@ -12,7 +12,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; the last two exist only with isotropic hardening."""
+    """Coefficients that the device functions of the law read; the last two exist only with isotropic hardening."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     TRANSITION_FORCE = enum.auto()  # transition force at h = 1
@@ -21,13 +21,13 @@ class Coefficient(Layout):
     CURVATURE_REDUCTION = enum.auto()  # cR1
     CURVATURE_REDUCTION_DUCTILITY = enum.auto()  # cR2
     ISOTROPIC_HARDENING = enum.auto()
-    HALF_INVERSE_DUCTILITY = enum.auto()  # isotropic hardening
+    HALF_INVERSE_DUCTILITY = enum.auto()  # 0.5 / isotropic hardening ductility
 
 
 class MenegottoPinto(Law):
     """A Menegotto-Pinto storey (Menegotto and Pinto 1973; Filippou, Popov and Bertero 1983; OpenSees: Steel02).
 
-    The stiffness is OpenSees' E0. Isotropic hardening is the same in both directions; there is no initial force.
+    The storey stiffness is OpenSees' E0. Isotropic hardening is the same in both directions; there is no initial force.
 
     Example:
         >>> wd.laws.MenegottoPinto(yield_force=1e6, hardening_ratio=0.02, transition_curvature=18)
@@ -85,12 +85,15 @@ class MenegottoPinto(Law):
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the variant: isotropic hardening needs one more power and one more memory value."""
+        """Return the name of the set of device functions for these parameters.
+
+        The set with isotropic hardening needs one more power and one more memory value.
+        """
         return "menegotto_pinto_isotropic" if np.any(p["isotropic_hardening"]) else "menegotto_pinto"
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """Return whether there is isotropic hardening: then each reversal shifts the line of the next branch."""
+        """Return whether storeys have isotropic hardening: then each reversal shifts the line of the next branch."""
         return cls.spring(p) == "menegotto_pinto_isotropic"
 
     @staticmethod
@@ -113,7 +116,7 @@ class MenegottoPinto(Law):
 
     @staticmethod
     def problem(p: Values) -> str | None:
-        """Return a sentence on an exponent that may fall below 1 (the storey would yield at once), or None."""
+        """Return a sentence about an exponent that may fall below 1 (the storey would yield at once), or None."""
         exponent, reduction = p["transition_curvature"], p["curvature_reduction"]
         least = 1 / (1 - reduction)
         reason = "1 / (1 - curvature_reduction): the exponent of later transitions must be at least 1"

@@ -1,1 +1,1 @@
-"""Storeys with several corners and kinematic hardening."""
+"""Storeys whose backbone has several corners, with kinematic hardening."""

@@ -1,8 +1,9 @@
-"""Kinematic backbones of several corners: elastic-perfectly-plastic springs in parallel (Iwan 1967; Masing 1926).
+"""Device functions of backbones with several corners and kinematic hardening.
 
-An elastic spring with the hardening stiffness acts in parallel with springs that yield, one for each corner of the
-backbone; a spring yields at the drift of its corner. The memory is the plastic drift of each of these springs. In an
-asymmetric storey, a spring yields at a different drift in each direction.
+The storey consists of springs in parallel (Iwan 1967; Masing 1926): an elastic spring with the hardening stiffness, and
+one elastic-perfectly-plastic spring for each corner of the backbone, which yields at the drift of its corner. The
+memory is the plastic drift of each yielding spring. In an asymmetric storey, a spring yields at a different drift in
+each direction.
 """
 
 from typing import Any
@@ -17,7 +18,7 @@ from warpdyn.engine.laws.spring import Spring
 
 
 def _multilinear(law: type[Law], corners: int) -> Spring:
-    """Return the device functions of backbones with this number of corners."""
+    """Return the device functions of storeys with the same backbone on both sides, with this number of corners."""
     name = f"multilinear_{corners}"
     CORNERS = wp.constant(corners)
 
@@ -57,7 +58,7 @@ def _multilinear(law: type[Law], corners: int) -> Spring:
 
 
 def _asymmetric(law: type[Law], corners: int) -> Spring:
-    """Return the device functions of two different backbones with this number of corners on each side."""
+    """Return the device functions of storeys with different backbones on both sides, each with `corners` corners."""
     name = f"multilinear_{corners}_asymmetric"
     names = law.rows[name]
     SPRINGS_IN_PARALLEL = wp.constant(len(names) // 3)

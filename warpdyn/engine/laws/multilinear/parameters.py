@@ -1,4 +1,4 @@
-"""Trilinear and quadrilinear backbones with kinematic hardening (OpenSees: MultiLinear).
+"""Storeys with trilinear and quadrilinear backbones and kinematic hardening (OpenSees: MultiLinear).
 
 The corners are OpenSees' points (e1, s1), (e2, s2), ... The first corner is the yield point. The drifts and forces of
 the other corners are divided by the yield drift and the yield force, so that the backbone keeps its shape if stiffness
@@ -6,9 +6,9 @@ and yield force are random. Beyond the last corner the slope is `hardening_ratio
 
 The negative side has the backbone of the positive side, except for the parameters whose names end in `_negative`; the
 stiffness and the hardening ratio are the same on both sides. The storey consists of springs in parallel. With two
-backbones, each spring yields at a different drift in each direction; the spring that yields first in one direction also
-yields first in the other direction. OpenSees has no such material; a single spring is its ElasticPP with two yield
-strains.
+different backbones, each spring yields at a different drift in each direction; the spring that yields first in one
+direction also yields first in the other direction. OpenSees has no such material; a single spring is its ElasticPP with
+two yield strains.
 """
 
 from __future__ import annotations
@@ -47,7 +47,10 @@ def _force_ratio(corner: int) -> Parameter:
 
 
 def _rows(corners: int) -> dict[str, tuple[str, ...]]:
-    """Return the rows for n corners: n springs that yield, or 2 n - 1 springs if the sides differ."""
+    """Return the variants for n corners and the names of their coefficients: {variant: names}.
+
+    The storey has n springs that yield, or 2 n - 1 springs if the two sides differ.
+    """
     springs = [(f"stiffness_{k}", f"yield_drift_{k}", f"yield_drift_below_{k}") for k in range(1, 2 * corners)]
     return {
         f"multilinear_{corners}": Coefficient.names(2 * corners + 1),
@@ -56,7 +59,7 @@ def _rows(corners: int) -> dict[str, tuple[str, ...]]:
 
 
 class _Multilinear(Law):
-    """Common part of the laws with several corners."""
+    """Base class of the laws whose backbones have several corners."""
 
     opensees = ("MultiLinear",)
     is_linear_until_yield = True
@@ -122,7 +125,7 @@ class Quadrilinear(_Multilinear):
 
 
 def _slopes(p: Values, corners: int) -> list[np.ndarray]:
-    """Return the slopes of the parts of the backbone divided by the initial stiffness; the first slope is 1."""
+    """Return the slopes of the segments of the backbone, divided by the initial stiffness; the first slope is 1."""
     slopes = [np.ones_like(p["yield_force"])]
     ductility: float | np.ndarray = 1.0
     force: float | np.ndarray = 1.0
@@ -134,7 +137,10 @@ def _slopes(p: Values, corners: int) -> list[np.ndarray]:
 
 
 def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
-    """Return the hardening stiffness, then for each corner the loss of stiffness and the drift."""
+    """Return the coefficients for equal sides: {name: array}.
+
+    The coefficients are the hardening stiffness, then for each corner the loss of stiffness and the drift.
+    """
     slopes = _slopes(p, corners)
     yield_drift = p["yield_force"] / p["stiffness"]
     drifts = [yield_drift, *(p[f"ductility_{corner}"] * yield_drift for corner in range(2, corners + 1))]
@@ -145,7 +151,7 @@ def _coefficients(p: Values, corners: int) -> dict[str, np.ndarray]:
 
 
 def _coefficients_of_sides(p: Values, corners: int) -> dict[str, np.ndarray]:
-    """Return the coefficients of springs that yield at a different drift in each direction.
+    """Return the coefficients of springs that yield at a different drift in each direction: {name: array}.
 
     The stiffness decreases at the corners of each side, by the same total but in different steps. The steps of both
     sides together divide this total into the stiffnesses of the springs.
@@ -170,26 +176,30 @@ def _coefficients_of_sides(p: Values, corners: int) -> dict[str, np.ndarray]:
 
 
 def _problem(p: Values, corners: int) -> str | None:
-    """Return a sentence on a backbone that falls, or whose slope increases at a corner, or None."""
+    """Return a sentence about a backbone that falls, or whose slope increases at a corner; None if it is possible."""
     ductility = np.ones_like(p["yield_force"])
     force: float | np.ndarray = 1.0
     for corner in range(2, corners + 1):
         names = f"ductility_{corner}", f"force_ratio_{corner}"
         further, stronger = (p[name] for name in names)
-        problem = first_bad(further <= ductility, names[0], further, "above", ductility, f"that of corner {corner - 1}")
+        problem = first_bad(
+            further <= ductility, names[0], further, "above", ductility, f"the value at corner {corner - 1}"
+        )
         if problem:
             return problem
         # The hardening ratio is at least 0, so no line before the last corner may fall.
-        problem = first_bad(stronger < force, names[1], stronger, "at least", force, f"that of corner {corner - 1}")
+        problem = first_bad(
+            stronger < force, names[1], stronger, "at least", force, f"the value at corner {corner - 1}"
+        )
         if problem:
             return problem
         slope = _slopes(p, corners)[corner - 2]
         straight = force + slope * (further - ductility)
-        reason = f"on the line that leads to corner {corner - 1}"
+        reason = f"the extension of the line to corner {corner - 1}: no segment may be stiffer than the one before"
         problem = first_bad(above(stronger, straight), names[1], stronger, "at most", straight, reason)
         if problem:
             return problem
         ductility, force = further, stronger
     slope, hardening = _slopes(p, corners)[-2], p["hardening_ratio"]
-    reason = f"the slope to corner {corners} over the initial stiffness"
+    reason = f"the slope of the line to corner {corners} divided by the initial stiffness"
     return first_bad(above(hardening, slope), "hardening_ratio", hardening, "at most", slope, reason)

@@ -1,14 +1,14 @@
-"""Peak-oriented storeys: after zero force, reloading leads towards the peak of the new side.
+"""Device functions of peak-oriented storeys: after zero force, reloading leads towards the peak of the new side.
 
 The drift x is in yield drifts and the force f in yield forces. The backbone consists of three lines, which begin at the
-origin, the cracking point and the yield point; the smallest of their forces counts. Unloading follows a straight line;
-reloading after partial unloading returns to the point where unloading began.
+origin, the cracking point and the yield point; its force is the smallest of their forces. Unloading follows a straight
+line; reloading after partial unloading returns to the point where unloading began.
 
 `peak_oriented` unloads with the initial stiffness. `takeda` unloads towards the opposite cracking point before yield.
-After yield, it unloads with x^-a times the slope at yield, but at least with the slope to the origin. If one side has
-yielded and the other side has not cracked, the other side is loaded with the unloading slope up to the cracking force,
-then along a line to the yield point. If a line can be followed in one direction only, its other end is the drift of the
-last step.
+After yield, it unloads with x^-a times the slope at yield (a is the unloading exponent), but at least with the slope to
+the origin. If one side has yielded and the other side has not cracked, the other side is loaded with the unloading
+slope up to the cracking force, then along a line to the yield point. If a line can be followed in one direction only,
+its other end is the drift of the last step.
 """
 
 import enum
@@ -30,7 +30,10 @@ FARTHEST = wp.constant(wp.float64(1e30))
 
 
 class M(Layout):
-    """The memory, in yield drifts and yield forces."""
+    """Memory of a storey: the history variables that its law keeps from step to step.
+
+    Drifts are divided by the yield drift and forces by the yield force.
+    """
 
     DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
@@ -47,7 +50,7 @@ VALUES = wp.constant(len(M))
 
 @wp.func
 def backbone(x: Any, c: Any):
-    """Return the backbone's force at x >= 0."""
+    """Return the force of the backbone, in yield forces, at a drift x >= 0, in yield drifts."""
     return minimum(
         c[C.INITIAL_SLOPE] * x,
         minimum(c[C.SECOND_HEIGHT] + c[C.SECOND_SLOPE] * x, c[C.THIRD_HEIGHT] + c[C.THIRD_SLOPE] * x),
@@ -67,18 +70,21 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
     IS_TAKEDA = law is Takeda
 
     def unloading(side: Any, other: Any, c: Any):
-        """Return the unloading slope of a side; both arguments are peaks minus the cracking point."""
+        """Return the unloading slope of a side.
+
+        The arguments are the peak drifts of this side and of the other side, minus the cracking drift.
+        """
         slope = c[C.INITIAL_SLOPE]
         if IS_TAKEDA:
             one = type(side)(1.0)
-            # An uncracked side unloads as it was loaded: with the slope that led there from the other side.
+            # An uncracked side unloads as it was loaded: with the unloading slope of the other side.
             peak = c[C.CRACKING_DRIFT] + wp.where(side > c[C.UNCRACKED], side, other)
             until_yield = minimum(peak, one)
             slope = (backbone(until_yield, c) + c[C.INITIAL_SLOPE] * c[C.CRACKING_DRIFT]) / (
                 until_yield + c[C.CRACKING_DRIFT]
             )
             slope *= exponential(-c[C.UNLOADING_EXPONENT] * natural_logarithm(maximum(peak, one)))
-            # No softer than towards the origin; otherwise unloading would end beyond it.
+            # The slope is at least that of the line to the origin; otherwise unloading would end beyond the origin.
             slope = maximum(slope, backbone(peak, c) / peak)
         return slope
 
@@ -91,7 +97,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
     leaves_line = device_functions(name, leaves_line)["leaves_line"]
 
     def follow(drift: Any, memory: Any, c: Any):
-        """Return the memory at a drift, and the slope of f over x there."""
+        """Return the memory after a step to a drift, and the slope of f over x there."""
         zero = type(drift)(0.0)
         one = type(drift)(1.0)
         x = drift * c[C.INVERSE_YIELD_DRIFT]
@@ -113,7 +119,8 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             target = wp.where(is_first, one, target)
         peak = backbone(target, c)
         aim = peak / maximum(target - origin, type(drift)(LEAST_WAY))
-        # Measured from the nearer end: otherwise a small force would be lost in the rounding of the peak.
+        # The force is computed from the nearer end of the line; otherwise the rounding of the peak would hide a small
+        # force.
         line = wp.where(at - origin < target - at, aim * (at - origin), peak - aim * (target - at))
         line_slope = aim
         if IS_TAKEDA:
@@ -123,7 +130,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             is_above = is_first and one - from_cracking * (one - at) > line
             line = wp.where(is_above, one - from_cracking * (one - at), line)
             line_slope = wp.where(is_above, from_cracking, line_slope)
-        stiff = maximum(slope, aim)  # no softer; otherwise the force would jump at the backbone
+        stiff = maximum(slope, aim)  # not less than `aim`; otherwise the force would jump at the backbone
         start = wp.where(is_loading, last, crossing)
         straight = maximum(force, zero) + stiff * (at - start)
         follows_line = line < straight
@@ -153,7 +160,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
             )  # beyond cracking, drifts along a line count as peaks
         far = wp.where(reached > zero, far, at)  # a line that is reached before zero force is left again
         slope_from_here = wp.where(follows_line, line_slope, stiff)
-        # Back along the unloading line if reloading is not stiffer, at most to the known peak.
+        # The storey can return along the unloading line, at most to the known peak, if reloading is not stiffer.
         reach = c[C.CRACKING_DRIFT] + behind
         returns = slope * (reach + direction * memory[M.ORIGIN]) >= backbone(reach, c)
         if IS_TAKEDA:
@@ -197,7 +204,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
         after = type(memory)()
         after[M.DRIFT] = x
         after[M.FORCE] = memory[M.FORCE] + memory[M.LINE_SLOPE] * (x - memory[M.DRIFT])
-        # A new peak only on the backbone.
+        # The peaks increase only on the backbone.
         after[M.PEAK_ABOVE] = wp.where(
             x > memory[M.DRIFT], maximum(memory[M.PEAK_ABOVE], x - c[C.CRACKING_DRIFT]), memory[M.PEAK_ABOVE]
         )

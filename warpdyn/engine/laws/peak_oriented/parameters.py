@@ -1,4 +1,4 @@
-"""Peak-oriented storeys: Clough's law and Takeda's, on a trilinear backbone of cracking and yield.
+"""Peak-oriented storeys: the laws of Clough and of Takeda, with a trilinear backbone (cracking and yield).
 
 In `takeda` (Takeda, Sozen and Nielsen 1970), the unloading stiffness of a side decreases with its peak drift d:
 
@@ -6,15 +6,15 @@ In `takeda` (Takeda, Sozen and Nielsen 1970), the unloading stiffness of a side 
 - after yield, the unloading stiffness is (yield drift / d)^`unloading_exponent` times that at the yield point, but at
   least the slope of the line to the origin.
 
-Without cracking (default), this is the modified Takeda law, or Clough's law with degrading unloading stiffness (Otani
-1981). It equals OpenSees' Hysteretic with pinchX = pinchY = 1, no damage and beta as the unloading exponent, with two
-exceptions: the lower bound of the unloading stiffness, and the step in which the force changes its sign, where the
-force of Hysteretic depends on the length of the step.
+Without cracking (default), `takeda` is the modified Takeda law, or Clough's law with degrading unloading stiffness
+(Otani 1981). It equals OpenSees' Hysteretic with pinchX = pinchY = 1, no damage and beta as the unloading exponent,
+with two exceptions: the lower bound of the unloading stiffness, and the step in which the force changes its sign, where
+the force of Hysteretic depends on the length of the step.
 
-With cracking, the laws differ. Hysteretic unloads from the cracking point with (e1 / d)^beta times the initial
-stiffness, and reloads an uncracked side towards its cracking point. In `takeda`, a storey that has yielded is loaded on
-an uncracked side with the unloading stiffness up to the cracking force, and then towards the yield point. Inner loops
-lead to the peak of their side, as in Hysteretic, not to the peak of the previous cycle.
+With cracking, `takeda` differs from Hysteretic. Hysteretic unloads from the cracking point with (e1 / d)^beta times the
+initial stiffness, and reloads an uncracked side towards its cracking point. In `takeda`, a storey that has yielded is
+loaded on an uncracked side with the unloading stiffness up to the cracking force, and then towards the yield point.
+Inner loops lead to the peak of their side, as in Hysteretic, not to the peak of the previous cycle.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Law, Layout, V
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in yield drifts and yield forces; only Takeda has the last two."""
+    """Coefficients of the device functions, in units of yield drift and yield force; only Takeda has the last two."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
@@ -40,14 +40,14 @@ class Coefficient(Layout):
     THIRD_SLOPE = enum.auto()
     CRACKING_DRIFT = enum.auto()
     UNLOADING_EXPONENT = enum.auto()
-    UNCRACKED = enum.auto()  # an uncracked peak minus cracking is at most this: 0, or -1 if cracking is yield
+    UNCRACKED = enum.auto()  # largest (peak - cracking drift) of an uncracked side: 0, or -1 if cracking is yield
 
 
 class PeakOriented(Law):
     """A peak-oriented storey with cracking (Clough and Johnston 1966; Mahin and Bertero 1976).
 
     OpenSees: Hysteretic with pinchX = pinchY = 1, no damage and beta = 0; its points are cracking (s1, e1), yield (s2,
-    e2) and any further one (s3, e3). Reloading after partial unloading follows Mahin and Bertero.
+    e2) and any point beyond yield (s3, e3). Reloading after partial unloading follows Mahin and Bertero.
 
     Example:
         >>> wd.laws.PeakOriented(yield_force=1e6, cracking_ratio=0.4, cracked_stiffness_ratio=0.5, hardening_ratio=0.02)
@@ -97,14 +97,15 @@ class PeakOriented(Law):
     def problem(p: Values) -> str | None:
         hardening, cracked = p["hardening_ratio"], p["cracked_stiffness_ratio"]
         return first_bad(
-            hardening > cracked, "hardening_ratio", hardening, "at most", cracked, "the cracked_stiffness_ratio there"
+            hardening > cracked, "hardening_ratio", hardening, "at most", cracked, "the cracked_stiffness_ratio"
         )
 
 
 class Takeda(PeakOriented):
-    """A peak-oriented storey that unloads more softly after larger peaks (Takeda, Sozen and Nielsen 1970).
+    """A peak-oriented storey whose unloading stiffness decreases with its peak drift (Takeda, Sozen and Nielsen 1970).
 
-    The help of its module has the unloading rules and the differences from OpenSees' Hysteretic.
+    The docstring of the module `peak_oriented.parameters` lists the unloading rules and the differences from OpenSees'
+    Hysteretic.
 
     Example:
         >>> wd.laws.Takeda(yield_force=1e6, hardening_ratio=0.02, unloading_exponent=0.5)

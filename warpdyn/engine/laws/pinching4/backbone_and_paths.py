@@ -1,7 +1,7 @@
-"""The backbone of four points, and the paths of three straight parts of Pinching4's storeys.
+"""The backbone of Pinching4's storeys (four points), and the paths on which they unload and reload.
 
-Drifts and forces are divided by the yield drift and yield force of the positive side; signs are such that the storey
-moves in the positive direction.
+A path consists of three straight segments. Drifts and forces are divided by the yield drift and yield force of the
+positive side; signs are such that the storey moves in the positive direction.
 """
 
 from typing import Any
@@ -18,7 +18,10 @@ FAR = wp.constant(wp.float64(1e16))
 
 @wp.func
 def pinching4_backbone(x: Any, c: Any):
-    """Force of the backbone at a drift, the slope just before it, and the drift at which this part ends."""
+    """Return the force of the backbone at a drift x, the slope just before x, and the drift at which the segment ends.
+
+    Drifts are in yield drifts and forces in yield forces; a segment is the line from one corner to the next.
+    """
     zero, one = type(x)(0.0), type(x)(1.0)
     second = x - one
     third = second - c[C.SECOND_LENGTH]
@@ -40,7 +43,7 @@ def pinching4_backbone(x: Any, c: Any):
 
 
 def side_functions(name: str, FIRST_NEGATIVE: int | None) -> tuple[wp.Function, wp.Function]:
-    """Return the functions of a side of a storey.
+    """Return two device functions for the side of a storey (positive or negative) towards which the storey moves.
 
     Args:
         name: Prefix of the names of the device functions.
@@ -103,9 +106,15 @@ def side_functions(name: str, FIRST_NEGATIVE: int | None) -> tuple[wp.Function, 
 def pinching4_corners(
     x0: Any, f0: Any, x3: Any, f3: Any, low: Any, stiffness: Any, is_up: Any, reloading_drift: Any, reloading_force: Any
 ):
-    """Two corners, as (x1, f1, x2, f2), of the path from a turn (x0, f0) to the point aimed at (x3, f3).
+    """Return the two corners (x1, f1, x2, f2) of the path from the last reversal (x0, f0) to its target point (x3, f3).
 
-    `low` is the force at which unloading ends.
+    Args:
+        x0, f0: Drift and force at the last reversal.
+        x3, f3: Drift and force of the target point.
+        low: Force at which unloading ends.
+        stiffness: Unloading stiffness.
+        is_up: Whether the storey moves in the positive direction.
+        reloading_drift, reloading_force: Drift and force of the second corner, divided by those of the target point.
     """
     zero, one, half = type(x0)(0.0), type(x0)(1.0), type(x0)(0.5)
     f2 = f3 * reloading_force
@@ -116,10 +125,11 @@ def pinching4_corners(
     is_low = x1 < x0
     run, rise = x2 - x1, f2 - f1
     steeper = rise - stiffness * run
-    # If both corners are at about the same drift, rounding must not decide whether the middle part is steep.
+    # If both corners are at about the same drift, rounding must not decide whether the middle segment is steep.
     is_steep = wp.where(run > -type(x0)(SLACK), steeper > zero, steeper < zero)
     is_straight = is_straight or (is_steep and not is_low)
-    # If the parts overlap or the middle one falls, one corner moves between its neighbours, or both to one force.
+    # If the segments overlap or the middle segment falls, one corner moves between its neighbours, or both to one
+    # force.
     overlaps = (not is_low) and ((run < zero) or (rise * run < zero) or (run == zero and rise < zero))
     first_moves = is_low or (overlaps and x1 > zero)
     second_moves = overlaps and (not first_moves) and x2 < zero
@@ -135,7 +145,8 @@ def pinching4_corners(
     x2 = wp.where(both_move, x3 - (f3 - f2) * last, wp.where(second_moves, beyond_x, x2))
     x1 = wp.where(first_moves, between_x, x1)
     f1 = wp.where(first_moves, between_f, f1)
-    # A path that still goes back or falls becomes a straight line, through the origin if that line is too soft.
+    # A path that still goes back or falls becomes a straight line; if this line is too soft, it leads through the
+    # origin.
     falls = (x1 < x0) or (f1 < f0) or (x2 < x1) or (f2 < f1) or (x3 < x2) or (f3 < f2)
     chord = f3 - f0
     secant = wp.where(is_up, chord * x0 > f0 * (x3 - x0), chord * x3 < f3 * (x3 - x0))
@@ -150,7 +161,10 @@ def pinching4_corners(
 
 @wp.func
 def pinching4_release(x: Any, xa: Any, fa: Any, xb: Any, fb: Any):
-    """Energy given back along one part of a path, from a drift to the point of zero force."""
+    """Return the energy that one segment of a path returns, from a drift x to the point of zero force.
+
+    The segment leads from (xa, fa) to (xb, fb).
+    """
     zero = type(x)(0.0)
     length, rise = xb - xa, fb - fa
     start = maximum(x, xa)

@@ -1,9 +1,10 @@
-"""Four-point backbone with pinching, and with damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
+"""Device functions of the law Pinching4 (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-Drifts and forces are divided by the yield drift and yield force of the positive side. Their signs are changed if the
-storey moves in the negative direction, so that one set of rules serves both directions. A storey is on its backbone, or
-on a path of three straight parts from its last turning point to the farthest point ahead. Damage is computed and used
-at turning points only; beyond the last corner of the backbone it does not change.
+The law has a four-point backbone, pinching and damage. Drifts and forces are divided by the yield drift and yield force
+of the positive side. Their signs are changed if the storey moves in the negative direction, so that one set of rules
+serves both directions. A storey is on its backbone, or on a path of three straight segments from its last turning point
+to the farthest point ahead. Damage is computed and used at turning points only; beyond the last corner of the backbone
+it does not change.
 """
 
 import enum
@@ -33,7 +34,10 @@ ON_PATH = wp.constant(wp.float64(0.75))
 
 
 class M(Layout):
-    """The memory, in yield drifts and forces; after LINE_END only with damage, CYCLES only with cycle damage."""
+    """Memory of a storey: the history variables that its law keeps, in units of yield drift and yield force.
+
+    The variables after LINE_END exist only with damage; CYCLES exists only if damage depends on the number of cycles.
+    """
 
     DRIFT = enum.auto()  # drift at the last step
     FORCE = enum.auto()
@@ -42,7 +46,7 @@ class M(Layout):
     TURN_FORCE = enum.auto()
     DEMAND_ABOVE = enum.auto()  # largest drift beyond yield
     DEMAND_BELOW = enum.auto()
-    LINE_SLOPE = enum.auto()  # slope of the present straight part
+    LINE_SLOPE = enum.auto()  # slope of the present straight segment
     LINE_END = enum.auto()
     STIFFNESS_LOSS = enum.auto()  # loss of the unloading stiffness at the last turn
     STRENGTH_LOSS = enum.auto()
@@ -54,7 +58,7 @@ class M(Layout):
 
 
 class Damage(Layout):
-    """The coefficients of a kind of damage, numbered from its limit on."""
+    """Coefficients of one kind of damage, in their order; LIMIT is the first of them."""
 
     LIMIT = enum.auto()
     BY_DRIFT = enum.auto()
@@ -65,7 +69,10 @@ class Damage(Layout):
 
 @wp.func
 def pinching4_heading(x: Any, memory: Any):
-    """Direction of a step, and whether the storey turned; the first step leads away from zero drift."""
+    """Return the direction of a step to the drift x (1 or -1), and whether the storey has turned (changed direction).
+
+    The direction of the first step is away from zero drift.
+    """
     zero, one = type(x)(0.0), type(x)(1.0)
     before = wp.where(memory[M.HEADING] == zero, zero, wp.sign(memory[M.HEADING]))
     turned = before * (x - memory[M.DRIFT]) < zero
@@ -74,7 +81,16 @@ def pinching4_heading(x: Any, memory: Any):
 
 @wp.func
 def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhausted: bool, c: Any):
-    """Loss or growth of a kind of damage, by its coefficients from `first` on."""
+    """Return the loss (or the growth) due to one kind of damage, a fraction.
+
+    Args:
+        first: Index of the first coefficient of this kind of damage.
+        reach: Largest drift so far, divided by the drift at the last corner of the backbone.
+        spent: Dissipated energy divided by the energy capacity, or number of cycles.
+        counts: Whether `spent` contributes to the damage.
+        is_exhausted: Whether the energy capacity is exhausted; then the loss is the limit of this kind of damage.
+        c: Coefficients.
+    """
     lost = c[first + Damage.BY_DRIFT] * power_of(reach, c[first + Damage.DRIFT_EXPONENT])
     more = c[first + Damage.BY_USE] * power_of(spent, c[first + Damage.USE_EXPONENT])
     lost = minimum(wp.where(counts, lost + more, lost), c[first])
@@ -82,7 +98,11 @@ def pinching4_loss(first: int, reach: Any, spent: Any, counts: bool, is_exhauste
 
 
 def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
-    """Return the device functions without damage (None), or with damage by "energy" or by "cycle"."""
+    """Return the device functions of a variant of the law.
+
+    `damage` is None without damage, "energy" if damage depends on the dissipated energy, or "cycle" if it depends on
+    the number of cycles. ASYMMETRIC is True if the two sides differ.
+    """
     DAMAGES, BY_CYCLES, name = damage is not None, damage == "cycle", f"pinching4_{damage}_damage"
     VALUES = len(M) if BY_CYCLES else int(M.CYCLES) if DAMAGES else int(M.STIFFNESS_LOSS)
     row = (name if DAMAGES else "pinching4") + "_asymmetric" * ASYMMETRIC
@@ -90,7 +110,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
     backbone, of_side = side_functions(name, len(Pinching4.rows[row]) - len(N) if ASYMMETRIC else None)
 
     def losses(memory: Any, c: Any):
-        """Loss of stiffness, growth of the drift aimed at and loss of strength after the last step."""
+        """Return three fractions after the last step: stiffness loss, growth of the target drift, strength loss."""
         zero, one = type(memory[M.DRIFT])(0.0), type(memory[M.DRIFT])(1.0)
         stored = type(memory[M.DRIFT])(0.5) * memory[M.FORCE] * memory[M.FORCE] / (one - memory[M.STIFFNESS_LOSS])
         above, below = one + memory[M.DEMAND_ABOVE], one + memory[M.DEMAND_BELOW]
@@ -110,7 +130,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
         softer = pinching4_loss(
             C.STIFFNESS_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
         )
-        softer = minimum(softer, maximum(one - secant, zero))  # unloading is no softer than the secant
+        softer = minimum(softer, maximum(one - secant, zero))  # unloading is at least as stiff as the secant
         growth = pinching4_loss(
             C.RELOADING_DAMAGE_LIMIT, farthest * c[C.INVERSE_LAST_DUCTILITY], spent, counts, is_exhausted, c
         )
@@ -134,7 +154,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
     leaves_line = device_functions(name, leaves_line)["leaves_line"]
 
     def follow(drift: Any, memory: Any, c: Any):
-        """Memory after a step to a drift, and the slope there."""
+        """Return the memory after a step to a drift, and the slope of the force there."""
         zero, one = type(drift)(0.0), type(drift)(1.0)
         x = drift * c[C.INVERSE_YIELD_DRIFT]
         way, turned = pinching4_heading(x, memory)
@@ -193,8 +213,8 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
         force = wp.where(on_backbone, strength * full, force)
         slope = wp.where(on_backbone, strength * steep, slope)
         end = wp.where(on_backbone, corner, end)
-        # No part of a path is stiffer than the first part of the backbone: a force that lags behind its path follows
-        # with that stiffness until it has caught up.
+        # No segment of a path is stiffer than the first segment of the backbone. A force that is behind its path
+        # changes with that stiffness until it reaches the path.
         steepest = way * memory[M.FORCE] + (here - way * memory[M.DRIFT])
         lags = force > steepest
         behind = (force - steepest) / wp.where(slope < one, one - slope, one)
@@ -206,7 +226,8 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
             elastic *= maximum(yields, yields_left)
         is_elastic = memory[M.HEADING] == zero and here <= elastic
         if DAMAGES:
-            # A part ends just before the drift beyond which damage does not change, so that rounding does not matter.
+            # A segment ends just before the drift beyond which damage does not change, so that rounding does not
+            # matter.
             last = (one - type(x)(SLACK)) / c[C.INVERSE_LAST_DUCTILITY]
             end = wp.where(here < last, minimum(end, last), wp.where(stands, end, here))
         after = type(memory)()
@@ -270,7 +291,7 @@ def _pinching4(damage: str | None, ASYMMETRIC: bool = False) -> Spring:
         return c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE] * slope
 
     def elastic_energy(drift: Any, memory: Any, c: Any):
-        # Energy that unloading gives back: along the present path, or along the path if the storey turned now.
+        # Energy that unloading returns: along the present path, or along the path after a reversal at this drift.
         zero, one = type(drift)(0.0), type(drift)(1.0)
         way = wp.where(memory[M.FORCE] > zero, -one, one)
         is_up = way > zero

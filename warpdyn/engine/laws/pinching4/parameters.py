@@ -2,23 +2,25 @@
 
 The defaults are those of GEM's vulnerability toolkit: reloading ratios of 0.5 and 0.25, an unloading ratio of 0.05, and
 no damage; `GEM_DAMAGE` contains the damage parameters of the toolkit. The negative side has the parameters of the
-positive side, except for those whose names end in `_negative`; the initial stiffness is the same. Damage depends on the
-largest ductility and on one of these: the number of cycles, or the dissipated energy divided by the energy capacity
-(the energy factor times the energy under the larger backbone).
+positive side, except for the parameters whose names end in `_negative`; the initial stiffness is the same. Damage
+depends on the largest ductility and on either the number of cycles, or the dissipated energy divided by the energy
+capacity (the energy factor times the energy under the larger backbone).
 
 GEM's toolkit has exponents of 0 for all damage. Such damage is a switch, because every number except 0 to the power of
-0 is 1: all damage occurs at once, at the first drift beyond the first part of the backbone or with the first dissipated
-energy, and rounding decides when. Results of single records differ by up to 40 % between float32, float64 and OpenSees
-with two different steps; fractions of many records are reliable. A warning reports this. With exponents of 1, damage
-grows gradually.
+0 is 1: all damage occurs at once, at the first drift beyond the first segment of the backbone or with the first
+dissipated energy, and rounding decides when. Results of single records differ by up to 40 % between float32, float64
+and OpenSees with two different steps; fractions of many records are reliable. A warning reports this. With exponents of
+1, damage grows gradually.
 
 Differences from OpenSees:
 
-- A horizontal part of the backbone stays horizontal. OpenSees continues the line of the next part that is not.
+- A horizontal segment of the backbone stays horizontal. OpenSees continues the line of the next segment that is not
+  horizontal.
 - Beyond its last corner a backbone that does not rise is horizontal. In OpenSees its slope there is 1e-7 times the
   force over the drift of the last corner.
 - The unloading ratio must be below the reloading ratio. Otherwise OpenSees reloads to the force of the last corner.
-- No part of a path is stiffer than the first part of the backbone. In OpenSees paths from small turns can be.
+- No segment of a path is stiffer than the first segment of the backbone. In OpenSees paths from small turns can be
+  stiffer.
 - The unloading ratio has a lower bound. Without it, cycles to a peak with a force below that of the corner would
   generate energy.
 - A turn takes effect at once. OpenSees uses the old loss of stiffness and strength in part for one more step.
@@ -52,7 +54,7 @@ DAMAGE = {
     "reloading": "growth of the reloading target drift",
     "strength": "loss of strength",
 }
-#: The damage that GEM's vulnerability toolkit gives Pinching4, by parameter: `Pinching4(..., **GEM_DAMAGE)`.
+#: Damage parameters of Pinching4 in GEM's vulnerability toolkit, by name: `Pinching4(..., **GEM_DAMAGE)`.
 GEM_DAMAGE = {
     "stiffness_damage_by_use": 0.1,
     "stiffness_damage_drift_exponent": 0.0,
@@ -84,7 +86,10 @@ _LIMIT = {
 
 
 class Negative(Layout):
-    """Coefficients of the negative side, in units of the positive side; they are the last ones of a row."""
+    """Coefficients of the negative side, in units of yield drift and yield force of the positive side.
+
+    If the sides of a storey differ, its other coefficients come first, then these.
+    """
 
     YIELD_FORCE = enum.auto()
     SECOND_LENGTH = enum.auto()
@@ -100,11 +105,14 @@ class Negative(Layout):
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in units of the positive side; the first twelve without damage."""
+    """Coefficients of the device functions, in units of yield drift and yield force of the positive side.
+
+    Storeys without damage need only the first twelve.
+    """
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
-    SECOND_LENGTH = enum.auto()  # length of the second part of the backbone
+    SECOND_LENGTH = enum.auto()  # length of the second segment of the backbone
     THIRD_LENGTH = enum.auto()
     FOURTH_LENGTH = enum.auto()
     SECOND_SLOPE = enum.auto()
@@ -130,7 +138,7 @@ class Coefficient(Layout):
     STRENGTH_DAMAGE_DRIFT_EXPONENT = enum.auto()
     STRENGTH_DAMAGE_USE_EXPONENT = enum.auto()
     INVERSE_LAST_DUCTILITY = enum.auto()
-    INVERSE_ENERGY = enum.auto()  # 1 over the energy that may be spent
+    INVERSE_ENERGY = enum.auto()  # 1 / energy capacity
 
 
 _NEGATIVE = tuple(f"{name}_negative" for name in Negative.names())
@@ -150,15 +158,16 @@ UNLOADING_FORCE = Parameter(
 
 
 def _has_damage(p: Values) -> bool:
-    """Return whether any storey has damage."""
+    """Return whether any storey has damage: whether a damage limit is above 0."""
     return any(np.any(p[f"{kind}_damage_limit"] > 0) for kind in DAMAGE)
 
 
 class Pinching4(Law):
     """A four-point storey with pinching and damage (Lowes, Mitra and Altoontash 2003; OpenSees: Pinching4).
 
-    The help of its module lists the rules and the differences from OpenSees. The defaults are those of GEM's
-    vulnerability toolkit, without damage. With exponents of 0, as GEM's, damage is a switch: a warning reports it.
+    The docstring of the module `pinching4.parameters` lists the rules and the differences from OpenSees. The defaults
+    are those of GEM's vulnerability toolkit, without damage. If damage exponents are 0, as in GEM's toolkit, damage
+    occurs suddenly, and a warning reports this.
 
     Example:
         >>> law = wd.laws.Pinching4(
@@ -242,7 +251,7 @@ class Pinching4(Law):
 
     @classmethod
     def counts_reversals(cls, p: Values) -> bool:
-        """Damage takes effect at reversals; if it counts cycles, each reversal is a part of a cycle."""
+        """Return whether the storeys have damage: it increases at each reversal of the drift."""
         return _has_damage(p)
 
     @classmethod
@@ -264,7 +273,8 @@ class Pinching4(Law):
             below = negative_side(p)
             force = below["yield_force"] / p["yield_force"]
             other, energy_below, last_below = _side(below)
-            # The initial stiffness is the same: drifts and forces of this side are longer and larger by this ratio.
+            # The initial stiffness is the same, so yield drift and yield force of this side have the same ratio to the
+            # positive side.
             of_negative = {
                 name: np.minimum(value * force, NEVER) if not name.endswith("_slope") else value
                 for name, value in other.items()
@@ -316,7 +326,11 @@ class Pinching4(Law):
 
 
 def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
-    """Return the coefficients of a side, the energy under its backbone and its last ductility, in units of the side."""
+    """Return the coefficients of one side {name: array}, the energy under its backbone, and its last drift.
+
+    Drifts and forces are divided by the yield drift and yield force of this side; the last drift is that of the last
+    corner of the backbone.
+    """
     drift, force = corners(p, 4)
     length, rise = (np.diff(np.stack(values), axis=0) for values in (drift, force))
     slope = rise / length
@@ -335,7 +349,7 @@ def _side(p: Values) -> tuple[dict[str, np.ndarray], np.ndarray, np.ndarray]:
 
 
 def _side_problem(p: Values) -> str | None:
-    """Return a sentence on a contradiction between the parameters of a side, or None."""
+    """Return a sentence about parameters of one side that contradict each other, or None."""
     if problem := backbone_problem(p, 4) or _unloading_problem(p):
         return problem
     reloading, unloading = np.broadcast_arrays(p["reloading_force"], p["unloading_force"])
@@ -349,7 +363,7 @@ def _side_problem(p: Values) -> str | None:
 
 
 def _unloading_problem(p: Values) -> str | None:
-    """Return a sentence on an unloading force that is so low that cycles would generate energy, or None.
+    """Return a sentence about an unloading force that is so low that cycles would generate energy, or None.
 
     Consider a cycle between -x and x, in yield drifts, with the backbone force f at x. If it reloads with the unloading
     stiffness, it dissipates 2 (u + r f) (x - f); u is the force at which unloading ends and r the ratio of the
@@ -361,5 +375,5 @@ def _unloading_problem(p: Values) -> str | None:
         ratio = np.minimum(ratio, np.divide(weakest, corner, out=np.ones_like(ratio), where=corner > 0))
     least = -p["reloading_force"] * ratio
     bad = p["unloading_force"] < least * (1 + 1e-9)
-    reason = "or cycles would give energy: that is -reloading_force times the least force of a peak over the corner's"
+    reason = "or cycles would generate energy (-reloading_force times the least ratio of a peak's to a corner's force)"
     return first_bad(bad, "unloading_force", p["unloading_force"], "at least", least, reason)

@@ -1,4 +1,4 @@
-"""Wood-frame shear walls: the rules of SAWS as bounds on a force that moves with the unloading stiffness.
+"""Device functions of wood-frame shear walls: the rules of SAWS as bounds of a force.
 
 Drifts and forces are in units of F0/S0 and F0. Their signs are changed if the wall moves in the negative direction, so
 that one set of rules serves both directions. The force changes with the unloading stiffness until it meets the upper
@@ -29,7 +29,10 @@ HAS_FAILED = wp.constant(wp.float64(3.0))
 
 
 class M(Layout):
-    """The memory, in units of F0/S0 and F0."""
+    """Memory of a wall: the history variables that its law keeps from step to step.
+
+    Drifts are in units of F0/S0 and forces in units of F0.
+    """
 
     DRIFT = enum.auto()
     FORCE = enum.auto()
@@ -40,7 +43,7 @@ class M(Layout):
 
 @wp.func
 def saws_curve(x: Any, c: Any):
-    """Force and slope of the curved part of the envelope at a drift of at least 0."""
+    """Return force and slope of the curved segment of the envelope at a drift x >= 0."""
     one = type(x)(1.0)
     left = decay(x)
     asymptote = one + c[C.HARDENING_SLOPE] * x
@@ -49,7 +52,7 @@ def saws_curve(x: Any, c: Any):
 
 @wp.func
 def saws_envelope(x: Any, c: Any):
-    """Force and slope of the envelope at a drift of at least 0."""
+    """Return force and slope of the envelope at a drift x >= 0."""
     force, slope = saws_curve(x, c)
     falls = x > c[C.PEAK_DRIFT]
     force = wp.where(falls, c[C.PEAK_FORCE] - c[C.FALLING_SLOPE] * (x - c[C.PEAK_DRIFT]), force)
@@ -58,10 +61,14 @@ def saws_envelope(x: Any, c: Any):
 
 @wp.func
 def saws_reloading(x: Any, farthest: Any, c: Any):
-    """Force and slope of the reloading line of a side at a drift."""
+    """Return force and slope of the reloading line of a side at a drift x.
+
+    `farthest` is the largest drift that the wall has reached on the envelope of this side.
+    """
     aim = c[C.RELOADING_DRIFT_RATIO] * farthest
     curved, _slope = saws_curve(aim, c)
-    # From the curved part reloading aims no higher than the peak, from the falling line at the falling line.
+    # After peaks on the curved segment, the target force is at most the peak force; after peaks on the falling line,
+    # the target is on the falling line.
     fallen = c[C.PEAK_FORCE] - c[C.FALLING_SLOPE] * (aim - c[C.PEAK_DRIFT])
     target = wp.where(farthest > c[C.PEAK_DRIFT], fallen, minimum(curved, c[C.PEAK_FORCE]))
     slope = minimum(type(x)(1.0) / power_of(aim, c[C.RELOADING_EXPONENT]), c[C.UNLOADING_SLOPE])
@@ -70,7 +77,7 @@ def saws_reloading(x: Any, farthest: Any, c: Any):
 
 @wp.func
 def saws_follow(drift: Any, memory: Any, c: Any):
-    """Memory after a step to a drift, and the slope there."""
+    """Return the memory after a step to a drift, and the slope of the force there."""
     zero, one = type(drift)(0.0), type(drift)(1.0)
     small, off_envelope = type(drift)(IS_SMALL), type(drift)(OFF_ENVELOPE)
     between, has_failed = type(drift)(BETWEEN), type(drift)(HAS_FAILED)
@@ -156,10 +163,10 @@ def elastic_energy(drift: Any, memory: Any, c: Any):
     has_failed = type(drift)(HAS_FAILED)
     x, f = wp.abs(memory[M.DRIFT]), wp.abs(memory[M.FORCE])
     left = decay(x)
-    # Small drifts unload along the envelope: its integral.
+    # At small drifts, the wall unloads along the envelope; the energy is the integral of the envelope.
     curve = x + half * c[C.HARDENING_SLOPE] * x * x - (one + c[C.HARDENING_SLOPE]) * (one - left)
     curve += c[C.HARDENING_SLOPE] * x * left
-    # Others unload down to the pinched line, and along it if its force there is still of the same sign.
+    # At other drifts, it unloads to the pinched line, and along this line if its force there has the same sign.
     with_force = wp.where(memory[M.FORCE] < zero, -memory[M.DRIFT], memory[M.DRIFT])
     way = (f + c[C.PINCHED_FORCE] - c[C.PINCHED_SLOPE] * with_force) / (c[C.UNLOADING_SLOPE] - c[C.PINCHED_SLOPE])
     there = f - c[C.UNLOADING_SLOPE] * way
@@ -179,7 +186,10 @@ SPRINGS = {
 
 @wp.func
 def saws_crossing_drift(hardening: wp.float64, force: wp.float64, slope: wp.float64, peak_drift: wp.float64):
-    """Drift at which the envelope crosses the line force + slope * drift, as NumPy finds it in `parameters`."""
+    """Return the drift at which the envelope crosses the line force + slope * drift, by bisection.
+
+    `parameters` contains the same function for NumPy. `hardening` is the slope that the envelope approaches.
+    """
     one = wp.float64(1.0)
     low, high = wp.float64(0.0), peak_drift
     for _ in range(wp.static(BISECTIONS)):

@@ -2,8 +2,8 @@
 
 With the initial stiffness S0, the force F0 (`yield_force`) and the ratios R1 to R4 of OpenSees, the rules are:
 
-- The envelope is F = (F0 + R1 S0 d)(1 - exp(-S0 d / F0)) up to the drift DU at the peak force FU, and a line that falls
-  with the slope R2 S0 beyond.
+- The envelope is F = (F0 + R1 S0 d)(1 - exp(-S0 d / F0)) up to the drift DU at the peak force FU. Beyond DU, it is a
+  line that falls with the slope R2 S0.
 - Small drifts, up to 1.05 times the drift at which the envelope crosses the upper pinched line, load and unload along
   the envelope.
 - Unloading has the slope R3 S0, down to the pinched line F = -FI + R4 S0 d, and then follows this line. In the other
@@ -15,15 +15,15 @@ With the initial stiffness S0, the force F0 (`yield_force`) and the ratios R1 to
 
 Differences from OpenSees, whose forces jump in these cases:
 
-- A wall that unloads a little from the envelope returns along the same line to the envelope. OpenSees overshoots
-  the envelope by one step there (5 % of the strength in steps of 0.3 mm).
+- A wall that unloads a little from the envelope returns along the same line to the envelope. OpenSees overshoots the
+  envelope by one step there (5 % of the strength in steps of 0.3 mm).
 - Reloading never passes above the envelope. In OpenSees it does so in two cases. If the reloading line meets the
   pinched line before the envelope does, as with a large R1 and a large alpha, the force jumps there from the pinched
   line to the reloading line (by a third of F0 with the R1 of 0.1 of a public parameter set). If dun is below DU and
-  beta dun is beyond it, the force falls back to the envelope at beta dun.
+  beta dun is beyond DU, the force falls back to the envelope at beta dun.
 - No reloading line is steeper than unloading. In OpenSees a reloading line is steeper if beta dun is less than F0/S0.
-- Once a wall has passed the small drifts on one side, the first loading of the other side counts once it reaches
-  the envelope. OpenSees applies the rule of small drifts there.
+- Once a wall has passed the small drifts on one side, the first loading of the other side counts once it reaches the
+  envelope. OpenSees applies the rule of small drifts there.
 - A failed wall has no force. OpenSees gives it a stiffness of 1e-8.
 """
 
@@ -38,11 +38,11 @@ from warpdyn.engine.laws.bounds import first_bad
 from warpdyn.engine.laws.law import Law, Layout, Values, parameter
 from warpdyn.engine.tracing.functions import define_function
 
-BISECTIONS = 60  # down to the last digit
+BISECTIONS = 60  # enough for all digits of float64
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions, in units of F0 and of F0/S0."""
+    """Coefficients of the device functions, in units of F0 (force) and F0/S0 (drift)."""
 
     INVERSE_YIELD_DRIFT = enum.auto()
     YIELD_FORCE = enum.auto()
@@ -62,7 +62,8 @@ class Coefficient(Layout):
 class Saws(Law):
     """A wood-frame shear wall with pinching and softening (Folz and Filiatrault 2001; OpenSees: SAWS).
 
-    The help of its module lists the rules and the differences from OpenSees. The stiffness is OpenSees' S0.
+    The docstring of the module `saws.parameters` lists the rules and the differences from OpenSees. The storey
+    stiffness is OpenSees' S0.
 
     Example:
         >>> wall = wd.laws.Saws(
@@ -134,7 +135,7 @@ class Saws(Law):
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """Return True: the strength falls beyond the peak."""
+        """Return True: the strength of a wall decreases beyond its peak."""
         return True
 
     @staticmethod
@@ -164,7 +165,7 @@ class Saws(Law):
     def problem(p: Values) -> str | None:
         _, peak_force, rise = _peak(p)
         name, bound = "pinching_force_ratio", peak_force - rise
-        reason = "or the pinched line crosses the envelope beyond its peak: lower pinching_stiffness_ratio, too"
+        reason = "or the pinched line crosses the envelope beyond its peak: reduce it, or pinching_stiffness_ratio"
         return first_bad(p[name] >= bound, name, p[name], "below", bound, reason)
 
     @staticmethod
@@ -173,18 +174,24 @@ class Saws(Law):
 
 
 def _envelope(drift: np.ndarray, hardening: np.ndarray) -> np.ndarray:
-    """Return the force of the curved part of the envelope, divided by F0, at a drift divided by F0/S0."""
+    """Return the force of the curved segment of the envelope, divided by F0, at a drift in units of F0/S0."""
     return -(1 + hardening * drift) * np.expm1(-drift)
 
 
 def _peak(p: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the drift and the force of the peak of the envelope, and the rise of the pinched line up to this drift."""
+    """Return the drift and the force of the peak of the envelope, and the rise of the pinched line up to this drift.
+
+    Drifts are in units of F0/S0 and forces in units of F0.
+    """
     drift = p["drift_at_peak_force"] * p["stiffness"] / p["yield_force"]
     return drift, _envelope(drift, p["hardening_ratio"]), p["pinching_stiffness_ratio"] * drift
 
 
 def _crossing(hardening: np.ndarray, force: np.ndarray, slope: np.ndarray, peak_drift: np.ndarray) -> np.ndarray:
-    """Return the drift at which the envelope crosses the straight line `force + slope * drift`."""
+    """Return the drift at which the envelope crosses the straight line `force + slope * drift`, by bisection.
+
+    Drifts are in units of F0/S0 and forces in units of F0.
+    """
     low, high = np.zeros_like(peak_drift * hardening), peak_drift * np.ones_like(hardening)
     for _ in range(BISECTIONS):
         middle = (low + high) / 2

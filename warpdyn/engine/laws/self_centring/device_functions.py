@@ -1,10 +1,11 @@
-"""Self-centring storeys: a hardening spring in parallel with an elastic spring in series with a gap.
+"""Device functions of self-centring storeys: a hardening spring in parallel with an elastic spring and a gap in series.
 
-The gap opens at the yield drift and closes at the closing drift, until its opening is 0. Return mapping clamps the
-opening into the range that the drift allows, so the force depends on the path but not on the step.
+The gap opens at the yield drift and closes at the closing drift, until its opening is 0. The return mapping limits the
+opening to the range that the drift allows, so the force depends on the path but not on the step.
 
-With limits, the drift is divided into three parts. The part beyond the bearing drift deforms only the bearing. Of the
-rest, the part beyond the slip drift is slip; the remainder deforms the flag-shaped spring.
+With limits (slip or bearing), the drift is divided into three parts. The part beyond the bearing drift deforms only the
+bearing. Of the rest, the part beyond the slip drift is slip; the remainder deforms the spring with the flag-shaped
+loop.
 """
 
 import enum
@@ -20,7 +21,7 @@ from warpdyn.engine.laws.spring import Spring
 
 
 class M(Layout):
-    """The memory; the slip exists only in storeys with limits."""
+    """Memory of a storey: the history variables that its law keeps; the slip exists only in storeys with limits."""
 
     OPENING = enum.auto()  # opening of the gap [m], with the sign of the drift
     SLIP = enum.auto()  # [m]
@@ -28,7 +29,7 @@ class M(Layout):
 
 @wp.func
 def self_centring_opening(drift: Any, before: Any, c: Any):
-    """Opening of the gap after a step to a drift."""
+    """Return the opening of the gap [m] after a step to a drift; `before` is the opening before the step."""
     zero = type(drift)(0.0)
     size = wp.abs(drift)
     # An opening of the other side has a negative sign here and is clamped to at least 0.
@@ -38,11 +39,11 @@ def self_centring_opening(drift: Any, before: Any, c: Any):
 
 
 def _self_centring(row: str, LIMITS: bool) -> Spring:
-    """Return the device functions with or without slip and bearing (LIMITS)."""
+    """Return the device functions of storeys without limits, or with slip and bearing (LIMITS is True)."""
     VALUES = len(M) if LIMITS else 1
 
     def flag_drift(drift: Any, memory: Any, c: Any):
-        """Drift of the flag, and the slip."""
+        """Return the drift of the spring with the flag-shaped loop [m], and the slip [m]."""
         slip = type(drift)(0.0)
         inner = drift
         if LIMITS:
@@ -78,7 +79,7 @@ def _self_centring(row: str, LIMITS: bool) -> Spring:
         stretch = inner - opening
         energy = half * (c[C.HARDENING_STIFFNESS] * inner * inner + c[C.GAP_STIFFNESS] * stretch * stretch) + closing
         if LIMITS:
-            # The bearing starts at the force of the flag, and gives back the work of this force, too.
+            # The bearing starts at the force of the flag-shaped spring, and returns the work of this force, too.
             pressed = drift - inner - slip
             at_bearing = c[C.HARDENING_STIFFNESS] * inner + c[C.GAP_STIFFNESS] * stretch
             energy += pressed * (at_bearing + half * c[C.BEARING_STIFFNESS] * pressed)

@@ -2,8 +2,8 @@
 
 Post-tensioned walls, rocking frames and self-centring braces behave in this way. The force follows the initial
 stiffness up to the yield force, at which a gap opens, and then the hardening stiffness. In unloading, the gap closes
-where the force is (1 - flag_height) times the yield force, plus hardening. For a flag height of 1 or less the force is
-0 at zero drift.
+where the force is (1 - flag_height) times the yield force, plus the hardening force. For a flag height of 1 or less the
+force is 0 at zero drift.
 
 Two limits are optional. Beyond `bearing_drift`, the gap stops opening and a bearing adds its stiffness. Beyond
 `slip_drift`, the whole device slips at a constant force, which leaves a residual drift; the bearing still acts at
@@ -32,7 +32,7 @@ NEVER = 1e30  # m: a limit that no storey reaches
 
 
 class Coefficient(Layout):
-    """Coefficients of the device functions; storeys without slip and bearing need only the first four."""
+    """Coefficients that the device functions of the law read; storeys without slip and bearing need the first four."""
 
     HARDENING_STIFFNESS = enum.auto()
     GAP_STIFFNESS = enum.auto()  # initial less hardening stiffness, lost while the gap opens or closes
@@ -46,7 +46,8 @@ class Coefficient(Layout):
 class SelfCentring(Law):
     """A self-centring storey with flag-shaped loops, as in post-tensioned walls and frames (OpenSees: SelfCentering).
 
-    The help of its module lists the rules and the differences from OpenSees. The stiffness is OpenSees' k1.
+    The docstring of the module `self_centring.parameters` lists the rules and the differences from OpenSees. The storey
+    stiffness is OpenSees' k1.
 
     Example:
         >>> wd.laws.SelfCentring(yield_force=1e6, hardening_ratio=0.05, flag_height=0.6)
@@ -87,7 +88,7 @@ class SelfCentring(Law):
 
     @classmethod
     def is_sensitive(cls, p: Values) -> bool:
-        """Return whether there is a bearing: a small change of the time of contact changes the rebound."""
+        """Return whether the storeys have a bearing: a small change of the time of contact changes the rebound."""
         return bool(np.any(p["bearing_drift"] > 0))
 
     @staticmethod

@@ -1,4 +1,4 @@
-"""Checks of the device functions in a class body, without compiling them."""
+"""Check the device functions that a user writes in the class body of a law, without compiling them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,12 @@ PATHS = "follow(drift, memory, c), or rate(velocity, memory, c) with force(drift
 
 
 def check_set_of_functions(names: Collection[str], memory: tuple[str, ...]) -> None:
-    """Raise a TypeError if a device function is missing, or if two of them contradict each other."""
+    """Raise a TypeError if a device function of a law is missing, or if two of its functions contradict each other.
+
+    Args:
+        names: Names of the device functions in the class body.
+        memory: Names of the memory values of the law.
+    """
     found = set(names)
     if "follow" in found:
         if more := found & {"force", "return_mapping", "memory_after", "rate"}:
@@ -50,7 +55,7 @@ def check_set_of_functions(names: Collection[str], memory: tuple[str, ...]) -> N
 
 
 def check_memory(memory: object) -> None:
-    """Raise a TypeError if `memory` is not a tuple of different names."""
+    """Raise a TypeError if the attribute `memory` of a law is not a tuple of different names."""
     names = memory if isinstance(memory, tuple) else ()
     is_names = isinstance(memory, tuple) and all(isinstance(name, str) and name.isidentifier() for name in names)
     if not is_names or len(set(names)) != len(names):
@@ -58,7 +63,12 @@ def check_memory(memory: object) -> None:
 
 
 def check_function(function: Captured, memory: tuple[str, ...]) -> None:
-    """Raise a TypeError if the arguments, assignments or returned values of a device function are wrong."""
+    """Raise a TypeError if the arguments, assignments or returned values of a device function are wrong.
+
+    Args:
+        function: The device function.
+        memory: Names of the memory values of the law.
+    """
     node, name = function.node, function.name
     arguments = argument_names(node)
     expected = ARGUMENTS.get(name)
@@ -91,19 +101,19 @@ def check_function(function: Captured, memory: tuple[str, ...]) -> None:
 
 
 def argument_names(node: ast.FunctionDef) -> tuple[str, ...]:
-    """Return the names of a function's arguments."""
+    """Return the names of the positional arguments of a function."""
     return tuple(argument.arg for argument in (*node.args.posonlyargs, *node.args.args))
 
 
 def returned(node: ast.Return) -> list[ast.expr]:
-    """Return the expressions of a return statement."""
+    """Return the expressions that a return statement returns; an empty list if it returns nothing."""
     if node.value is None:
         return []
     return list(node.value.elts) if isinstance(node.value, ast.Tuple) else [node.value]
 
 
 def at(node: ast.AST, text: str) -> TypeError:
-    """Return a TypeError whose message ends with the line in the author's file or notebook cell."""
+    """Return a TypeError with this text and the line number of a syntax node in the author's file or notebook cell."""
     return TypeError(f"{text} (line {getattr(node, 'lineno', 1)})")
 
 
@@ -115,8 +125,9 @@ def _always_returns(body: list[ast.stmt]) -> bool:
 
 
 def unknown(kind: str, name: str, known: Mapping[str, object] | tuple[str, ...]) -> str:
-    """Return a sentence on an unknown coefficient or memory value, with a similar name if there is one."""
+    """Return a sentence about an unknown coefficient or memory value (`kind`), with the known names."""
     from warpdyn.foundations.core.near_misses import did_you_mean
 
     listed = ", ".join(known) or "(none)"
-    return f"unknown {kind} {name!r}{did_you_mean(name, list(known))}; known: {listed}"
+    remedy = "return it from derived(p)" if kind == "coefficient" else "add it to memory = (...)"
+    return f"unknown {kind} {name!r}{did_you_mean(name, list(known))}; known: {listed}. Correct the name, or {remedy}"

@@ -1,7 +1,7 @@
-"""Warp functions of laws that are written in a class body, and default functions derived from them.
+"""Compile the device functions that a user writes in the class body of a law, and derive the missing ones.
 
-`follow` returns force and memory after a step. `force`, `return_mapping` and `tangent` are derived from it in the same
-way for all such laws. The tangent is a difference quotient in the direction of the last step.
+A user's function `follow` returns force and memory after a step. `force`, `return_mapping` and `tangent` are derived
+from `follow` in the same way for all such laws. The tangent is a difference quotient in the direction of the last step.
 """
 
 # No `from __future__ import annotations`: Warp needs the types of annotations, not their text.
@@ -19,7 +19,7 @@ from warpdyn.engine.laws.spring import Spring
 from warpdyn.engine.laws.written.source import Written
 
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws without one: 0.5 / stiffness
-# Lengths of difference quotients, as a fraction of the drift, and smallest lengths [m].
+# Length of the drift increment in difference quotients: a fraction of the drift, plus a smallest length [m].
 PART_OF_DRIFT, LEAST_CHORD = wp.constant(1e-6), wp.constant(1e-9)  # float64
 COARSE_PART_OF_DRIFT, COARSE_LEAST_CHORD = wp.constant(3e-4), wp.constant(1e-6)  # float32
 MEMORY_CHORD = wp.constant(1e-3)  # length of difference quotients for memory values, which are of the order of 1
@@ -36,11 +36,11 @@ def chord_at(drift: wp.float32) -> wp.float32:  # type: ignore[no-redef]  # noqa
 
 
 def written_spring(name: str, written: Written) -> Spring:
-    """Return the device functions of a law that is written in a class body.
+    """Return the device functions of a law whose functions are written in a class body.
 
     Args:
-        name: Name of its variant, which no other law has.
-        written: Its functions.
+        name: Name of the variant (set of functions), which no other law has.
+        written: The functions.
     """
     functions = _built(name, written)
     if "follow" in functions:
@@ -65,13 +65,13 @@ def written_spring(name: str, written: Written) -> Spring:
 
 
 def _reads_memory(written: Written, name: str) -> bool:
-    """Return whether a function of a law reads the memory; False if the law does not define the function."""
+    """Return whether the function `name` of a law reads the memory; False if the law does not define this function."""
     found = [node for node in ast.parse(written.text).body if getattr(node, "name", "") == name]
     return any(isinstance(each, ast.Name) and each.id == "memory" for node in found for each in ast.walk(node))
 
 
 def _built(name: str, written: Written) -> dict[str, Any]:
-    """Return {name in the class body: Warp function}, compiled from the source."""
+    """Return the Warp functions of a law: {name in the class body: Warp function}."""
     file = f"<device functions of {name}>"
     linecache.cache[file] = (len(written.text), None, written.text.splitlines(keepends=True), file)
     namespace: dict[str, Any] = {"wp": wp, "Any": Any, "__name__": __name__}

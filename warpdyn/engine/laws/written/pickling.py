@@ -1,7 +1,7 @@
-"""Pickled classes of users' laws: the process that defined a class keeps it when it reads its own pickle.
+"""Pickle the classes of users' laws, so that the process that defined a class does not overwrite it.
 
-cloudpickle sends a class of a script or notebook with all its attributes. A process that reads such a pickle sets them,
-also on a class that it has defined itself: copies would replace its functions.
+cloudpickle pickles a class of a script or notebook with all its attributes. A process that loads such a pickle sets
+these attributes, even on a class that it has defined itself: copies would replace its functions.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from weakref import WeakKeyDictionary, WeakValueDictionary
 
 Kind = TypeVar("Kind", bound=type[Any])
 DEFINED_HERE: WeakValueDictionary[str, type] = WeakValueDictionary()
-IDENTITIES: WeakKeyDictionary[type, str] = WeakKeyDictionary()  # also of classes from other processes
+IDENTITIES: WeakKeyDictionary[type, str] = WeakKeyDictionary()  # includes classes from other processes
 
 
 @dataclass(frozen=True)
 class SentClass:
-    """A class in a pickle.
+    """A pickled class of a user's law or device.
 
     Args:
         identity: Text that no other class has.
@@ -31,7 +31,10 @@ class SentClass:
 
 
 def sent(cls: Kind) -> Kind | SentClass:
-    """Return a class for a pickle; a class of warpdyn is returned unchanged, because it is pickled by its name."""
+    """Return an object to pickle instead of a class of a law or device.
+
+    A class of warpdyn is returned unchanged, because it is pickled by its name.
+    """
     import cloudpickle
 
     if cls.__module__.startswith("warpdyn."):
@@ -43,7 +46,10 @@ def sent(cls: Kind) -> Kind | SentClass:
 
 
 def received(kind: Kind | SentClass) -> Kind:
-    """Return the class for a result of `sent`: in the process that defined it this class, otherwise the pickled one."""
+    """Return the class for a result of `sent`.
+
+    In the process that defined the class, the original class is returned; in other processes, a copy from the pickle.
+    """
     if not isinstance(kind, SentClass):
         return kind
     if (here := DEFINED_HERE.get(kind.identity)) is not None:
@@ -54,5 +60,5 @@ def received(kind: Kind | SentClass) -> Kind:
 
 
 def received_element(kind: type[Any] | SentClass, values: dict[str, Any]) -> Any:
-    """Return a law or device with these values; `kind` is its class as `sent`."""
+    """Return a law or device with these parameter values; `kind` is its class, as `sent` returned it."""
     return received(kind)(**values)

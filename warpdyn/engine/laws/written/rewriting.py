@@ -1,7 +1,7 @@
-"""Device functions of a class body, rewritten as Warp needs them.
+"""Rewrite the device functions that a user writes in a class body as Warp needs them.
 
-Authors write `c.yield_force`, `memory.slip`, `2 * drift` and `return force, slip`. Warp needs vector elements and
-numbers of the kernel's dtype: `c[0]`, `memory[0]`, `type(drift)(2.0) * drift`, and one vector with all memory values.
+Users write `c.yield_force`, `memory.slip`, `2 * drift` and `return force, slip`. Warp needs vector elements and numbers
+of the kernel's dtype: `c[0]`, `memory[0]`, `type(drift)(2.0) * drift`, and one vector with all memory values.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from warpdyn.engine.laws.written.checks import (
 )
 from warpdyn.engine.laws.written.source import Captured, Written, captured, device_function
 
-QUICKER = {("min", 2): "minimum", ("max", 2): "maximum", ("clamp", 3): "clamped"}  # faster than Warp's on CPUs
+QUICKER = {("min", 2): "minimum", ("max", 2): "maximum", ("clamp", 3): "clamped"}  # faster than Warp's own on CPUs
 EXTREMA = "warpdyn.engine.device.extrema"
 MOST_MULTIPLIED = 4  # x**4 is written as x*x*x*x
 PYTHON = ("abs", "min", "max", "range", "type", "int", "bool", "True", "False")  # Python names that Warp supports
@@ -36,10 +36,10 @@ def written(
     """Check the device functions of a law, and rewrite them for Warp.
 
     Args:
-        functions: The functions in the class body by name.
+        functions: The functions in the class body: {name: function}.
         memory: Names of the memory values.
         available: Names of the coefficients that the functions may read.
-        hidden: Coefficient that only warpdyn's default functions read, or "".
+        hidden: Name of the coefficient that only warpdyn's default functions read, or "".
 
     Raises:
         TypeError: If a function breaks a rule.
@@ -63,7 +63,7 @@ def written(
 
 
 class _Book:
-    """The device functions of a law, the functions that they call, and the names that they may use."""
+    """The device functions of a law, the functions that they call, and the names that the functions may use."""
 
     def __init__(
         self,
@@ -76,13 +76,13 @@ class _Book:
         self.imports: set[tuple[str, str, str]] = set()
 
     def imported(self, module: str, name: str) -> str:
-        """Note that the text imports a function of warpdyn, and return its name in the text."""
+        """Record that the rewritten text needs a function of warpdyn, and return the function's name in the text."""
         self.imports.add((f"quick_{name}", module, name))
         return f"quick_{name}"
 
 
 class _Rewriting(ast.NodeTransformer):
-    """Rewrites one function as Warp needs it."""
+    """Rewrites one device function of a user as Warp needs it."""
 
     def __init__(self, function: Captured, book: _Book) -> None:
         self.function, self.book, self.node = function, book, copy.deepcopy(function.node)
@@ -96,7 +96,7 @@ class _Rewriting(ast.NodeTransformer):
         self.counts = False  # inside an index or a count, where numbers are integers
 
     def text(self) -> str:
-        """Return the function's text."""
+        """Return the rewritten source text of the function."""
         node = self.node
         node.decorator_list, node.returns = [], None
         for argument in (*node.args.posonlyargs, *node.args.args):
@@ -191,7 +191,11 @@ class _Rewriting(ast.NodeTransformer):
         return self._outer(node)
 
     def _outer(self, node: ast.Name | ast.Attribute) -> ast.expr:
-        """Return the expression for a value that is defined outside of the class."""
+        """Return the expression that replaces a name whose value is defined outside of the class.
+
+        Raises:
+            TypeError: If the name is not defined, or if a kernel cannot use its value.
+        """
         words = ast.unparse(node)
         root, *attributes = words.split(".")
         if root not in self.function.values:
@@ -217,7 +221,7 @@ class _Rewriting(ast.NodeTransformer):
         if root in PYTHON and not attributes:
             return node
         hint = f": use wp.{attributes[-1]}" if attributes and callable(value) else ""
-        hint = hint or ": decorate it with @wp.func" if callable(value) else hint
+        hint = hint or (": decorate it with @wp.func" if callable(value) else ": use a number or a coefficient")
         raise at(node, f"{self.function.name} reads {words} ({type(value).__name__}), which a kernel cannot use{hint}")
 
     def _is_warp(self, node: ast.expr) -> bool:

@@ -1,4 +1,4 @@
-"""Device functions of a class body as source, which can be compared, hashed, pickled and compiled in any process."""
+"""Source of the device functions in a class body; it can be compared, hashed, pickled and compiled in any process."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Written:
-    """The device functions of one law.
+    """The rewritten device functions of one law.
 
     Args:
-        text: Their source, as rewritten for Warp.
+        text: Source of the functions, rewritten for Warp.
         functions: (Name in the class body, such as "follow"; name in the text) of each function.
         imports: (Name in the text, module, attribute) of each function of warpdyn that the text calls.
         coefficients: Names of the coefficients, in the order of the vector.
@@ -32,13 +32,13 @@ class Written:
 
     @property
     def digest(self) -> str:
-        """Eight characters that depend on the source, the coefficients and the memory values."""
+        """Eight characters of a hash of the source, the coefficients and the memory values."""
         return hashlib.sha256(repr((self.text, self.imports, self.coefficients, self.memory)).encode()).hexdigest()[:8]
 
 
 @dataclass(frozen=True)
 class Captured:
-    """A function as its author wrote it.
+    """A device function as its author wrote it.
 
     Args:
         name: Name of the function.
@@ -51,21 +51,21 @@ class Captured:
     values: Mapping[str, Any]
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle only the name: `Written` contains the source, and `values` may contain modules."""
+        """Pickle only the name of the function: `Written` contains the source, and `values` may contain modules."""
         return Captured, (self.name, None, {})
 
 
 def device_function(value: object) -> Callable[..., Any] | None:
-    """Return the Python function of a Warp function (`@wp.func`), or None; this does not import Warp."""
+    """Return the Python function of a Warp function (`@wp.func`); None for other values. Warp is not imported."""
     is_warp = type(value).__module__.partition(".")[0] == "warp" and type(value).__name__ == "Function"
     return getattr(value, "func", None) if is_warp else None
 
 
 def captured(name: str, function: Callable[..., Any]) -> Captured:
-    """Return the definition of a function and the outside values that it reads.
+    """Return the definition of a function, and the values from outside of the function that it reads.
 
     Raises:
-        TypeError: If its source is not available, as in an interactive prompt.
+        TypeError: If the source of the function is not available, as in an interactive prompt.
     """
     try:
         text = textwrap.dedent(inspect.getsource(function))
