@@ -14,13 +14,13 @@ from warpdyn.model.structures.structure import Structure
 
 P = ParamSpec("P")
 R = TypeVar("R")
-# Names that users try and that are not similar to ours.
+# Wrong names of arguments that users try, and that are not similar to the right name -> the right name.
 OTHER_NAMES = {"samples": "structures", "count": "structures", "workers": "threads"}
-BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)  # kinds of positional arguments
 
 
 def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function whose first argument is a scene; it checks the scene, and the names of all arguments.
+    """Return a function whose first argument is a scene with checks: of the scene, and of the names of all arguments.
 
     Raises:
         TypeError: If the first argument is not a scene, there are too many positional arguments, or a name is unknown.
