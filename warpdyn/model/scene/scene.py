@@ -30,7 +30,7 @@ def _described(given: object) -> str:
 
 
 def _advice(given: object, kind: type) -> str:
-    """Return advice if a wrong argument contains, or is the class of, the needed Structure or Excitation; else ""."""
+    """Return advice for a wrong argument that contains, or is the class of, a Structure or Excitation; otherwise ""."""
     if isinstance(given, type) and issubclass(given, kind):
         return f"; give {given.__name__}(...)"
     if kind is Structure:
@@ -161,7 +161,10 @@ class Scene:
 
     @property
     def representative_parameters(self) -> dict[str, np.ndarray]:
-        """Two values of each random parameter, and all values of GivenValues, shape [value, storey] or [value]."""
+        """Two values of each random parameter and all values of GivenValues, shape [value, storey] or [value].
+
+        A parameter with equal values here has equal values in every sample.
+        """
         return representative(self.structure, self.scatter)
 
     @property
@@ -180,13 +183,13 @@ class Scene:
     @property
     def shortest_run(self) -> float:
         """Duration of the shortest ground motion, or of the load, including `tail` if it is given [s]."""
-        known: Any = self.excitation  # noise and loads that are formulas have a duration
+        known: Any = self.excitation  # noise, and loads that are formulas, have a duration instead of motions
         lengths = [motion.step * (len(motion.values) - 1) for motion in known.motions] or [known.duration]
         return min(lengths) + (self.tail or 0.0 if known.has_tail else 0.0)
 
     @property
     def structures_given(self) -> int:
-        """Number of structures for which the scene lists values or motions; 0 if it lists none."""
+        """Number of structures for which the scene lists parameter values or motions; 0 if it lists none."""
         listed = [len(spread.values) for spread in self.scatter.values() if isinstance(spread, GivenValues)]
         return max([*listed, self.excitation.structures_given])
 
@@ -195,7 +198,7 @@ class Scene:
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def to_json(self) -> str:
-        """Return the scene as JSON. Of a long array, the JSON contains only the shape.
+        """Return the scene as JSON text. Of an array with more than 1,024 values, the JSON contains only the shape.
 
         Example:
             >>> scene.to_json()[:40]
