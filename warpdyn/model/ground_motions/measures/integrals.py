@@ -91,8 +91,8 @@ def significant_duration(motion: GroundMotion, start: float, end: float) -> floa
     for share in (start, end):
         i = np.searchsorted(reached, share * reached[-1]) - 1  # the last sample before the time (share is above 0)
         slope, rest = (a[i + 1] - a[i]) / motion.step, share * reached[-1] - reached[i]
-        # The acceleration x at this time solves (x^3 - a^3) / (3 slope) = rest. t is (x - a) / slope, rewritten to avoid
-        # the cancellation of digits.
+        # The acceleration x at this time solves (x^3 - a^3) / (3 slope) = rest. t is (x - a) / slope, in a form
+        # without cancellation of digits.
         x = np.cbrt(a[i] ** 3 + 3 * slope * rest)
         times.append(i * motion.step + 3 * rest / (x**2 + x * a[i] + a[i] ** 2))
     return float(times[1] - times[0])

@@ -17,7 +17,7 @@ from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecord
 from warpdyn.model.ground_motions.records.text import number
 from warpdyn.model.ground_motions.records.units import ALLOWED_UNITS, checked_step, unit_factor
 
-# The name of the unit ends at the end of the line or of a sentence, or before words about a filter.
+# In the header, the name of the unit ends at the end of a line or sentence, or before words about a filter.
 _UNITS = re.compile(r"UNITS\s+OF\s+(.*?)\s*(?:[.,;:(]|\bFILTER|\bHP\b|$)", re.IGNORECASE)
 _OTHER_QUANTITY = re.compile(r"\b(VELOCITY|DISPLACEMENT)\b", re.IGNORECASE)
 _SIZES = (
@@ -66,7 +66,7 @@ def read_at2(path: str | Path) -> GroundMotion:
 
 
 def read_at2_and_header(path: str | PathLike) -> GroundMotion:
-    """Return the motion in a file, with record and component from line 2 only, not from the file's name."""
+    """Return the motion in an AT2 file, with record and component as in line 2 of the file ("" if they are missing)."""
     record = RecordText.of(path)
     if len(record.lines) < 4:
         raise damaged(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(record.lines)}")
@@ -82,7 +82,7 @@ def read_at2_and_header(path: str | PathLike) -> GroundMotion:
 
 
 def _unit_of(line: str, place: str) -> float:
-    """Return the factor to m/s2 for the unit that a header line names."""
+    """Return the factor that converts the unit named in a header line to m/s2; raise an error if it has no unit."""
     quantity = _OTHER_QUANTITY.search(line)
     if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
         raise NotARecordError(
@@ -96,7 +96,7 @@ def _unit_of(line: str, place: str) -> float:
 
 
 def _sizes_of(line: str, place: str) -> tuple[str, float]:
-    """Return the number of values, as text, and the step [s] from the header line that states both."""
+    """Return the number of values (as text) and the step [s] that the fourth header line contains."""
     sizes = next(filter(None, (style.search(line) for style in _SIZES)), None)
     if not sizes:
         raise damaged(f"{place}: expected 'NPTS= 9, DT= .02 SEC' or '9 .02 NPTS, DT', got {line.strip()!r}")
