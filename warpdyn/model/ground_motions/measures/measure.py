@@ -111,7 +111,7 @@ class IntensityMeasure(ABC):
         return is_of_one_kind and all(abs(a - b) <= SAME * max(a, b) for a, b in pairs)
 
     def attributes(self) -> dict[str, object]:
-        """Return the attributes that describe this measure in a dataset: name and, if it has them, period and damping."""
+        """Return the attributes that describe the measure in a dataset: name, and period and damping if it has them."""
         known = {PERIOD: "period", PERIODS: "periods", DAMPING: "damping_ratio"}
         found = {key: getattr(self, name) for key, name in known.items() if hasattr(self, name)}
         return {MEASURE: self.name} | {key: np.asarray(value, dtype=float)[()] for key, value in found.items()}
