@@ -87,7 +87,7 @@ def _act_on_asked() -> None:
 
 
 def _act(number: int, handler: object) -> None:
-    """Call the handler that a signal had before `interruptible`; if there is none, raise the error of the default."""
+    """Call the handler that a signal had before `interruptible`; without a handler, raise the error of the default."""
     if callable(handler):
         handler(number, None)
     elif number == signal.SIGINT:

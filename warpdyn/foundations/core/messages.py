@@ -90,7 +90,7 @@ def amount_of(count: int, noun: str, nouns: str = "") -> str:
 
 
 def warn_of_all(function: str, sentences: Sequence[str]) -> None:
-    """Give one warning that lists the sentences after the name of the function; no warning if there are none."""
+    """Give one warning that lists the sentences after the name of the function; without sentences, give no warning."""
     if sentences:
         warn_caller("\n- ".join([f"{function}:", *sentences]) if len(sentences) > 1 else f"{function}: {sentences[0]}")
 

@@ -153,7 +153,7 @@ def in_background(work: Callable[[], Result], told_after: float, tell: Callable[
 
 
 def _waiting_thread() -> SimpleQueue[Callable[[], None]]:
-    """Return the queue of an idle thread, which waits for a function to call; if there is none, start a thread."""
+    """Return the queue of an idle thread, which waits for a function to call; if no thread is idle, start a thread."""
     try:
         return _idle.pop()
     except IndexError:

@@ -187,7 +187,7 @@ def check_folder(folder: Path) -> None:
 
 
 def _near(folder: Path) -> str:
-    """Return " (did you mean ...?)" with an existing folder of a similar name; "" if there is none."""
+    """Return " (did you mean ...?)" with an existing folder of a similar name; "" if no name is similar."""
     missing = folder
     while not missing.parent.is_dir() and missing.parent != missing:
         missing = missing.parent

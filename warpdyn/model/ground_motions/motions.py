@@ -130,7 +130,7 @@ class GroundMotion(FrozenArrays):
 
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    """Return one or several ground motions as a tuple; raise an error if there is none or one has another class."""
+    """Return one or several ground motions as a tuple; raise an error if it is empty or contains another object."""
     if isinstance(motions, GroundMotion):
         return (motions,)
     if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):

@@ -143,11 +143,12 @@ def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) ->
 
     The bounds decide which steps may contain a peak. Suppose that, within a step h, the displacement exceeds the
     largest value so far, P, and reaches its largest value m at an instant of rest. After this instant, the speed grows
-    by at most A + w^2 m per unit of time, where A is the larger of the ground accelerations at the ends of the step; before it,
-    because damping acts backwards in time, by at most exp(2 zeta w t) times that. One end of the step is within h / 2,
-    so m is at most the displacement there + k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the sum of the speeds at
-    both ends is at most k^2 (A + w^2 m) h. The displacement also cannot exceed P if the amplitude of the free vibration
-    about the static response, plus the static response at one of the ends, is less than P.
+    by at most A + w^2 m per unit of time, where A is the larger of the ground accelerations at the ends of the step.
+    Before it, the speed grows by at most exp(2 zeta w t) times this rate, because damping acts backwards in time. One
+    end of the step is within h / 2 of the instant. Therefore, m is at most the displacement at this end +
+    k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the sum of the speeds at both ends is at most k^2 (A + w^2 m) h.
+    The displacement also cannot exceed P if the amplitude of the free vibration about the static response, plus the
+    static response at one of the ends, is less than P.
     """
     frequency = 2 * np.pi / period
     stiffness, damping, h = frequency**2, 2 * damping_ratio * frequency, steps[:, None]

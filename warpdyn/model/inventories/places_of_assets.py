@@ -101,7 +101,7 @@ def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
 
 
 def _place_column(source: str, names: dict[str, object], known: tuple[str, ...]) -> object:
-    """Return the name of the first column that is in `known`, such as "lon"; raise a ValueError if there is none."""
+    """Return the name of the first column that is in `known`, such as "lon"; raise a ValueError without a match."""
     for name in known:
         if name in names:
             return names[name]

@@ -94,7 +94,7 @@ def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why:
         file: EventGrid.csv, for the message.
         names: Names of the points.
         kept: Whether each point is used, shape [point].
-        why: What the other points have, in words.
+        why: The reason in words, such as "no longitude or latitude".
     """
     if kept.all():
         return

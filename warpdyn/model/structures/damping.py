@@ -23,7 +23,7 @@ DAMPING_RATIO = Parameter("1", "viscous damping ratio", low=0.0, high=1.0, high_
 class Damping:
     """No damping, and base class of all kinds of inherent damping.
 
-    The damping matrix is C = a0 M + the matrix of storey dashpots + an additional matrix, of which a kind has some. An
+    The damping matrix is C = a0 M + the matrix of storey dashpots + an additional matrix; a kind uses some of these. An
     argument `parameters` contains the values of all parameters of one or several buildings, each of shape
     [structure, ...].
 

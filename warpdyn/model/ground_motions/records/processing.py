@@ -153,8 +153,8 @@ def trim(
         factor[last : stop + 1], slope[last : stop + 1] = falling[0][::-1], -falling[1][::-1]
     tapered = (factor * a + slope / h * velocity)[begin : stop + 1]
     if stop == last + fade:
-            # The velocity is integrated numerically, so that a velocity of the order of the squared step remains at the
-            # end. Remove it within the last taper.
+        # The velocity is integrated numerically, so that a velocity of the order of the squared step remains at the
+        # end. Remove it within the last taper.
         bump = np.sin(np.linspace(0.0, np.pi, fade + 1)) ** 2
         tapered[-fade - 1 :] -= bump * (tapered.sum() - 0.5 * (tapered[0] + tapered[-1])) / bump.sum()
     trimmed = replace(motion, acceleration=tapered)

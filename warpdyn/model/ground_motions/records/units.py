@@ -36,7 +36,7 @@ _LENGTHS = {
     "nanometres": 1e-9, "in": 0.0254, "inch": 0.0254, "inches": 0.0254, "ft": 0.3048, "foot": 0.3048, "feet": 0.3048,
 }  # fmt: skip
 _SECONDS = r"s(?:ec(?:ond)?s?)?"
-# What follows the length in "m/s2", "m/s/s", "m/(s*s)", "m s-2", "m.s-2", "m*s-2" and "m per second squared".
+# Text after the length in "m/s2", "m/s/s", "m/(s*s)", "m s-2", "m.s-2", "m*s-2" and "m per second squared".
 _PER_SECOND_SQUARED = re.compile(
     rf"(?:/{_SECONDS}/{_SECONDS}|/\(?{_SECONDS}(?:2|[*.]{_SECONDS}|squared)\)?|[ *.]?{_SECONDS}-2)"
 )

@@ -267,7 +267,7 @@ def _best(
         common: Labels with the text after them that all file names of the set have.
 
     Returns:
-        The candidate, None if there is none, and whether it is clear enough to contradict the header.
+        The candidate, or None if no part can be a label; and whether it is clear enough to contradict the header.
     """
     ranked: list[tuple[tuple[float, ...], _Candidate, bool]] = []
     for i, candidate in enumerate(candidates):

@@ -66,7 +66,7 @@ def _at_start(text: str) -> str:
 
 
 def _at_end(text: str) -> str:
-    """Return the label at the end of a text; "" if there is none. Single letters and short numbers are not labels."""
+    """Return the label at the end of a text; "" without a label. Single letters and short numbers are not labels."""
     words = _REMARK.sub(" ", text).split()
     for count in range(min(_MOST_WORDS, len(words) - 1), 0, -1):
         label = " ".join(words[-count:])

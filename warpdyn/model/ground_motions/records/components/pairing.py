@@ -57,7 +57,7 @@ def _by_record(motions: Sequence[GroundMotion]) -> list[tuple[str, list[GroundMo
 
 
 def _checked_pair(record: str, members: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:
-    """Return the pairs of horizontal components of one record, one per sensor; raise a ValueError if there are none."""
+    """Return the pairs of horizontal components of a record, one per sensor; raise a ValueError for other motions."""
     labels = {id(motion): orientation(motion.component) for motion in members}
     remaining = [motion for motion in members if labels[id(motion)].kind != "vertical"]
     unknown = [motion for motion in remaining if labels[id(motion)].kind == "unknown"]
