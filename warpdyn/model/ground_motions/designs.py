@@ -136,7 +136,7 @@ class Stripes(Design):
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
         if np.any(np.diff(levels) <= 0):
-            raise ValueError(f"levels must increase, got {levels.tolist()}")
+            raise ValueError(f"levels must increase, got {levels.tolist()}: sort levels=, and give each level once")
         if self.measure.power == 0:
             raise ValueError(
                 f"{self.measure.name} does not grow with a motion's scale, so no motion can be scaled to a level: "

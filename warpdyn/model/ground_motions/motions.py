@@ -65,7 +65,7 @@ class GroundMotion(FrozenArrays):
         if bad.size:
             raise ValueError(
                 f"motion {self.name!r}: acceleration[{bad[0]}] is {acceleration[bad[0]]} ({bad.size} of "
-                f"{acceleration.size} values are not finite); every value must be finite"
+                f"{acceleration.size} values are not finite); every value must be finite: correct the record"
             )
         acceleration.flags.writeable = False
         object.__setattr__(self, "acceleration", acceleration)

@@ -193,7 +193,7 @@ def _with_costs(
         raise ValueError(
             f"{what}: there is no cost {absent[0]!r}{did_you_mean(absent[0], known)}; "
             + (f"the kinds of costs are {', '.join(kinds)}, and " if kinds else "")
-            + f"the columns are {', '.join(map(str, inventory.columns))}"
+            + f"the columns are {', '.join(map(str, inventory.columns))}: correct costs="
         )
     total: Any = 0.0
     for name in costs:

@@ -96,7 +96,7 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
         if name not in source:
             raise no_column(what, name, table)
     if not len(table):
-        raise ValueError(f"{what}: the table contains no building; it must have at least one row")
+        raise ValueError(f"{what}: the table contains no building: give a table with at least one row")
     taken = set(source.values())
     found: dict[str, Any] = {name: table[source[name]] for name in COLUMNS if name in source}
     found |= {name: table[name] for name in table.columns if name not in taken and name not in source}

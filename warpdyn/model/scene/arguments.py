@@ -8,9 +8,7 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 from warpdyn.foundations.core.near_misses import refuse_unknown
-from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.scene.scene import Scene
-from warpdyn.model.structures.structure import Structure
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -36,9 +34,7 @@ def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
         refuse_unknown(name, named, known, names)
         if (given or "scene" in named) and not isinstance(scene, Scene):
             kinds = ", ".join(type(each).__name__ for each in given) or type(scene).__name__
-            is_part = any(isinstance(each, Structure | Excitation) for each in (*given, scene))
-            hint = f"; give {name}(Scene(structure, excitation))" if is_part else ""
-            raise TypeError(f"{name}() takes a Scene, got {kinds}{hint}")
+            raise TypeError(f"{name}() takes a Scene, got {kinds}; give {name}(Scene(structure, excitation))")
         if len(given) > most:
             by_name = ", ".join(list(known)[most:])
             raise TypeError(

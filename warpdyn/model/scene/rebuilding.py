@@ -182,7 +182,10 @@ class Rebuilding:
         try:
             return np.array(told, dtype=float)
         except (TypeError, ValueError):
-            raise ValueError(f"from_json(): {where} must be numbers, got {told!r}") from None
+            raise ValueError(
+                f"from_json(): {where} must be numbers, got {told!r}: give the attribute 'scene' of a run without "
+                "changes"
+            ) from None
 
     def archetype(self, told: dict[str, Any], name: str) -> Archetype:
         """Return the archetype of a portfolio that the JSON object `told` describes; `name` is the archetype's name."""
@@ -190,6 +193,9 @@ class Rebuilding:
         _check_keys(told, where, ARCHETYPE_KEYS, ARCHETYPE_KEYS)
         building = self.structure(told["structure"], where)
         if not isinstance(building, ShearBuilding):
-            raise ValueError(f"from_json(): {where} must be a ShearBuilding, got {building!r}")
+            raise ValueError(
+                f"from_json(): {where} must be a ShearBuilding, got {building!r}: give the attribute 'scene' of a run "
+                "without changes"
+            )
         correlation: Any = _pairs(told["correlation"])
         return Archetype(building, told["count"], self.value(told["scatter"], f"{where}.scatter"), correlation)

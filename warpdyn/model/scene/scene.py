@@ -118,7 +118,7 @@ class Scene:
         if self.structure.is_many and self.sampling != "monte_carlo":
             raise ValueError(
                 f"sampling of a portfolio must be 'monte_carlo', got {self.sampling!r}: "
-                "its buildings are drawn one by one"
+                "its buildings are drawn one by one. Remove sampling="
             )
         known = RECORDERS[self.structure.family]
         recorders = tuple(known.keys() - USERS.keys()) if self.recorders is None else self.recorders

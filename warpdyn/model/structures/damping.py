@@ -143,7 +143,10 @@ class Damping:
             kinds = [repr(other) for other, kind in DAMPING.items() if getattr(kind, what)]
             if given is not None and not getattr(cls, what):
                 public = "damping_modes" if what == "takes_modes" else "damped_storeys"
-                raise ValueError(f"{public} needs damping={' or '.join(kinds)}, got damping={name!r}")
+                raise ValueError(
+                    f"{public} needs damping={' or '.join(kinds)}, got damping={name!r}: change damping=, or remove "
+                    f"{public}="
+                )
         if damping_modes is not None and damped_storeys is not None:
             raise ValueError(
                 "damping_modes and damped_storeys cannot be given together: with damped_storeys the damping ratio is "

@@ -64,14 +64,16 @@ class LinearSystem(Structure):
             if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
                 raise ValueError(f"{name} must be a square matrix [dof, dof], got shape {matrix.shape}")
             if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
-                raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: the shapes must be equal")
+                raise ValueError(
+                    f"{name} has shape {matrix.shape}, but mass has {expected}: give matrices of one shape"
+                )
             difference = np.abs(matrix - matrix.T)
             # Accept differences that are due to rounding when a matrix was assembled.
             if difference.max() > 1e-12 * np.abs(matrix).max():
                 row, column = np.unravel_index(difference.argmax(), difference.shape)
                 raise ValueError(
                     f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} but [{column}, {row}] is "
-                    f"{matrix[column, row]:g}; both must be equal"
+                    f"{matrix[column, row]:g}, but both must be equal: correct the matrix"
                 )
             matrix.flags.writeable = False
             matrices[name] = matrix

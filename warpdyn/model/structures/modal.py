@@ -249,4 +249,6 @@ def _check_symmetric(name: str, matrix: np.ndarray) -> None:
     gap = np.abs(matrix - np.swapaxes(matrix, -1, -2))
     if (gap > 1e-9 * np.abs(matrix).max(axis=(-2, -1), keepdims=True)).any():
         where = [int(i) for i in np.unravel_index(gap.argmax(), gap.shape)]
-        raise ValueError(f"{name} must be symmetric; {name}{where} differs from its mirror by {gap.max():.6g}")
+        raise ValueError(
+            f"{name} must be symmetric; {name}{where} differs from its mirror by {gap.max():.6g}: correct the matrix"
+        )

@@ -62,7 +62,7 @@ def _buckling_problem(parameters: Values) -> str | None:
     bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
     return (
         f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: the sum of the loads above the "
-        f"storey must be below its stiffness times its height, {bound:g} N"
+        f"storey must be below its stiffness times its height, {bound:g} N: reduce gravity_load= or increase stiffness="
     )
 
 

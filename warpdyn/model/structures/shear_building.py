@@ -222,7 +222,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         names = ", ".join(f"{name} ({self.parameter_table[name].long_name})" for name in missing)
         verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
         needs = "need" if len(who) > 1 else "needs"
-        raise ValueError(f"{names} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}")
+        remedy = ", ".join(f"{name}=" for name in missing)
+        raise ValueError(f"{names} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}. Give {remedy}")
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
         """Return the values of a parameter if storeys have different laws, and whether each storey has the parameter.

@@ -94,7 +94,7 @@ class IntensityMeasure(ABC):
         if units == self.level_units:
             return STANDARD_GRAVITY
         allowed = " or ".join(map(repr, dict.fromkeys((self.level_units, self.units))))
-        raise ValueError(f"{self.name} must be in {allowed}, got {units!r}")
+        raise ValueError(f"{self.name} must be in {allowed}, got {units!r}: convert the values, and correct the unit")
 
     def from_openquake(self) -> tuple[str, float]:
         """Return `level_units` and the factor from OpenQuake's unit to them; the measure must have a `kind`."""

@@ -183,7 +183,7 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
     if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):
         raise ValueError(f"delimiter must be one character that is not part of a number, got {delimiter!r}")
     if decimal_comma and delimiter == ",":
-        raise ValueError("delimiter is ',', so numbers cannot have decimal commas: decimal_comma must be False")
+        raise ValueError("delimiter is ',', so numbers cannot have decimal commas: remove decimal_comma=")
     first = whole_number("header_lines", header_lines, 0) if header_lines is not None else 0
     while first < len(lines) and (_is_skipped(lines[first]) or (header_lines is None and _is_header(lines[first]))):
         first += 1

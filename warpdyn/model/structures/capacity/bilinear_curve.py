@@ -124,10 +124,10 @@ def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndar
     for point in np.flatnonzero(np.diff(x) <= 0) + 1:
         raise ValueError(
             f"the capacity curve folds back at point {point}: its displacement {x[point]:g} is not above "
-            f"{x[point - 1]:g} before it. Displacements must increase"
+            f"{x[point - 1]:g} before it. Displacements must increase: sort the points, or remove this point"
         )
     for point in np.flatnonzero(y < 0):
-        raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0")
+        raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0: correct it")
     if x[0] > 0:
         x, y = np.append(0.0, x), np.append(0.0, y)
     if y.max() == 0 or y.size < 3:
