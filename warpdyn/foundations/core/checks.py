@@ -1,4 +1,4 @@
-"""Checks of arguments; an error names the value, its position, and the allowed values."""
+"""Checks of arguments; the message of an error names the value, its position, and the allowed values."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
 
     Args:
         function: Name of the public function.
-        what: The required class in words, such as "a ShearBuilding".
+        what: The required class in words for the message, such as "a ShearBuilding".
         value: Value of the argument.
         kind: The required class.
         advice: Advice that ends the message, such as "give the result of simulate()".
@@ -96,14 +96,14 @@ def whole_number(what: str, value: Any, least: int, most: int = LARGEST_WHOLE_NU
 
 
 def true_or_false(what: str, value: Any) -> bool:
-    """Return True or False, or raise a TypeError for any other value, such as 1."""
+    """Return a truth value as a bool; raise a TypeError for any other value, such as 1."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{what} must be True or False, got {shortened(value)}")
     return bool(value)
 
 
 def checked_text(what: str, value: Any) -> str:
-    """Return a string, or raise a TypeError if the value is not text."""
+    """Return the value of an argument as a str; raise a TypeError if it is not text."""
     if not isinstance(value, str):
         raise TypeError(f"{what} must be text, got {shortened(value)}")
     return str(value)

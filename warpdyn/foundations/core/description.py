@@ -23,7 +23,10 @@ def to_json(value: object) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return a value converted to dictionaries, lists, text and numbers, which JSON can represent."""
+    """Return a value (an object, array, mapping or list) converted to dictionaries, lists, text and numbers, for JSON.
+
+    An object becomes the result of its method `description` or the dictionary of its fields.
+    """
     if hasattr(value, "description"):
         return plain(value.description())
     if isinstance(value, np.ndarray):
@@ -113,7 +116,7 @@ class Text(str):
 
 
 def html_table(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[str] = ()) -> str:
-    """Return a table as HTML, for `_repr_html_`.
+    """Return a table as HTML text, which a notebook displays if a method `_repr_html_` returns it.
 
     Args:
         caption: Title of the table.

@@ -57,7 +57,9 @@ def interruptible() -> Iterator[None]:
 
 
 def stop_if_asked() -> None:
-    """Handle the signals that were recorded since the last call. Long work calls this function about every 0.1 s.
+    """Handle Ctrl-C and SIGTERM signals that were recorded since the last call.
+
+    Functions that run for a long time call this function about every 0.1 s.
 
     Raises:
         KeyboardInterrupt: After Ctrl-C.

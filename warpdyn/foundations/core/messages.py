@@ -38,7 +38,7 @@ def each_warning_once() -> Iterator[None]:
 
 @contextmanager
 def no_warnings() -> Iterator[None]:
-    """Suppress warnings within the block."""
+    """Suppress warnings of warpdyn within the `with` block."""
     before = _is_silent.set(True)
     try:
         yield
@@ -58,7 +58,7 @@ def collected_warnings() -> Iterator[list[tuple[str, type[Warning]]]]:
 
 
 def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
-    """Warn at the line of the user's code that called warpdyn."""
+    """Give a warning that Python shows with the line of the user's code that called warpdyn."""
     collected = _collected.get()
     if collected is not None and not _is_silent.get():
         collected.append((message, category))
@@ -96,7 +96,7 @@ def warn_of_all(function: str, sentences: Sequence[str]) -> None:
 
 
 def say(message: str) -> None:
-    """Report progress: to the logger "warpdyn" at level INFO and, on a terminal, above the progress bar."""
+    """Report a message on progress to the logger "warpdyn" at level INFO and, on a terminal, above the progress bar."""
     LOGGER.info(message)
     if sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO):
         tqdm.write(message, file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Progress bar of one run, or of several runs together."""
+"""One progress bar for the response histories of a run, or of several runs together."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.nda
 
 
 def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
-    """Return the random words of Philox4x32-10.
+    """Return the random 32-bit words that the generator Philox4x32-10 computes from counters and a key.
 
     Args:
         counter: Words of the counters, the least significant first, shape [4, ...].

@@ -34,7 +34,7 @@ def named_error(error: OSError, path: Path, function: str = "") -> OSError:
 
 
 def free_space(folder: Path) -> str:
-    """Return the free space of the disk that contains the folder, as text."""
+    """Return text such as "120 MB are free there": the free space of the disk that contains the folder."""
     try:
         free = shutil.disk_usage(folder).free
     except OSError:

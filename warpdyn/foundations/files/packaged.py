@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def packaged_rows(name: str) -> list[dict[str, str]]:
-    """Return the rows of a CSV table in the folder `data`; lines that begin with "#" are comments.
+    """Return the rows of a CSV table of warpdyn as column name -> text; lines that begin with "#" are comments.
 
     Args:
         name: Name of the file, such as "hazus_buildings.csv".

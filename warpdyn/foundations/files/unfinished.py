@@ -76,7 +76,7 @@ def _check_store(path: Path) -> None:
 
 
 def attributes_of(path: Path) -> dict[str, object]:
-    """Return the attributes of a dataset that warpdyn wrote.
+    """Return the attributes of the dataset in an existing file or Zarr store, which warpdyn must have written.
 
     Raises:
         FileExistsError: If warpdyn did not write the file; such a file is never replaced.
@@ -162,11 +162,11 @@ class Unfinished:
             self._leave()
 
     def _holds_results(self) -> bool:
-        """Return whether `kept` contains files of finished regions."""
+        """Return whether the folder `kept` contains results of finished regions (parts of a run)."""
         return any(self.kept.glob("*.npz"))
 
     def move_in(self) -> None:
-        """Move the finished file to its final path."""
+        """Move the finished temporary file to its final path; an existing file is replaced."""
         assert self._part is not None
         self._part.move_in()
 

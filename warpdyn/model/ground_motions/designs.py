@@ -1,4 +1,4 @@
-"""Designs: which ground motions act on each structure, and with which scale factors."""
+"""Designs of experiments: the ground motions that act on each structure, and their scale factors."""
 
 from __future__ import annotations
 
@@ -218,7 +218,7 @@ class Stripes(Design):
 
     @property
     def structures_given(self) -> int:
-        """Number of structures in a nested design; 0 in a crossed design, which has any number."""
+        """Number of structures in a nested design; 0 in a crossed design, where `simulate` gets the number."""
         return len(self.motions) * self.own_structures
 
     def check_fits(self, structure: Structure) -> None:
@@ -396,5 +396,5 @@ class OneMotionPerStructure(Design):
 
 
 def excitation_of(given: object) -> object:
-    """Return the excitation of a scene; a single ground motion is converted to a Cloud."""
+    """Return the argument `excitation` of a scene; a single ground motion is converted to a Cloud."""
     return Cloud((given,)) if isinstance(given, GroundMotion) else given

@@ -92,18 +92,18 @@ class EventSequence(_Placed):
 
     @property
     def event_names(self) -> tuple[str, ...]:
-        """Names of the events, in their order."""
+        """Names of the events of the sequence, in the order in which they occur."""
         return tuple(self.events)
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Number of histories per structure in each event."""
+        """Number of response histories per structure in each event, shape [event]."""
         counts = [design.samples_per_structure for design in self._designs]
         return tuple(math.prod(counts[: event + 1]) for event in range(len(counts)))
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of histories per structure in the last event."""
+        """Number of response histories per structure in the last event."""
         return self.samples_by_event[-1]
 
     def check_structures(self, structures: int) -> None:

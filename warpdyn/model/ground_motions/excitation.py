@@ -25,7 +25,7 @@ MOST_STEPS = 2**30  # steps in an interval, because kernels count steps in 32-bi
 
 
 class Sampled(Protocol):
-    """A history that is linear between its samples and zero after the last sample."""
+    """A history of accelerations or forces that is linear between its samples and zero after the last sample."""
 
     @property
     def step(self) -> float:
@@ -37,10 +37,10 @@ class Sampled(Protocol):
 
     @property
     def values(self) -> np.ndarray:
-        """Sampled values; the first dimension is time."""
+        """Sampled accelerations [m/s2] or forces [N]; the first dimension is time."""
 
     def resampled(self, step: float) -> Sampled:
-        """Return the history at another step [s], linear between the new samples."""
+        """Return the history with another sampling step [s], by linear interpolation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class Timeline:
 
     @property
     def steps(self) -> np.ndarray:
-        """Integration step of each motion [s]."""
+        """Integration step of each motion [s], shape [motion]."""
         return self.interval / self.substeps
 
 
@@ -131,7 +131,9 @@ class MotionTable(NamedTuple):
 
 
 class Excitation:
-    """A base acceleration or nodal forces (sampled, random or a formula), or an initial state without load.
+    """Base class of excitations: a ground acceleration or nodal forces, or an initial state without load.
+
+    An acceleration or force is a sampled history, a random process or a formula.
 
     Attributes:
         is_force: Whether forces act on the degrees of freedom, instead of a base acceleration.
@@ -165,7 +167,7 @@ class Excitation:
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of samples of each structure in the last event."""
+        """Number of samples (response histories) of each structure in the last event."""
         raise NotImplementedError
 
     @property
@@ -180,12 +182,12 @@ class Excitation:
 
     @property
     def forcing_frequency(self) -> float | None:
-        """Circular frequency of a sine [rad/s]; None for other loads."""
+        """Circular frequency of a harmonic force [rad/s]; None for other excitations."""
         return None
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Number of samples of each structure in each event."""
+        """Number of samples (response histories) of each structure in each event, shape [event]."""
         return (self.samples_per_structure,)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
@@ -260,11 +262,11 @@ class Excitation:
 
     @property
     def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Initial displacement [m] and velocity [m/s], one value per degree of freedom or one for all."""
+        """Initial displacement [m] and velocity [m/s], each with one value per degree of freedom or one for all."""
         return 0.0, 0.0
 
     def initial_state(self, dofs: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the initial displacement [m] and velocity [m/s], shape [dof]."""
+        """Return the initial displacement [m] and velocity [m/s] of the degrees of freedom, each of shape [dof]."""
         displacement, velocity = self.start
         return np.broadcast_to(displacement, dofs), np.broadcast_to(velocity, dofs)
 

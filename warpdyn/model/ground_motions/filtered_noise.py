@@ -215,7 +215,8 @@ Spectrum = WhiteNoise | KanaiTajimi | CloughPenzien
 class JenningsEnvelope:
     """An envelope that rises, is constant, and decays (Jennings, Housner and Tsai 1968).
 
-    It is (t / rise)^2 up to the time `rise`, then 1 for the time `strong`, then exp(-decay (t - rise - strong)).
+    The envelope is (t / rise)^2 up to the time `rise`, then 1 for the time `strong`, then exp(-decay (t - rise -
+    strong)).
 
     Args:
         rise: Duration of the rise [s]; 0: the motion starts at full strength.
@@ -240,7 +241,7 @@ class JenningsEnvelope:
             real_number(f"JenningsEnvelope.{name}", getattr(self, name), least=0)
 
     def at(self, time: ArrayLike) -> np.ndarray:
-        """Return the envelope [1] at times [s].
+        """Return the values of the envelope [1] at the given times [s].
 
         Args:
             time: Times from the start of the motion [s], any shape; the envelope is 0 at negative times.

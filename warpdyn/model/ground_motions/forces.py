@@ -1,4 +1,4 @@
-"""Nodal forces and initial states of a structure."""
+"""Excitations by nodal forces on a structure, or by an initial state."""
 
 from __future__ import annotations
 

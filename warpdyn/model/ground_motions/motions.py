@@ -1,4 +1,4 @@
-"""Ground motions: sampled base accelerations."""
+"""Ground motions, i.e. sampled ground accelerations, and checks of lists of motions."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ class GroundMotion(FrozenArrays):
 
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    """Return one or several ground motions as a tuple; raise an error if it is empty or contains another object."""
+    """Return one or several ground motions as a tuple; raise an error if an object is not a GroundMotion."""
     if isinstance(motions, GroundMotion):
         return (motions,)
     if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):

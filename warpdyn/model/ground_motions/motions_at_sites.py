@@ -116,7 +116,7 @@ class MotionsAtSites(Design):
 
     @property
     def structures_given(self) -> int:
-        """Number of structures for which `site` lists sites."""
+        """Number of structures for which the argument `site` lists sites (its rows)."""
         return np.shape(self.site)[0]
 
     def check_structures(self, structures: int) -> None:

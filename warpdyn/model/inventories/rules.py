@@ -63,12 +63,14 @@ class HazusRule:
     """The rule that assigns a Hazus type to a building by structure type and storeys, and a design level by year.
 
     - Type: the structure type is a Hazus type with height class ("C1M") or without ("C1"), or a string of GEM's
-      building taxonomy, such as "CR/LFINF+DUL/H:2", which is converted to the equivalent Hazus type. A missing height
-      class follows from the storeys: for C1, L up to 3 storeys, M up to 7, H above; for URM, L up to 2.
+      building taxonomy, such as "CR/LFINF+DUL/H:2", which is converted to the equivalent Hazus type. If the height
+      class is missing, the number of storeys determines it: for C1, L up to 3 storeys, M up to 7, H above; for URM, L
+      up to 2.
     - Storeys: the number in the column `storeys`; if it is missing, the number in the taxonomy string.
     - Design level: the ductility or code level in the taxonomy string (DUH, CDM and so on). If the string has no level,
-      it follows from year of construction and seismic zone, as in chapter 5 of the Hazus Earthquake Model Technical
-      Manual. In zone 4: high code from 1976, moderate code from 1941, before that pre-code (W1: moderate code).
+      year of construction and seismic zone determine the design level, as in chapter 5 of the Hazus Earthquake Model
+      Technical Manual. In zone 4: high code from 1976, moderate code from 1941, before that pre-code (W1: moderate
+      code).
       Unreinforced masonry (URM) and frames with unreinforced masonry infills (C3, S5) are pre-code in any year, because
       they were not built to a seismic code.
 

@@ -1,4 +1,4 @@
-"""Structure types in an inventory: names of Hazus types, or strings of GEM's building taxonomy."""
+"""Conversion of structure types in an inventory (Hazus names, or strings of GEM's building taxonomy) to Hazus types."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def add_building(
 
 
 class _Absent(Exception):
-    """A plausibility check reads a parameter that the building does not have; the check is skipped."""
+    """Error: a plausibility check reads a parameter that the building does not have; the check is then skipped."""
 
 
 class BuildingView:

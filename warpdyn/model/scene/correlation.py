@@ -1,4 +1,4 @@
-"""Correlation between the random parameters of a scene: its check, and the factor of the correlation matrix."""
+"""Correlation between the random parameters of a scene: check of the values, and factor of the correlation matrix."""
 
 from __future__ import annotations
 

@@ -155,7 +155,7 @@ def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation
 
 
 def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
-    """Add implausible values of the excitation to `findings`."""
+    """Add implausible values of a scene's excitation (steps, peaks, scale factors, levels) to `findings`."""
     if isinstance(excitation, ForceHistory):
         findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
     if isinstance(excitation, FilteredNoise):

@@ -136,7 +136,7 @@ class Portfolio(Structure):
 
     @property
     def buildings(self) -> int:
-        """Number of buildings."""
+        """Number of buildings in the portfolio, the sum over all archetypes."""
         return int(self.counts.sum())
 
     @property
@@ -146,12 +146,12 @@ class Portfolio(Structure):
 
     @property
     def dofs(self) -> int:
-        """Largest number of storeys of an archetype."""
+        """Number of degrees of freedom: the largest number of storeys of an archetype."""
         return int(self.storeys.max())
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """Return an empty mapping: only archetypes have parameter values."""
+        """An empty mapping, because a portfolio itself has no parameters (its archetypes have parameters)."""
         return {}
 
     def is_by_storey(self, name: str) -> bool:

@@ -149,7 +149,7 @@ class Rebuilding:
         return self.by_digest[told["digest"]]
 
     def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LinearSystem | Portfolio:
-        """Return the structure that a JSON object describes."""
+        """Return the structure that the JSON object `told` describes; `where` is its place, for errors."""
         _check_keys(told, where, (), ("type",))
         rest = dict(told)
         kind = rest.pop("type")

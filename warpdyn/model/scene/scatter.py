@@ -47,7 +47,7 @@ class ParameterScatter(ABC):
 
 @dataclass(frozen=True)
 class RandomScatter(ParameterScatter):
-    """Random scatter; base class of RandomFactor and RandomValue."""
+    """Base class of RandomFactor and RandomValue: scatter of a parameter that is drawn from a distribution."""
 
     distribution: Distribution
     per: str = "building"
@@ -177,7 +177,7 @@ class GivenValues(FrozenArrays, ParameterScatter):
         object.__setattr__(self, "values", values)
 
     def rows(self, count: int) -> slice:
-        """Return a slice of all structures with given values; a slice avoids a copy of the values."""
+        """Return a slice that selects all structures with given values; indices would copy the values."""
         return slice(None)
 
     def problem(self, name: str, structure: Structure) -> str | None:

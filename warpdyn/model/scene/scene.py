@@ -25,7 +25,7 @@ from warpdyn.model.structures.structure import Structure
 
 
 def _described(given: object) -> str:
-    """Return the class of an argument in words, for an error message."""
+    """Return the name of an argument's class for an error message; if it is a class, "the class ... itself"."""
     return f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
 
 
@@ -156,7 +156,7 @@ class Scene:
 
     @property
     def central_parameters(self) -> dict[str, np.ndarray]:
-        """The medians of the scattered parameters, of shape [storey] or []."""
+        """Median of each scattered parameter, as name -> array of shape [storey] or []."""
         return central(self.structure, self.scatter)
 
     @property
@@ -169,13 +169,13 @@ class Scene:
 
     @property
     def sampling_of_structures(self) -> str:
-        """How structures are sampled: `sampling`, or "given" if nothing is random."""
+        """Sampling method of the structures: the attribute `sampling`, or "given" if no parameter is random."""
         is_drawn = self.structure.is_many or any(not isinstance(s, GivenValues) for s in self.scatter.values())
         return self.sampling if is_drawn else "given"
 
     @property
     def collapse_limit(self) -> float | None:
-        """The storey drift ratio at which a sample collapses, either given or the default; None: no limit."""
+        """Storey drift ratio at which a sample collapses [1], either given or the default; None: no limit."""
         if self.collapse_drift_ratio is not None or self.structure.is_many:
             return self.collapse_drift_ratio
         return self.structure.default_collapse_drift_ratio
@@ -194,7 +194,7 @@ class Scene:
         return max([*listed, self.excitation.structures_given])
 
     def description(self) -> dict[str, object]:
-        """Return the scene as a dictionary, for its JSON."""
+        """Return the arguments of the scene as a dictionary, from which its JSON is made."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def to_json(self) -> str:

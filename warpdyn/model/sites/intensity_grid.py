@@ -1,4 +1,4 @@
-"""Intensities at the stations of SimCenter's EventGrid.csv."""
+"""Intensities at the stations (grid points) of SimCenter's EventGrid.csv."""
 
 from __future__ import annotations
 

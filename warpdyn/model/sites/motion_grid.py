@@ -39,7 +39,7 @@ class MotionGrid:
     Args:
         longitude: Longitudes of the points [degree], shape [point].
         latitude: Latitudes of the points [degree], shape [point].
-        motions: All different ground motions.
+        motions: The ground motions, each listed once.
         motion: Index into `motions`, shape [point, earthquake, component].
         scale: Factor that multiplies the motion [1], shape [point, earthquake, component].
         points: Names of the points.

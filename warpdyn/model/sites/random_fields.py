@@ -103,7 +103,7 @@ def within_event_residuals(
 ) -> np.ndarray:
     """Draw spatially correlated standard normal residuals at grid points, shape [draw, point].
 
-    Points at the same place have the same residual.
+    Points at the same place (equal longitude and latitude) get the same residual.
 
     Args:
         longitude: Longitudes of the points [degree], shape [point].

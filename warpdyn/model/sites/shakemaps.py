@@ -40,7 +40,7 @@ OF_EVENTS = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", 
 def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
     """Read ShakeMaps: the file grid.xml of one earthquake, or the files of several earthquakes on the same grid.
 
-    If a value is above the largest value ever recorded, a warning is given.
+    If an intensity is larger than in any known earthquake, a warning is given, because its unit may be wrong.
 
     Args:
         *paths: XML files of intensities, as published by the USGS, with the fields LON, LAT, MMI, PGA, PGV, PSA03 and
@@ -203,7 +203,7 @@ def _whole(path: Path, element: ElementTree.Element, name: str) -> int:
 
 
 def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndarray]) -> None:
-    """Raise a ValueError if longitudes or latitudes are outside the bounds of <grid_specification>."""
+    """Raise a ValueError if longitudes or latitudes of a map are outside the bounds in its <grid_specification>."""
     for axis, name in (("lon", "LON"), ("lat", "LAT")):
         try:
             low, high = (float(grid.get(f"{axis}_{end}", "nan")) for end in ("min", "max"))

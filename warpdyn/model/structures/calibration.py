@@ -219,9 +219,10 @@ class CalibratedChain:
     ) -> Self:
         """Return a shear building that has the given first periods.
 
-        With one period, the stiffness distribution over the height is scaled to it. With several periods, the
-        distribution is also modified, as smoothly as possible. With a `gravity_load`, the periods include P-Delta, and
-        `distribution` describes the stiffness minus the P-Delta stiffness W / h.
+        If one period is given, the stiffness distribution over the height is scaled to give this period. If several
+        periods are given, the distribution is also modified, as smoothly as possible. With a `gravity_load`, the
+        periods include P-Delta, and `distribution` describes the stiffness minus the P-Delta stiffness W / h (load on
+        the storey divided by its height).
 
         Args:
             period: First period [s], or the periods of the first modes in decreasing order, at most one per storey.
@@ -285,7 +286,7 @@ def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
 
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
-    """Return masses and heights as arrays with one value per storey, after checking them."""
+    """Return masses [kg] and heights [m] as arrays of shape [storey]; raise a ValueError if one is not above 0."""
     count = whole_number("storeys", storeys, 1, MAXIMUM_STOREYS)
     chain = {name: _one_per_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
     for name, array in chain.items():

@@ -1,6 +1,7 @@
 """Kinds of inherent damping of a shear building; each kind is a class.
 
-To add a kind, write its class and a row in DAMPING; if its `kernel` is new, also a kernel part.
+To add a kind of damping, write its class and add a row to DAMPING. If its attribute `kernel` names new kernel code,
+write also this kernel part.
 """
 
 from __future__ import annotations
@@ -121,7 +122,10 @@ class Damping:
         return np.broadcast_to((0.0 if inherent is None else inherent) + dampers, parameters["mass"].shape)
 
     def matrix(self, parameters: Arrays, rayleigh: np.ndarray, dampers: np.ndarray | float) -> np.ndarray:
-        """Return the damping matrices [N s/m], shape [structure, storey, storey]; arguments: see `all_dashpots`."""
+        """Return the damping matrices of buildings, with dampers [N s/m], shape [structure, storey, storey].
+
+        The arguments are described in `all_dashpots`.
+        """
         mass = parameters["mass"]
         matrix = chain_stiffness_matrix(self.all_dashpots(parameters, rayleigh, dampers))
         matrix += rayleigh[0][:, None, None] * mass[:, :, None] * np.eye(mass.shape[1])
@@ -272,7 +276,7 @@ class RayleighOfStoreys(StiffnessProportional):
 
 
 class ModalDamping(RatioDamping):
-    """Damping with the same ratio in every mode."""
+    """Modal damping, with the same damping ratio in every mode."""
 
     kernel = "modal"
     has_own_matrix = True

@@ -1,4 +1,4 @@
-"""Shear chains of FEMA's Hazus building types, after Lu's MDOF model."""
+"""Parameters of shear buildings that represent FEMA's Hazus building types, after Lu's MDOF model."""
 
 from __future__ import annotations
 

@@ -124,7 +124,7 @@ class LinearSystem(Structure):
 
     @property
     def dofs(self) -> int:
-        """Number of degrees of freedom."""
+        """Number of degrees of freedom of the system."""
         return len(self.parameters["mass"])
 
     @property

@@ -25,7 +25,7 @@ DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")  # allowed k
 
 
 class ProtectedChain:
-    """Methods of a ShearBuilding that add isolators or a tuned mass damper."""
+    """Base class of ShearBuilding with the methods that add isolators or a tuned mass damper."""
 
     # Attributes that ShearBuilding sets.
     storeys: int
@@ -106,7 +106,7 @@ class ProtectedChain:
         *,
         displacement_capacity: float = 10.0,
     ) -> Self:
-        """Return the building with a tuned mass damper on its roof, an additional elastic last storey with a dashpot.
+        """Return the building with a tuned mass damper on its roof: an additional elastic storey with a dashpot.
 
         The defaults are Den Hartog's optimum, which minimises the largest response of an undamped building to a
         harmonic force of any frequency. For the mass ratio mu, the frequency ratio is 1 / (1 + mu) and the damping

@@ -81,7 +81,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         drift_capacity: Storey drift at which the building collapses [m], shape [storey], as in OpenSees' MinMax; None:
             no capacity.
         drift_ratio_capacity: Storey drift ratio at which the building collapses [1], shape [storey]. If both
-            capacities are given, a storey has the smaller one.
+            capacities are given, the smaller drift counts in each storey.
         **parameters: Parameters of the damping, and of laws and devices that are given by name: one value or one per
             storey, such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys whose
             law has the parameter; other storeys have NaN. If a storey has no friction damper, viscous damper or gap,
@@ -245,7 +245,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     @property
     def dofs(self) -> int:
-        """Number of degrees of freedom, one per storey."""
+        """Number of degrees of freedom of the building, one per storey."""
         return self.storeys
 
     @property

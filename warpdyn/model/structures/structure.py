@@ -49,7 +49,7 @@ class Structure(ABC):
     @property
     @abstractmethod
     def dofs(self) -> int:
-        """Number of degrees of freedom."""
+        """Number of degrees of freedom of the structure."""
 
     @property
     @abstractmethod
@@ -96,5 +96,5 @@ class Structure(ABC):
 
 
 def count_along(dim: str, count: int, text: str) -> tuple:
-    """Return a coordinate with the numbers 1 to `count` along dimension `dim`; `text` is its long name."""
+    """Return a coordinate of a dataset: the numbers 1 to `count` along dimension `dim`, with the long name `text`."""
     return dim, np.arange(1, count + 1, dtype=np.int32), {"long_name": text, "units": "1"}

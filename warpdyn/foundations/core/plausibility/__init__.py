@@ -83,7 +83,7 @@ def _times_outside(values: np.ndarray, low: float, high: float) -> np.ndarray:
 
 
 class PlausibilityFindings:
-    """Collects the implausible values of one input, with one sentence per quantity."""
+    """Collects implausible values of one input, such as a scene; each quantity gets one sentence in the warning."""
 
     def __init__(self) -> None:
         self._found: dict[str, str] = {}
@@ -142,7 +142,7 @@ class PlausibilityFindings:
 
 
 def warn_of_implausible_limits(limits: Mapping[str, float], of: str = "drift_limit") -> None:
-    """Give one warning of implausible limits.
+    """Give one warning that lists all implausible limits, such as drift limits of damage states.
 
     Args:
         limits: Words that follow the quantity, such as " of 'slight'" -> limit. Infinite limits, which only a collapse

@@ -40,14 +40,14 @@ DASHPOT = {"kN s/m": 1e3, "MN s/m": 1e6}
 
 @dataclass(frozen=True)
 class Check:
-    """The check of one quantity.
+    """The plausibility check of one quantity, such as the storey height.
 
     Args:
         words: The quantity in words.
         units: Unit of the quantity in warpdyn.
         low: Smallest usual value.
         high: Largest usual value.
-        mistakes: Likely mistakes.
+        mistakes: Likely mistakes, as clause -> factor from the given to the intended value.
         typical: Typical value; the mistakes whose corrected values are nearest to it are named first. None: the
             geometric mean of `low` and `high`.
         of_building: Function that computes the quantity from a `BuildingView`, shape [row]; None: the value is passed

@@ -54,7 +54,7 @@ def _accelerations(motions: Sequence[GroundMotion], periods: np.ndarray, damping
 
 
 class _WithoutPeriod(IntensityMeasure):
-    """Base class of measures without a period."""
+    """Base class of intensity measures that have no period, such as PGA."""
 
     compute: ClassVar[Any]  # function from a motion to the value of the measure
 
@@ -217,7 +217,7 @@ class SpectralAcceleration(IntensityMeasure):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and period [s]."""
+        """Damping ratio [%] and period [s] of the spectral acceleration."""
         return 100 * self.damping_ratio, self.period
 
     def value(self, motion: GroundMotion) -> float:
@@ -289,7 +289,7 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%], and the shortest and the longest period [s]."""
+        """Damping ratio [%], and the shortest and the longest period of the average [s]."""
         return 100 * self.damping_ratio, float(np.min(self.periods)), float(np.max(self.periods))
 
     def value(self, motion: GroundMotion) -> float:

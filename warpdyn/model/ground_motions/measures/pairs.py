@@ -158,7 +158,7 @@ class RotatedSpectralAcceleration(PairMeasure):
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and period [s]."""
+        """Damping ratio [%] and period [s] of the spectral acceleration."""
         return self._of_one.parameters
 
     @property

@@ -33,22 +33,23 @@ _STEP_UNITS = {"": 1.0, "S": 1.0, "SEC": 1.0, "SECS": 1.0, "SECOND": 1.0, "SECON
 def read_at2(path: str | Path) -> GroundMotion:
     """Read a record in the PEER .AT2 format, with either style of header.
 
-    The third of the four header lines names the unit ("... IN UNITS OF G"), the fourth the number of values and the
-    step ("NPTS= 1000, DT= .0200 SEC", or "4096 0.0100 NPTS, DT" in older files). Any number of values per line follows.
+    The third of the four header lines names the unit ("... IN UNITS OF G"). The fourth line contains the number of
+    values and the step ("NPTS= 1000, DT= .0200 SEC", or "4096 0.0100 NPTS, DT" in older files). The values follow, with
+    any number of values per line.
 
     Args:
         path: The file; its name without the suffix names the motion.
 
     Returns:
-        The motion [m/s2]. `record` and `component` are those in line 2 of the file, otherwise those in the file's name;
+        The motion [m/s2]. `record` and `component` are read from line 2 of the file, otherwise from the file's name;
         "" if neither contains them.
 
     Raises:
         FileNotFoundError, IsADirectoryError: If the file does not exist, or is a directory.
         ValueError: If the file is empty or contains velocities or displacements; if the header lacks a known unit, the
             number of values or the step; if a value is not a finite number, or has another form than all other values
-            (a decimal point or digit may be lost); if the number of values is not that in the header; or if the last
-            value is incomplete.
+            (a decimal point or digit may be lost); if the number of values differs from the number in the header; or if
+            the last value is incomplete.
         TypeError: If `path` is not the name of a file.
 
     Warns:

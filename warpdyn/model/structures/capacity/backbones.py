@@ -24,7 +24,7 @@ Parameters = dict[str, np.ndarray]
 
 
 def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters with which a law follows a backbone, except stiffness and yield force.
+    """Return the parameters with which a storey law follows a backbone, except its stiffness and yield force.
 
     Args:
         law: Name of a law in `CORNERS`.

@@ -27,7 +27,7 @@ LARGEST_EXCESS = 0.01  # times the peak; a bilinear curve may be this much above
 
 @dataclass(frozen=True)
 class Pushed:
-    """A pushover curve, and the distribution of shears and stiffnesses over the storeys.
+    """A pushover curve of a chain (shear building), and the distribution of shears and stiffnesses over its storeys.
 
     Args:
         displacement: Roof displacements [m], shape [point].

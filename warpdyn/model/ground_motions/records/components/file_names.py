@@ -93,8 +93,8 @@ def records_and_components(
 
     Args:
         names: Names of the files.
-        headers: Labels in the headers of the files; may be shorter than `names`.
-        places: The files, for warnings; may be shorter than `names`.
+        headers: Labels of components in the headers of the files; the list may be shorter than `names`.
+        places: Paths of the files, for warnings; the list may be shorter than `names`.
     """
     stems = [_stem(name) for name in names]
     found = [list(_candidates(stem)) for stem in stems]

@@ -70,7 +70,7 @@ _WORDS_AROUND = re.compile(
 
 
 def orientation(label: str) -> Orientation:
-    """Return the direction that the label of a component describes.
+    """Return the direction (vertical or horizontal, azimuth, sensor) that the label of a component describes.
 
     Args:
         label: Text from a header or a file name: an azimuth ("180", "90 DEG"), a bearing ("N26W", "S 00 E"), compass

@@ -121,7 +121,7 @@ def read(
         path: The file. Motions are named by the file's name and the component.
         unit: Unit of the accelerations, one of `UNITS`, for files that do not contain it: text, SAC and MiniSEED.
         step: Step [s] for text without times, and for records that were digitised at uneven times (some V1 and SMC
-            files), which are interpolated linearly. For other files it is compared with the step in the file.
+            files) and are interpolated linearly. For other files, `step` is compared with the step in the file.
         components: "horizontal", "vertical" or "all".
 
     Returns:

@@ -69,7 +69,7 @@ class Header(dict[str, tuple[str, str]]):
         )
 
     def starting(self, name: str) -> tuple[str, str]:
-        """Return the value and the place of the first line whose name starts with `name`."""
+        """Return the value and the place of the first header line whose name starts with `name`."""
         return self[next((key for key in self if key.startswith(name)), name)]
 
 
@@ -110,7 +110,13 @@ class RecordText:
         return found
 
     def header(self, format: str, end: int, clean: Callable[[str], str] = str.upper) -> Header:
-        """Return the lines "NAME: value" before line `end`; `clean` converts a name to the key in the header."""
+        """Return the header of a file: the lines "NAME: value" before line `end`, as name -> (value, place).
+
+        Args:
+            format: Name of the file format, for errors.
+            end: Index of the line after the header.
+            clean: Function that converts the name in a line to the key.
+        """
         header = Header(self.path, format)
         for i, line in enumerate(self.lines[:end]):
             name, colon, value = line.partition(":")

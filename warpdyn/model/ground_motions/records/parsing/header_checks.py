@@ -80,7 +80,7 @@ def check_count(found: int, stated: str, place: str) -> None:
 
 
 def printed_precision(text: str) -> float:
-    """Return the unit in the last place of a printed number: 0.001 for "-0.083", 0.01 for "1.234E+01"."""
+    """Return the unit in the last decimal place of a printed number: 0.001 for "-0.083", 0.01 for "1.234E+01"."""
     mantissa, _, exponent = text.strip().lower().replace("d", "e").partition("e")
     return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
 
@@ -137,7 +137,7 @@ def check_duration(count: int, step: float, stated: str, place: str, precision: 
     Args:
         count: Number of values.
         step: Step [s].
-        stated: The printed duration [s].
+        stated: The duration as printed in the header [s].
         place: File and line of the header.
         precision: Unit in the last place of the step [s].
     """
