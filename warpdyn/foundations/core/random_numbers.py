@@ -3,8 +3,8 @@
 Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) computes four
 random 32-bit words from a counter of four words and a key of two words. Here the key is the seed, and the counter
 consists of a running number, the purpose, and the index of the sample (two words). Therefore, a sample's random numbers
-depend on how samples are divided among blocks, threads or devices. `warpdyn.engine.device.random_numbers` has the same
-functions for kernels.
+do not depend on how samples are divided among blocks, threads or devices. `warpdyn.engine.device.random_numbers` has
+the same functions for kernels.
 """
 
 from __future__ import annotations

@@ -63,7 +63,8 @@ def baseline_over_peak(motion: GroundMotion) -> float:
     """Return the peak of the straight line fitted to a record, divided by the peak of the record [1].
 
     The result is 0 if the record has no offset. An offset is assumed if the velocity of the line is more than 8 times
-    the velocity of the motion minus the line. Pulses and other motions that do not oscillate about the line have none.
+    the velocity of the motion minus the line. Pulses and other motions that do not oscillate about the line count as
+    motions without offset.
     """
     a = motion.acceleration
     # With times from -1 to 1, the mean and the slope of the line can be computed separately.

@@ -240,7 +240,7 @@ def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
 def representative(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
     """Return two values of each random parameter and all values of GivenValues, shape [value, storey] or [value].
 
-    A parameter that has equal values here, or equal values in some storeys, has equal values in every sample.
+    Storeys that have equal values here have equal values in every sample.
     """
     return _at(structure, scatter, np.array([0.0, 1.0]))
 
@@ -262,7 +262,10 @@ def combined(
 
 
 def only_at(taken: np.ndarray | None, values: np.ndarray) -> np.ndarray:
-    """Return values [storey, structure] with NaN in storeys that lack the parameter; `taken`: see `storeys_with`."""
+    """Return values [storey, structure], with NaN in storeys that lack the parameter.
+
+    `taken` states for each storey whether it has the parameter; None: all storeys have it.
+    """
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 
 

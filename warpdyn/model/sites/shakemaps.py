@@ -183,7 +183,7 @@ def _check_values(path: Path, name: str, values: np.ndarray, factor: float) -> N
 
 
 def _raise_for(path: Path, name: str, values: np.ndarray, bad: np.ndarray, bound: str) -> None:
-    """Raise a ValueError that gives the number of bad values and the first bad value, unless no value is bad."""
+    """Raise a ValueError if a value is bad; the message gives the number of bad values and the first bad value."""
     if bad.any():
         point = int(bad.argmax())
         raise ValueError(

@@ -42,7 +42,6 @@ class CalibratedChain:
         """Return the shear building for one of the 36 Hazus types, after Lu's MDOF model.
 
         All storeys have the same mass (1,000 kg per m2 of floor area) and the same stiffness, chosen to give the
-        All storeys have the same mass (1,000 kg per m2 of floor area) and the same stiffness, chosen to give the
         type's first period. The storey strengths are the storey shears of a triangular load. Its base shear is the
         type's yield spectral acceleration times the effective mass of the first mode. Beyond the ultimate strength of
         the capacity curve, laws with a yield force and a hardening ratio continue to harden; `trilinear`,

@@ -254,7 +254,10 @@ class RayleighOfStoreys(StiffnessProportional):
     is_uneven = True
 
     def rayleigh(self, parameters: Arrays, frequency: np.ndarray) -> np.ndarray:
-        """Return the Rayleigh factors a0 = 0 and a1 = 2 zeta / w1 [s]; w1: damped storeys alone on a fixed base."""
+        """Return the Rayleigh factors a0 = 0 and a1 = 2 zeta / w1 [s], shape [2, structure].
+
+        w1 is the first circular frequency of the damped storeys alone, on a fixed base [rad/s].
+        """
         from warpdyn.engine.kernels.auxiliary.frequencies import (
             circular_frequencies,  # this import includes warp, which building a scene does not need
         )

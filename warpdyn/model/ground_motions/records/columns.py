@@ -371,7 +371,7 @@ def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float |
 
     Raises:
         ValueError: If the column contains sample numbers instead of times and `step` is missing, if times are uneven,
-            or if the step differs from `step`.
+            or if their step differs from `step`.
     """
     tokens = [table.numbers.tokens(i)[column] for i in (0, 1)]
     is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))

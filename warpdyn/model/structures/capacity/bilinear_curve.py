@@ -50,7 +50,7 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
         return place / SECANT_SHARE
 
     def excess(strength: float) -> float:
-        """Return the area of the bilinear curve minus that of the capacity curve, times 2 / (peak area x * y)."""
+        """Return (area below the bilinear curve - area below the capacity curve) * 2 / (end * top), up to the peak."""
         return strength / top - yield_displacement(strength) / end + 1 - 2 * area / (top * end)
 
     straight = 0.5 * top * end

@@ -23,7 +23,7 @@ _PEAK = re.compile(r"\(([^)]+)\)\s*([-+]?\d*\.?\d+)")
 
 
 def is_afad(first_lines: list[str]) -> bool:
-    """Return whether the first lines of a file are those of AFAD's text files."""
+    """Return whether a file is a text file of AFAD, judging by its first lines."""
     return bool(_TITLE.match(first_lines[0]))
 
 

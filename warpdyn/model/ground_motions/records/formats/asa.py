@@ -29,7 +29,7 @@ _DATA = re.compile(r"\s*datos\s+de\s+aceleracion", re.IGNORECASE)
 
 
 def is_asa(first_lines: list[str]) -> bool:
-    """Return whether the first lines of a file are those of the format ASA."""
+    """Return whether a file has the format ASA, judging by its first lines."""
     return any(_TITLE.search(line) for line in first_lines[:12])
 
 

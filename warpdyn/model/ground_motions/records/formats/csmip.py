@@ -56,7 +56,7 @@ _STATION = re.compile(r"station\s*(?:no\.|id\.?|usc#)\s*(?P<code>\w[\w-]*)(?![.\
 
 
 def is_csmip(first_lines: list[str]) -> bool:
-    """Return whether the first line of a file is that of a V1 or V2 file."""
+    """Return whether a file is a V1 or V2 file, judging by its first line."""
     return any(pattern.match(first_lines[0]) for pattern in (_CORRECTED, _UNCORRECTED, _BHRC))
 
 
@@ -91,7 +91,7 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
 
 
 def _channel(record: RecordText, first: int, volume: str, wanted_step: float | None) -> tuple[GroundMotion, int]:
-    """Return the acceleration of the channel that starts at line `first`, and the index of the line after it.
+    """Return the acceleration of the channel that starts at line `first` [m/s2], and the index of the line after it.
 
     Args:
         record: Lines of the file.
@@ -153,7 +153,7 @@ def _equal_steps(
     Args:
         record: Lines of the file.
         at: Index of the line that states number, step and unit of the values.
-        found: The match of _DATA in this line.
+        found: Match of the pattern _DATA in this line.
         unit: Unit of the accelerations if the line does not state it.
     """
     unit, place = found["unit"] or unit, record.place(at)

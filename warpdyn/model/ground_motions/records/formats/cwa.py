@@ -13,7 +13,7 @@ from warpdyn.model.ground_motions.records.units import step_of_times, unit_facto
 
 
 def is_cwa(first_lines: list[str]) -> bool:
-    """Return whether the first line of a file is that of CWA's text files."""
+    """Return whether a file is a text file of CWA, judging by its first line."""
     return first_lines[0].startswith("#Earthquake Information")
 
 

@@ -39,7 +39,7 @@ _PEAK = re.compile(
 
 
 def is_geonet(first_lines: list[str]) -> bool:
-    """Return whether the first lines of a file are those of GeoNet: a title, then the site with its coordinates."""
+    """Return whether a file is a file of GeoNet: the first lines are a title, and the site with its coordinates."""
     return len(first_lines) > 1 and bool(_TITLE.match(first_lines[0]) and _SITE.match(first_lines[1]))
 
 
@@ -64,7 +64,10 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
 
 
 def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
-    """Return the acceleration of the component that starts at line `first`, and the index of the line after it."""
+    """Return the acceleration of the component that starts at line `first`, and the index of the line after it.
+
+    The acceleration is a ground motion in m/s2.
+    """
     record.line(first + _TEXT_LINES, "its values")
     title = record.expected(first, _TITLE, "'Uncorrected accelerogram' or 'Corrected accelerogram'")
     site = record.expected(first + 1, _SITE, "'Site', its code and its coordinates")

@@ -30,7 +30,7 @@ _KINDS = {"1": "acceleration", "2": "acceleration", "3": "velocity", "4": "displ
 
 
 def is_smc(first_lines: list[str]) -> bool:
-    """Return whether the first lines of a file are those of an SMC file: its kind, and a line with an asterisk."""
+    """Return whether a file is an SMC file: the first lines are its kind, and a line with an asterisk."""
     return bool(_TITLE.match(first_lines[0])) and len(first_lines) > 1 and first_lines[1].strip() == "*"
 
 

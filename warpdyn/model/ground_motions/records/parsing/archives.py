@@ -45,17 +45,17 @@ def is_litter(name: str | PurePath) -> bool:
 
 
 def is_gzip(data: bytes) -> bool:
-    """Return whether the bytes of a file are those of a file compressed by gzip."""
+    """Return whether a file, given by its bytes, is compressed by gzip."""
     return data[:2] == b"\x1f\x8b"
 
 
 def is_tar(data: bytes) -> bool:
-    """Return whether the bytes of a file are those of a tar archive."""
+    """Return whether a file, given by its bytes, is a tar archive."""
     return data[257:262] == b"ustar"
 
 
 def zip_names(data: bytes) -> list[str] | None:
-    """Return the names of the files in a zip archive; None if the bytes are not those of a zip archive."""
+    """Return the names of the files in a zip archive, given by its bytes; None if it is not a zip archive."""
     if data[:4] not in (b"PK\x03\x04", b"PK\x05\x06"):
         return None
     try:
@@ -66,7 +66,7 @@ def zip_names(data: bytes) -> list[str] | None:
 
 
 def is_archive(data: bytes) -> bool:
-    """Return whether the bytes of a file are an archive that `members` opens.
+    """Return whether a file, given by its bytes, is an archive that `members` opens.
 
     Excel files and NumPy files are zip archives, too, but are not opened.
     """

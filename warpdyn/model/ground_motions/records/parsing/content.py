@@ -117,12 +117,12 @@ def _refusal(path: str | PathLike, what: str, remedy: str) -> NotARecordError:
 
 
 def is_miniseed(data: bytes) -> bool:
-    """Return whether the bytes of a file are in the format MiniSEED, version 2 or 3."""
+    """Return whether a file, given by its bytes, has the format MiniSEED, version 2 or 3."""
     return re.match(rb"\d{6}[DRQM][ \x00]|MS\x03", data) is not None
 
 
 def is_sac(data: bytes) -> bool:
-    """Return whether the bytes of a file are a binary SAC file: word 77 of the header is the version, 6 or 7."""
+    """Return whether a file, given by its bytes, is a binary SAC file: word 77 of its header is the version, 6 or 7."""
     if len(data) < 632:
         return False
     return any(

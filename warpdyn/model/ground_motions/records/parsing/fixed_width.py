@@ -242,7 +242,7 @@ def layout_of_lines(record: RecordText, first: int, decimals: int | None = None)
 
 
 def check_end(record: RecordText, next_line: int) -> None:
-    """Raise a ValueError if a line from `next_line` on is not blank; warn if the file does not end with a newline."""
+    """Raise a ValueError if a line from `next_line` on is not blank; warn if the file ends within a line of blanks."""
     rest = [i for i in range(next_line, len(record.lines)) if record.lines[i].strip()]
     if rest:
         raise ValueError(
