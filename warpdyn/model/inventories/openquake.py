@@ -186,7 +186,7 @@ def _with_costs(
     if "replacement_cost" in inventory or not costs:
         return inventory
     absent = [name for name in costs if places[name] not in inventory]
-    if absent == list(costs) == list(STRUCTURAL):  # no costs were asked for, and the file has none
+    if absent == list(costs) == list(STRUCTURAL):  # the default, in a file without costs
         return inventory
     if absent:
         known = [*kinds, *(str(name) for name in inventory.columns)]

@@ -40,7 +40,7 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         check_names(names)
         ids: dict[str, type] = {name: str for name in names if name.strip().lower() == identifier.lower()}
         with warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)  # given if pandas would drop values
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas warns if it drops values
             try:
                 table = pd.read_csv(
                     path,

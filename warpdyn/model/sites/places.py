@@ -129,5 +129,5 @@ def inverse_distance_weights(distance: np.ndarray) -> np.ndarray:
 
     The weights of each building add up to 1. Distances have the same shape [m].
     """
-    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # [m]; a building closer than 1e-6 m gets only this point's weight
+    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # [m]; a point closer than 1e-6 m gets all the weight
     return weight / weight.sum(axis=1, keepdims=True)

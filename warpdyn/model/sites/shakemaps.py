@@ -34,7 +34,7 @@ MOST_INTENSE = 12.0  # largest value of the modified Mercalli scale
 HIGHEST = {"PGA": (5.0, "g"), "PSA": (15.0, "g"), "PGV": (5.0, "m/s")}
 VS30 = "SVEL"  # field of the shear-wave velocity Vs30 [m/s]
 _LOGARITHM = re.compile(r"ln\(.*\)")  # unit of standard deviations of logarithms
-OF_EVENTS = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", "event_description")  # attributes
+OF_EVENTS = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", "event_description")  # of <event>
 
 
 def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:

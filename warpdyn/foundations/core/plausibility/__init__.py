@@ -15,7 +15,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.plausibility.table import CHECKS
 
 MOST_FINDINGS = 5  # sentences in one warning; further implausible values usually follow from the first ones
-OUTSIDE = 1 + 1e-9  # a value beyond this many times a bound is outside the band
+OUTSIDE = 1 + 1e-9  # a value is implausible if it is beyond a bound by more than this factor (rounding)
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -14,7 +14,7 @@ from warpdyn.model.ground_motions.records.units import checked_step
 
 # Numbers that files contain instead of missing values: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
 _MARKER = re.compile(r"9{3,}(\.[09]+)?|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
-# s; recorders take 20 to 1000 samples per second, and broadband channels at least 1.
+# Bounds of a step [s]. Recorders take 20 to 1000 samples per second, and broadband channels at least 1.
 SHORTEST_STEP, LONGEST_STEP = 2e-4, 1.0
 # A marker is more than this factor larger than all other values; the peak of a record, such as 999 gal, is not.
 FARTHEST_PEAK = 3.0
