@@ -181,7 +181,7 @@ class GrowingFile:
             variable.set_var_chunk_cache(2 * size)
 
     def finish(self, rest: xr.Dataset) -> None:
-        """Add the variables and attributes that are known only at the end of the run, and rename the file.
+        """Add variables and attributes that are known only at the end of a run, and give the file its final name.
 
         Raises:
             OSError: As in `append`.

@@ -73,7 +73,7 @@ class PartFile:
             self._unlock()
 
     def move_in(self) -> None:
-        """Flush the content to the disk, set the permissions of the replaced file, and rename it to the target."""
+        """Flush the content to the disk, set the target's permissions, and rename the temporary file to the target."""
         sync(self.path)
         if self._older is not None:
             self._older.apply(self.path)

@@ -357,7 +357,7 @@ def check_sample_count(what: str, count: float, remedy: str) -> None:
 def resampled_columns(values: np.ndarray, old_step: float, step: float) -> np.ndarray:
     """Return sampled values, whose first dimension is time, at another step [s], by linear interpolation.
 
-    After the last old sample, values are 0.
+    After the last given sample, the values are 0.
     """
     step = real_number("step [s]", step, above=0)
     old = old_step * np.arange(len(values))

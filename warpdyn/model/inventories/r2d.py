@@ -121,7 +121,10 @@ def read_geojson(
 
 
 def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: list[dict]) -> None:
-    """Replace coordinates that are missing or more than FARTHEST from the geometry by those of the geometry; warn."""
+    """Correct the coordinates of buildings in `table` from their geometries, and warn.
+
+    Coordinates are corrected if they are missing, or more than FARTHEST away from the building's geometry.
+    """
     has_geometry = np.array([isinstance(each.get("geometry"), dict) for each in features])
     if not has_geometry.any():
         return

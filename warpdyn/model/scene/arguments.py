@@ -18,7 +18,7 @@ BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_K
 
 
 def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
-    """Return a function whose first argument is a scene with checks: of the scene, and of the names of all arguments.
+    """Return the function with checks: its first argument must be a Scene, and the names of arguments must be known.
 
     Raises:
         TypeError: If the first argument is not a scene, there are too many positional arguments, or a name is unknown.

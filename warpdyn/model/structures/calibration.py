@@ -260,7 +260,10 @@ class CalibratedChain:
         damping: str,
         parameters: Mapping[str, ArrayLike],
     ) -> Self:
-        """Return the ShearBuilding from the values in `chain` that the law uses; `parameters` replace these values."""
+        """Return the ShearBuilding with the parameters of the law that `chain` and `parameters` contain.
+
+        Values in `parameters`, which the user gave, replace values in `chain`, which were computed.
+        """
         _refuse_several_laws(law)
         (law,), own = laws_and_values(law, parameters)
         taken = {"mass", "stiffness", "height", "drift_capacity", *law.parameters}

@@ -77,7 +77,7 @@ PHYSICS = {
 
 
 def physics_of(names: Mapping[str, object]) -> tuple[str, ...]:
-    """Return the names of the physical effects (rows of PHYSICS) whose parameters are among the names."""
+    """Return the names of the physical effects (rows of PHYSICS) whose parameters are among the parameter names."""
     return tuple(row for row, physics in PHYSICS.items() if physics.parameters.keys() & names.keys())
 
 
@@ -110,7 +110,7 @@ COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY = 0.5
 
 
 def capacities_of(names: Mapping[str, object]) -> dict[str, Parameter]:
-    """Return the drift capacities (rows of DRIFT_CAPACITIES) whose names are in `names`."""
+    """Return the drift capacities (rows of DRIFT_CAPACITIES) whose names are among the parameter names `names`."""
     return {name: parameter for name, parameter in DRIFT_CAPACITIES.items() if name in names}
 
 

@@ -257,7 +257,7 @@ def _is_header(line: str) -> bool:
 
 
 def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated: bool) -> None:
-    """Raise a ValueError if commas in the first line may be decimal commas; `is_stated`: they separate columns."""
+    """Raise a ValueError if commas may be decimal commas; `is_stated`: it is known that commas separate columns."""
     place, first = numbers.place(0), numbers.lines[0].strip()
     if mark != ",":
         if any(map(_DECIMAL_COMMA.fullmatch, numbers.tokens(0))):

@@ -163,9 +163,10 @@ def trim(
 
 
 def _between(values: np.ndarray, step: float, start: float, end: float) -> tuple[int, int]:
-    """Return the index of the sample before the integral of squared values reaches `start`, and after it reaches `end`.
+    """Return the indices of the first and the last sample of the strong part of a motion.
 
-    `start` and `end` are fractions of the integral over the whole motion.
+    The strong part is bounded by the samples before the integral of squared values reaches the fraction `start` of its
+    final value, and after it reaches the fraction `end`.
     """
     total = np.concatenate([[0.0], np.cumsum(squared_integrals(values / np.abs(values).max(), step))])
     first = int(np.searchsorted(total, start * total[-1], side="right")) - 1

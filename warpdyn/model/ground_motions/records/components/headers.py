@@ -17,7 +17,7 @@ _MOST_WORDS = 3  # largest number of words in a label, such as "N 26 W"
 
 
 def component_of_header(line: str) -> str:
-    """Return the label of the component that a header line such as "Kobe, 1/16/1995, KJMA, 000" contains; "" if none.
+    """Return the label of the component in a header line such as "Kobe, 1/16/1995, KJMA, 000"; "" without a label.
 
     The label follows "COMP", "CHAN 1:" or "Dir.", or is the last field between commas, or is the last word.
     """

@@ -37,8 +37,8 @@ class Header:
 def header_of(record: RecordText) -> Header:
     """Return the header of a text in an unknown format.
 
-    A header consists of lines of words, and may end with a line that contains the number of values or the step. A
-    ValueError is raised if there is such a line of one or two numbers that are neither.
+    A header consists of lines of words, and may end with a line of one or two numbers: the number of values and the
+    step. If these numbers can be neither, a ValueError is raised.
     """
     first = next((i for i, line in enumerate(record.lines) if not _is_words(line)), len(record.lines))
     words = record.lines[:first]

@@ -84,7 +84,7 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
 def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, reals: np.ndarray) -> None:
     """Raise a ValueError if the largest or smallest value, or its time, differs from the header.
 
-    The tolerances allow for values with 5 digits, and for times in the header that are those of the nearest sample.
+    The tolerances allow for values with 5 digits, and for times in the header that are rounded to a sample.
     """
     precision = 1e-4 * float(np.abs(values).max())
     for at, found in ((_MAXIMUM, values.max()), (_MINIMUM, values.min())):
