@@ -22,7 +22,7 @@ LIMITS = {"complete": 0.02}
         (lambda: wd.simulate(CLOUD, BUILDING), r"got Cloud, ShearBuilding; give simulate\("),
         (lambda: wd.simulate(BUILDING), r"takes a Scene, got ShearBuilding; give simulate\("),
         (lambda: wd.simulate(scene=BUILDING), r"takes a Scene, got ShearBuilding; give simulate\("),
-        (lambda: wd.simulate(3), "takes a Scene, got int$"),
+        (lambda: wd.simulate(3), r"takes a Scene, got int; give simulate\("),
         (
             lambda: wd.simulate(wd.Scene(BUILDING, CLOUD), 4),
             "takes 1 positional arguments, got 2; give these by name: struct",

@@ -157,7 +157,7 @@ def test_accelerations_side_by_side(tmp_path):
         ("0,01;0,12\n0.02;0,13\n", {"decimal_comma": True}, "AT2:2: has a decimal point, but decimal_comma"),
         ("1 2\n", {"delimiter": "ab"}, "delimiter must be one character that is not part of a number, got 'ab'"),
         ("1 2\n", {"delimiter": "."}, "delimiter must be one character"),
-        ("1,2\n", {"delimiter": ",", "decimal_comma": True}, "decimal_comma must be False"),
+        ("1,2\n", {"delimiter": ",", "decimal_comma": True}, "remove decimal_comma="),
         ("t a\nt a\n", {}, "at least 2 samples, found 0"),
         ("O.1 1\n0.2 2\n", {}, "AT2:1: 'O.1' is not a finite number"),
         ("O.1\n0.2\n0.3\n", {"step": 0.01}, "AT2:1: 'O.1' is not a finite number"),

@@ -1,4 +1,4 @@
-"""Checks of arguments; an error names the value, its position, and the allowed values."""
+"""Checks of arguments; the message of an error names the value, its position, and the allowed values."""
 
 from __future__ import annotations
 
@@ -15,10 +15,12 @@ from numpy.typing import ArrayLike, DTypeLike
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.core.units import without_units
 
-MOST_REPLICATES = 10**6  # of a bootstrap or a posterior: quantiles are then exact to 0.1 % of the standard deviation
+# Largest number of replicates of a bootstrap or draws of a posterior; their quantiles are then exact to 0.1 % of the
+# standard deviation.
+MOST_REPLICATES = 10**6
 LARGEST_NUMBER = float(np.finfo(np.float64).max)
-LONGEST_ROW = 2**27  # 1 GB
-LARGEST_WHOLE_NUMBER = 2**63 - 1  # that fits in a netCDF attribute
+LONGEST_ROW = 2**27  # values of a range that is given as an argument; 1 GB as float64
+LARGEST_WHOLE_NUMBER = 2**63 - 1  # the largest integer that a netCDF attribute can store
 
 
 def check_kind(function: str, what: str, value: object, kind: type, advice: str = "", *, argument: str = "") -> None:
@@ -26,7 +28,7 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
 
     Args:
         function: Name of the public function.
-        what: The required class in words, such as "a ShearBuilding".
+        what: The required class in words for the message, such as "a ShearBuilding".
         value: Value of the argument.
         kind: The required class.
         advice: Advice that ends the message, such as "give the result of simulate()".
@@ -40,7 +42,12 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
 
 
 def check_dataset(function: str, dataset: Any, *names: str, advice: str, argument: str = "dataset") -> None:
-    """Raise an error with advice if an argument is not a dataset with the variables or attributes `names`."""
+    """Raise an error that ends with `advice` if an argument is not an xarray Dataset, or lacks one of `names`.
+
+    Raises:
+        TypeError: If the argument is not a Dataset.
+        ValueError: If one of `names` is neither a variable nor an attribute of the dataset.
+    """
     check_kind(function, "a Dataset", dataset, xr.Dataset, advice, argument=argument)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:
@@ -60,9 +67,10 @@ def one_of(what: str, name: object, allowed: Collection[str]) -> None:
 def real_number(
     what: str, value: Any, *, above: float | None = None, least: float | None = None, units: str | None = None
 ) -> float:
-    """Return a number as a float; raise a ValueError with the bound if it is not finite, or not within the bound.
+    """Return a number as a float; raise a ValueError if it is not finite or is outside its bound.
 
-    A quantity of pint and an array of NumPy or xarray without dimensions are numbers, too; see `without_units`.
+    The message of the error gives the bound. The number may also be a quantity of the package pint or an array of NumPy
+    or xarray without dimensions; see `without_units`.
     """
     value = without_units(what, value, units)
     if getattr(value, "shape", None) == () and hasattr(value, "item"):
@@ -76,7 +84,7 @@ def real_number(
 
 
 def whole_number(what: str, value: Any, least: int, most: int = LARGEST_WHOLE_NUMBER) -> int:
-    """Return a whole number as an int; raise a ValueError with the bounds if it is not whole or out of bounds."""
+    """Return a whole number as an int; raise a ValueError if it is not whole, below `least` or above `most`."""
     good = isinstance(value, Integral) and not isinstance(value, bool | np.bool_)
     if not good or not least <= int(value) <= most:
         limit = ("2^63 - 1" if most == LARGEST_WHOLE_NUMBER else f"{most}") if good and value > least else None
@@ -88,14 +96,14 @@ def whole_number(what: str, value: Any, least: int, most: int = LARGEST_WHOLE_NU
 
 
 def true_or_false(what: str, value: Any) -> bool:
-    """Return True or False, or raise a TypeError for any other value, such as 1."""
+    """Return a truth value as a bool; raise a TypeError for any other value, such as 1."""
     if not isinstance(value, bool | np.bool_):
         raise TypeError(f"{what} must be True or False, got {shortened(value)}")
     return bool(value)
 
 
 def checked_text(what: str, value: Any) -> str:
-    """Return a string, or raise a TypeError if the value is not text."""
+    """Return the value of an argument as a str; raise a TypeError if it is not text."""
     if not isinstance(value, str):
         raise TypeError(f"{what} must be text, got {shortened(value)}")
     return str(value)
@@ -108,12 +116,12 @@ def is_row_of_text(values: object) -> bool:
 
 
 def shortened(value: object) -> str:
-    """Return a short text of a value for a message, with the first elements or the first and last characters."""
+    """Return the text of a value, shortened for a message: long lists end in "...", long texts lack their middle."""
     return reprlib.repr(value)
 
 
 def real_numbers(what: str, values: ArrayLike, units: str | None = None) -> np.ndarray:
-    """Return the values as a new float64 array; quantities of pint are converted to `units`, see `without_units`.
+    """Return the values as a new float64 array. Quantities of pint are converted to `units`; see `without_units`.
 
     Raises:
         ValueError: If the values contain truth values, text, dates, complex numbers, masked values or rows of different
@@ -133,14 +141,14 @@ def real_numbers(what: str, values: ArrayLike, units: str | None = None) -> np.n
 
 
 def _has(values: object, kind: type | UnionType) -> bool:
-    """Return whether a value, or an element of a list or tuple at any depth, is of the class `kind`."""
+    """Return whether a value is of the class `kind`, or is a list or tuple with such an element at any depth."""
     if not isinstance(values, list | tuple):
         return isinstance(values, kind)
     return any(isinstance(each, kind) or (isinstance(each, list | tuple) and _has(each, kind)) for each in values)
 
 
 def finite_numbers(what: str, values: ArrayLike, units: str | None = None) -> np.ndarray:
-    """Return the values as a new float64 array, as `real_numbers` does; raise a ValueError if one is not finite."""
+    """Return the values as a new float64 array, as `real_numbers` does; raise a ValueError if a value is not finite."""
     array = real_numbers(what, values, units)
     bad = ~np.isfinite(array)
     if bad.any():
@@ -151,7 +159,7 @@ def finite_numbers(what: str, values: ArrayLike, units: str | None = None) -> np
 
 
 def refuse_masked(what: str, values: object) -> None:
-    """Raise a ValueError if an array, or an array in a list, has masked values.
+    """Raise a ValueError if an array of NumPy, or an array within a list or tuple, has masked values.
 
     `np.asarray` would return the numbers behind the mask as if they were valid.
 
@@ -173,22 +181,22 @@ def refuse_masked(what: str, values: object) -> None:
 
 
 def unmasked(what: str, values: ArrayLike, dtype: DTypeLike | None = None) -> np.ndarray:
-    """Return the values as an array, as `np.asarray` does; raise a ValueError if a value is masked."""
+    """Return the values as an array, as `np.asarray` does; raise a ValueError if the array has masked values."""
     values = without_units(what, values, None)
     refuse_masked(what, values)
     return np.asarray(values, dtype=dtype)
 
 
 class TooLargeError(ValueError, MemoryError):
-    """Error: an argument needs more memory than is free, or than the user allows."""
+    """Error: an argument needs more memory than is free, or more than the user allows."""
 
 
 def free_memory() -> int:
-    """Return the free memory of this machine [bytes], including the file cache that the system would free."""
+    """Return the free memory of this machine [bytes], including file cache that the system can release."""
     try:
         with open("/proc/meminfo") as lines:
             return 1024 * next(int(line.split()[1]) for line in lines if line.startswith("MemAvailable:"))
-    except (OSError, StopIteration):  # other systems: a modest guess
+    except (OSError, StopIteration):  # systems without /proc/meminfo: assume 1 GiB
         return 2**30
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-NAMED_BY_SHAPE = "array of shape "
+NAMED_BY_SHAPE = "array of shape "  # text that replaces an array longer than LONGEST_ARRAY
 LONGEST_ARRAY = 1024  # values; JSON contains only the shape of longer arrays
 MOST_CELLS = 12  # values of a row that a table shows
 
@@ -23,13 +23,16 @@ def to_json(value: object) -> str:
 
 
 def plain(value: Any) -> Any:
-    """Return a value converted to dictionaries, lists, text and numbers, which JSON can represent."""
+    """Return a value (an object, array, mapping or list) converted to dictionaries, lists, text and numbers, for JSON.
+
+    An object becomes the result of its method `description` or the dictionary of its fields.
+    """
     if hasattr(value, "description"):
         return plain(value.description())
     if isinstance(value, np.ndarray):
         if value.size > LONGEST_ARRAY:
             return f"{NAMED_BY_SHAPE}{value.shape}"
-        # JSON has no NaN, which an array has in storeys whose law does not take the parameter.
+        # JSON has no NaN. An array contains NaN in storeys whose law does not have the parameter.
         return np.where(np.isnan(value), np.array(None), value).tolist() if value.dtype.kind == "f" else value.tolist()
     if isinstance(value, np.generic):
         return value.item()
@@ -44,15 +47,15 @@ def plain(value: Any) -> Any:
 
 
 def _name_of_class(value: object) -> str:
-    """Return the name of a value's class, with its module if it is not a class of warpdyn."""
+    """Return the name of the class of a value, preceded by the name of the module unless the class is of warpdyn."""
     kind = type(value)
     return kind.__name__ if kind.__module__.startswith("warpdyn.") else f"{kind.__module__}.{kind.__qualname__}"
 
 
 def fingerprint(*values: object) -> str:
-    """Return a digest of values, including all attributes of objects and all numbers of arrays.
+    """Return a hash of values (SHA-256 as hexadecimal text), including attributes of objects and numbers of arrays.
 
-    Equal numbers have the same digest, whether they are integers or floats, of Python or NumPy.
+    Equal numbers that are not in arrays have the same hash, whether they are integers or floats, of Python or NumPy.
     """
     digest = hashlib.sha256()
     _feed(digest, values)
@@ -60,7 +63,7 @@ def fingerprint(*values: object) -> str:
 
 
 def _feed(digest: hashlib._Hash, value: Any) -> None:
-    """Add a value and, recursively, its elements or attributes to a digest, each with its class and length."""
+    """Add a value to a hash, with its class and length; elements and attributes of the value are added recursively."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
@@ -103,7 +106,7 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
 
 
 class Text(str):
-    """A string whose line breaks are shown as such in notebooks and at the Python prompt."""
+    """A string that is displayed with its line breaks in notebooks and at the Python prompt."""
 
     def __repr__(self) -> str:
         return str(self)
@@ -113,7 +116,7 @@ class Text(str):
 
 
 def html_table(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[str] = ()) -> str:
-    """Return a table as HTML, for `_repr_html_`.
+    """Return a table as HTML text, which a notebook displays if a method `_repr_html_` returns it.
 
     Args:
         caption: Title of the table.
@@ -136,7 +139,10 @@ def _cell(value: object) -> str:
 
 
 def number_text(value: object) -> str:
-    """Return a value as short text: numbers with six digits, equal values of a row as one value, None as ""."""
+    """Return a value as short text for a table cell.
+
+    Numbers have six digits, None becomes "", and a row of equal values is shortened to one value and their number.
+    """
     if value is None:
         return ""
     if isinstance(value, bool | str):

@@ -47,7 +47,7 @@ class FrozenMapping(Mapping[Key, Value]):
 
 
 class FrozenArrays:
-    """Base class of objects whose arrays are read-only also in copies and pickles (NumPy makes them writeable)."""
+    """Base class of objects whose arrays stay read-only in copies and pickles, where NumPy makes arrays writeable."""
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         vars(self).update(state)

@@ -20,7 +20,7 @@ PACKAGE = str(Path(__file__).parents[2]) + os.sep
 
 # Texts of the warnings given within `each_warning_once`, without their numbers; None outside such a block.
 _given: ContextVar[set[str] | None] = ContextVar("given_warnings", default=None)
-# Digits in names, such as 'DS2', and after a quote do not count as numbers of a message.
+# Pattern of the numbers in a message. Digits in a name, such as 'DS2', or directly after a quote are not matched.
 _NUMBER = re.compile(r"(?<![\w'])\d[\d.,]*(?:e[+-]?\d+)?")
 _is_silent: ContextVar[bool] = ContextVar("warnings_are_silent", default=False)
 _collected: ContextVar[list[tuple[str, type[Warning]]] | None] = ContextVar("collected_warnings", default=None)
@@ -28,7 +28,7 @@ _collected: ContextVar[list[tuple[str, type[Warning]]] | None] = ContextVar("col
 
 @contextmanager
 def each_warning_once() -> Iterator[None]:
-    """Within the block, give only the first of several warnings that differ only in numbers."""
+    """Within the block, give only the first of several warnings that are equal except for their numbers."""
     before = _given.set(set())
     try:
         yield
@@ -38,7 +38,7 @@ def each_warning_once() -> Iterator[None]:
 
 @contextmanager
 def no_warnings() -> Iterator[None]:
-    """Suppress warnings within the block."""
+    """Suppress warnings of warpdyn within the `with` block."""
     before = _is_silent.set(True)
     try:
         yield
@@ -48,7 +48,7 @@ def no_warnings() -> Iterator[None]:
 
 @contextmanager
 def collected_warnings() -> Iterator[list[tuple[str, type[Warning]]]]:
-    """Within the block, collect this thread's warnings in a list of (message, category) instead of giving them."""
+    """Within the block, collect the warnings of this thread as a list of (message, category) without showing them."""
     found: list[tuple[str, type[Warning]]] = []
     before = _collected.set(found)
     try:
@@ -58,7 +58,7 @@ def collected_warnings() -> Iterator[list[tuple[str, type[Warning]]]]:
 
 
 def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
-    """Warn at the line of the user's code that called warpdyn."""
+    """Give a warning that Python shows with the line of the user's code that called warpdyn."""
     collected = _collected.get()
     if collected is not None and not _is_silent.get():
         collected.append((message, category))
@@ -79,24 +79,24 @@ def warn_caller(message: str, category: type[Warning] = UserWarning) -> None:
 
 
 def counted(names: Collection[object], most: int = 3) -> str:
-    """Return the number of names and the first names as text, such as "5 (a, b, c, ...)"."""
+    """Return the number of names, followed by the first `most` names, as text such as "5 (a, b, c, ...)"."""
     shown = ", ".join(str(name) for name in [*names][:most])
     return f"{len(names):,} ({shown}{', ...' if len(names) > most else ''})"
 
 
 def amount_of(count: int, noun: str, nouns: str = "") -> str:
-    """Return a count with its noun, such as "1 storey" or "1,200 storeys"; `nouns` is the plural, by default with s."""
+    """Return a count with its noun, such as "1 storey" or "1,200 storeys"; `nouns`: plural (default: `noun` + "s")."""
     return f"{count:,} {noun if count == 1 else nouns or noun + 's'}"
 
 
 def warn_of_all(function: str, sentences: Sequence[str]) -> None:
-    """Give one warning that contains the function's name and a list of the sentences; none without sentences."""
+    """Give one warning that lists the sentences after the name of the function; without sentences, give no warning."""
     if sentences:
         warn_caller("\n- ".join([f"{function}:", *sentences]) if len(sentences) > 1 else f"{function}: {sentences[0]}")
 
 
 def say(message: str) -> None:
-    """Report progress: to the logger "warpdyn" at level INFO and, on a terminal, above the progress bar."""
+    """Report a message on progress to the logger "warpdyn" at level INFO and, on a terminal, above the progress bar."""
     LOGGER.info(message)
     if sys.stderr.isatty() and not LOGGER.isEnabledFor(logging.INFO):
         tqdm.write(message, file=sys.stderr)

@@ -11,7 +11,7 @@ from typing import Any, ParamSpec, TypeVar
 P = ParamSpec("P")
 R = TypeVar("R")
 Class = TypeVar("Class", bound=type)
-LEAST_BEGINNING, MOST_BEGUN = 3, 3  # letters of a beginning, and suggested names with this beginning
+LEAST_BEGINNING, MOST_BEGUN = 3, 3  # fewest letters of a beginning that is completed, and most names suggested for it
 
 
 def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
@@ -27,13 +27,13 @@ def did_you_mean(name: object, known: Mapping[str, str] | Iterable[str]) -> str:
     by_lower = {word.lower(): suggested for word, suggested in known.items()}
     wanted = name.lower().replace(" ", "_").replace("-", "_")
     close = difflib.get_close_matches(wanted, by_lower, n=1, cutoff=0.7)
-    if not close and len(wanted) >= LEAST_BEGINNING:  # "newmark" of "newmark_average" and "newmark_linear"
+    if not close and len(wanted) >= LEAST_BEGINNING:  # "newmark" is completed to "newmark_average", "newmark_linear"
         close = [word for word in by_lower if word.startswith(wanted)][:MOST_BEGUN]
     return f" (did you mean {' or '.join(repr(by_lower[word]) for word in close)}?)" if close else ""
 
 
 def refuse_unknown(function: str, named: Collection[str], known: Collection[str], names: Mapping[str, str]) -> None:
-    """Raise a TypeError that suggests a similar name, if a call has an argument that the function does not have.
+    """Raise a TypeError if a call has an argument that the function does not have; the message suggests a similar name.
 
     Args:
         function: Name of the function.
@@ -48,9 +48,9 @@ def refuse_unknown(function: str, named: Collection[str], known: Collection[str]
 
 
 def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function so that its error about an unknown argument suggests a similar name.
+    """Return the function with better TypeErrors: the error about an unknown argument suggests a similar name.
 
-    If the function accepts any keyword arguments, names are suggested for missing required arguments.
+    If the function accepts any keyword argument, only the error about a missing required argument suggests names.
     """
     parameters = list(inspect.signature(function).parameters.values())
     own = [each for each in parameters if each.name not in ("self", "cls")]
@@ -77,7 +77,7 @@ def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def with_suggestions(cls: Class) -> Class:
-    """Decorate a class: its constructor suggests names, as described in `suggests_names`."""
+    """Return the class; its constructor is decorated with `suggests_names`, which suggests similar argument names."""
     made: Any = cls
     made.__init__ = suggests_names(made.__init__)
     return cls

@@ -1,4 +1,4 @@
-"""Definitions for datasets: variables, attributes of the intensity measure, and values of a sample's status."""
+"""Definitions for datasets: variables, attributes of the intensity measure, and values of the status of a sample."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import xarray as xr
 
 # Values of the attribute `design` of im_level.
 STRIPED = "stripes"
-OF_SEQUENCE = "of a sequence: see select_event"  # design of the levels of all events together
+OF_SEQUENCE = "of a sequence: see select_event"  # `design` of the levels of a run with all events of a sequence
 
-EARLIER_HISTORY = "earlier_history"  # coordinate of a run of one event after the first one
+EARLIER_HISTORY = "earlier_history"  # coordinate of a run of one event of a sequence; the first event has none
 
 # Values of the status variable, with their flag_meanings.
 STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
-# A drift beyond this many storey heights is a numerical blow-up that has not become infinite yet, not a collapse.
+# A drift of more than LARGEST_DRIFT_RATIO storey heights is a numerical blow-up that is still finite, not a collapse.
 LARGEST_DRIFT_RATIO = 1e3
-LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs that failed; statistics raise an error above it
+LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs; if more of them failed, statistics raise an error
 OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 
 
@@ -26,8 +26,8 @@ OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
 MEDIAN_STATUS, MEDIAN_MEANINGS = "median_status", ("within_levels", "extrapolated", "none")
 WITHIN_LEVELS, EXTRAPOLATED, NO_MEDIAN = range(3)
 
-# Kind of each storey, in runs with isolators or a tuned mass damper: along `storey`; in portfolios along `archetype`
-# and `storey`.
+# Kind of each storey (STOREY_KINDS), in runs with isolators or a tuned mass damper: a coordinate along `storey` or, in
+# portfolios, along `archetype` and `storey`.
 STOREY_KIND, KIND_OF_ARCHETYPES = "storey_kind", "storey_kind_of_archetype"
 STOREY_KINDS = ("building", "isolators", "tuned_mass_damper")
 KIND_ATTRIBUTES = {
@@ -38,7 +38,7 @@ KIND_ATTRIBUTES = {
 }
 
 
-# Attributes that name the intensity measure, of the coordinate of the intensities (next to `units`) and of the dataset.
+# Names of attributes that describe the intensity measure. The coordinate of the intensities and the dataset have them.
 # A `long_name` is only a label: warpdyn does not read it.
 MEASURE = "intensity_measure"  # the name by which hazard curves and exchanged files compare measures
 PERIOD = "intensity_measure_period"  # [s], a scalar
@@ -57,8 +57,8 @@ class Variable:
         dims: Dimension of the variable after `sample`: (), ("storey",), ("floor",) or ("dof",).
         units: Units, a UDUNITS string.
         long_name: The variable in words.
-        scale: Names of other variables. The error is divided by the largest of the variable and these variables.
-        is_demand: Whether the variable is a demand; the errors of demands are estimated.
+        scale: Names of other variables. An error is divided by the largest value of this variable and those variables.
+        is_demand: Whether the variable is an engineering demand, such as a peak drift; errors of demands are estimated.
         is_whole: Whether values are whole numbers.
     """
 
@@ -70,16 +70,17 @@ class Variable:
     is_whole: bool = False
 
 
-DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")  # kernels record drifts
+# The kernels record drifts [m]; the drift ratio is computed from them.
+DRIFT_RATIO = Variable(("storey",), "1", "peak absolute storey drift ratio")
 
 
 def label_of_levels(measure: str) -> str:
-    """Return the `long_name` of the coordinate of intensity levels."""
+    """Return the text "... of the scaled motion": the `long_name` of the coordinate of intensity levels."""
     return f"{measure} of the scaled motion"
 
 
 def measure_attributes(attributes: Mapping) -> dict[str, object]:
-    """Return those of the attributes that describe an intensity measure."""
+    """Return the entries of `attributes` that describe an intensity measure (its name, periods and damping ratio)."""
     return {key: attributes[key] for key in KEYS if key in attributes}
 
 

@@ -1,4 +1,4 @@
-"""Progress bar of one run, or of several runs together."""
+"""One progress bar for the response histories of a run, or of several runs together."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _shown: ContextVar[tqdm | None] = ContextVar("shown", default=None)
 
 @contextmanager
 def counted_histories(total: int) -> Iterator[tqdm]:
-    """Show a progress bar for `total` response histories, or continue the bar of the enclosing call."""
+    """Show a progress bar for `total` response histories; within another call, continue the bar of that call."""
     around = _shown.get()
     if around is not None:
         yield around

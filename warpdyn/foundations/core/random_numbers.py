@@ -1,10 +1,10 @@
-"""Random numbers as functions of seed, sample, purpose and a counter; they do not depend on the order of computation.
+"""Random numbers that depend only on seed, sample, purpose and a counter, not on the order of computation.
 
 Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) computes four
 random 32-bit words from a counter of four words and a key of two words. Here the key is the seed, and the counter
-consists of a number, the purpose, and the sample's index (two words). Therefore, a sample's random numbers do not
-depend on how samples are divided among blocks, threads or devices. `warpdyn.engine.device.random_numbers` has the same
-functions for kernels.
+consists of a running number, the purpose, and the index of the sample (two words). Therefore, a sample's random numbers
+do not depend on how samples are divided among blocks, threads or devices. `warpdyn.engine.device.random_numbers` has
+the same functions for kernels.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ WORD = 2**32
 class Purpose(IntEnum):
     """The purpose of a random number; numbers of different purposes are independent.
 
-    Numbers that are drawn in order, once per run, come from a NumPy generator whose seed is (seed, purpose).
+    Numbers that are drawn once per run, one after the other, come from a NumPy generator with the seed (seed, purpose).
     """
 
-    STRUCTURE = 0  # parameters of a structure; the index is that of the structure
+    STRUCTURE = 0  # parameters of a structure; `sample` is then the index of the structure
     CHOICE_OF_MOTION = 1
     GROUND_MOTION = 2
     POINTS = 3  # Sobol and Latin hypercube points, once per run
     CHECKED_SAMPLES = 4  # once per run
     PILOT_SAMPLES = 5  # once per plan
-    LADDERS = 6  # first levels of the search for capacities; the index is that of the pair
+    LADDERS = 6  # first levels of the search for capacities; `sample` is then the index of the (motion, structure) pair
     GRID_POINTS = 7  # grid points of buildings, once per design
     RECORDS_OF_EARTHQUAKES = 8  # once per grid
     BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all fields
@@ -53,16 +53,17 @@ def key_of(seed: int) -> int:
 
 
 def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.ndarray:
-    """Return the first numbers of NumPy's generator for (seed, purpose), float32 in [0, 1), shape [row, column].
+    """Return the first rows x columns numbers of NumPy's generator with seed (seed, purpose), shape [row, column].
 
-    Each use of a seed has its own `purpose`, so that its numbers are independent of those of other uses. Several
-    threads compute the numbers; the result is the same as with one thread.
+    The numbers are float32 in [0, 1). Each use of a seed has a different `purpose`, so that numbers of different uses
+    are independent. Several threads compute the numbers; the result is the same as with one thread.
     """
     found = np.empty((rows, columns), np.float32)
     words = np.random.SeedSequence([seed, purpose])
 
     def fill(part: slice) -> None:
-        # The generator takes two numbers from 64 bits; a part has an even number of rows, and so ends with the second.
+        # The generator makes two numbers from 64 bits. Each part but the last has an even number of rows, so that the
+        # next part begins with the first number of such a pair.
         stream = np.random.PCG64(words).advance(part.start * columns // 2)
         np.random.Generator(stream).random(dtype=np.float32, out=found[part])
 
@@ -71,7 +72,7 @@ def uniform_rows(seed: int, purpose: Purpose, rows: int, columns: int) -> np.nda
 
 
 def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
-    """Return the random words of Philox4x32-10.
+    """Return the random 32-bit words that the generator Philox4x32-10 computes from counters and a key.
 
     Args:
         counter: Words of the counters, the least significant first, shape [4, ...].
@@ -96,7 +97,7 @@ def philox_blocks(counter: ArrayLike, key: ArrayLike) -> np.ndarray:
 
 
 def uniforms(seed: int, sample: ArrayLike, purpose: Purpose, counter: ArrayLike) -> np.ndarray:
-    """Return two uniform random numbers per counter. They are odd multiples of 2^-53, so that none is 0 or 1.
+    """Return two uniform random numbers per counter. They are odd multiples of 2^-53, so never exactly 0 or 1.
 
     Args:
         seed: Seed of the run.

@@ -1,4 +1,4 @@
-"""Sources of users' functions with the constants that they read, which identify a run."""
+"""Source texts of functions of the user, and the constants that they read; a run is identified by them."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-OF_LIBRARIES = ("warpdyn.", "numpy", "warp.")
-CONSTANTS = (int, float, str, tuple, list, dict, np.ndarray)
+OF_LIBRARIES = ("warpdyn.", "numpy", "warp.")  # modules whose functions are not functions of the user
+CONSTANTS = (int, float, str, tuple, list, dict, np.ndarray)  # classes of the constants whose values are recorded
 
 
 def source_of_function(function: Callable[..., Any]) -> str:
-    """Return the source of a function; its bytecode if the source is not available."""
+    """Return the source text of a function; if the source is not available, its bytecode as text."""
     code = function.__code__
     linecache.checkcache(code.co_filename)  # the user may have edited the file in this process
     try:
@@ -27,11 +27,13 @@ def source_of_function(function: Callable[..., Any]) -> str:
 def sources_read(
     function: Callable[..., Any], source_of: Callable[[Callable[..., Any]], str] = source_of_function
 ) -> list[str]:
-    """Return the source of a function, the constants that it reads, and both for each user's function that it calls.
+    """Return the source text of a function, the constants that it reads, and both for each function that it calls.
+
+    Functions of warpdyn, NumPy and Warp are left out: only functions of the user are listed.
 
     Args:
         function: The function.
-        source_of: Returns the source of a function.
+        source_of: Function that returns the source text of `function`.
     """
     return _sources(function, source_of, set())
 

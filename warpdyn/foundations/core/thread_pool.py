@@ -1,4 +1,4 @@
-"""Work in threads that Ctrl-C can stop: many parts that fit in the CPU's cache, or one long call."""
+"""Computing in threads that Ctrl-C can stop: many small parts that fit in the CPU's cache, or one long call."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from typing import TypeVar
 
 from warpdyn.foundations.core.interruption import stop_if_asked
 
-STRUCTURES_AT_A_TIME = 2**13
-MOST_THREADS = 2**12  # more than the cores of any machine
-PATIENCE = 0.1  # [s] between two checks for a signal
+STRUCTURES_AT_A_TIME = 2**13  # default number of structures in a part
+MOST_THREADS = 2**12  # more than the number of cores of any machine
+PATIENCE = 0.1  # [s] between two checks whether a signal has arrived
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -34,9 +34,9 @@ def cores() -> int:
 def in_parts(
     work: Callable[[slice], Result], structures: int, threads: int, at_a_time: int = STRUCTURES_AT_A_TIME
 ) -> list[Result]:
-    """Divide structures into parts, and return the result of each part in order, computed in several threads.
+    """Divide structures into parts, compute each part in one of several threads, and return the results in order.
 
-    If parts fail, the error of the first failed part is raised.
+    If several parts fail, the error of the first failed part is raised.
 
     Args:
         work: Function from a part (a slice of the structures) to its result.
@@ -58,7 +58,7 @@ def in_parts(
 
 
 def as_finished(tasks: Iterable[Future[Result]]) -> Iterator[Future[Result]]:
-    """Yield tasks as they finish; Ctrl-C takes effect during the wait."""
+    """Yield tasks in the order in which they finish; Ctrl-C interrupts the wait."""
     tasks, done = list(tasks), SimpleQueue[Future[Result]]()
     for task in tasks:
         task.add_done_callback(done.put)
@@ -74,14 +74,14 @@ def as_finished(tasks: Iterable[Future[Result]]) -> Iterator[Future[Result]]:
 
 
 def result_of(task: Future[Result]) -> Result:
-    """Wait for a task and return its result; Ctrl-C takes effect during the wait."""
+    """Wait for a task and return its result; Ctrl-C interrupts the wait."""
     for _ in as_finished([task]):
         pass
     return task.result()
 
 
 class Ahead(Iterator[Result]):
-    """Iterator over the results of a function for items, in order; other threads compute the next results in advance.
+    """Iterator over the results of a function for a sequence of items. Other threads compute the next results ahead.
 
     Args:
         work: The function.
@@ -110,19 +110,19 @@ class Ahead(Iterator[Result]):
         return result_of(self._waiting.popleft())
 
     def close(self) -> None:
-        """Start no further calls, and wait until the running calls are finished."""
+        """Cancel the calls that have not started, and wait until the running calls are finished."""
         if self._threads is not None:
             self._threads.shutdown(cancel_futures=True)
 
 
 def in_background(work: Callable[[], Result], told_after: float, tell: Callable[[], object]) -> Result:
-    """Return the result of a long call that cannot be stopped; Ctrl-C takes effect without waiting for its end.
+    """Return the result of a long call that cannot be stopped; Ctrl-C raises its error without waiting for the call.
 
     Successive calls run in the same thread, because Warp needs 2 s to precompile its headers in each thread that
     compiles kernels.
 
     Args:
-        work: Function without arguments that makes the call.
+        work: Function without arguments that computes the result.
         told_after: Time after which `tell` is called once [s].
         tell: Function that reports to the user what is running.
     """
@@ -153,12 +153,12 @@ def in_background(work: Callable[[], Result], told_after: float, tell: Callable[
 
 
 def _waiting_thread() -> SimpleQueue[Callable[[], None]]:
-    """Return the queue of a thread that waits for calls; start a thread if none is waiting."""
+    """Return the queue of an idle thread, which waits for a function to call; if no thread is idle, start a thread."""
     try:
         return _idle.pop()
     except IndexError:
         calls = SimpleQueue[Callable[[], None]]()
-    # Not a pool: at its end, the interpreter waits for the threads of pools.
+    # A plain thread, not a pool: before it exits, the interpreter waits for the threads of pools.
     Thread(target=_work_off, args=(calls,), daemon=True, name="warpdyn").start()
     return calls
 

@@ -1,4 +1,4 @@
-"""Standard gravity, units of variables, and numbers with units of the package pint, converted to SI."""
+"""Standard gravity, units of variables, and the conversion of numbers with units (of the package pint) to SI units."""
 
 from __future__ import annotations
 
@@ -6,16 +6,17 @@ import re
 from typing import Any
 
 STANDARD_GRAVITY = 9.80665  # m/s2, exact by definition (CGPM 1901)
-IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"  # comment of every variable in g, which UDUNITS reads as gram
+# Comment of every variable in g, because UDUNITS reads "g" as gram.
+IN_G = f"g is standard gravity, {STANDARD_GRAVITY} m s-2"
 
 
 def unit_attributes(units: str, comment: str = "") -> dict[str, str]:
-    """Return a variable's attributes `units` (a UDUNITS string, or "g") and, if it is not empty, `comment`."""
+    """Return the attributes of a variable: `units` (a UDUNITS string, or "g") and, unless it is empty, `comment`."""
     words = "; ".join(part for part in (IN_G if units == "g" else "", comment) if part)
     return {"units": units} | ({"comment": words} if words else {})
 
 
-# Powers of mass, length and time in the units of arguments; an angle has no dimension.
+# Unit in the description of an argument -> its powers of mass, length and time; an angle has no dimension.
 DIMENSIONS = {
     "kg": (1, 0, 0),
     "m": (0, 1, 0),
@@ -30,7 +31,7 @@ _BASES = ("[mass]", "[length]", "[time]")
 
 
 def has_units(values: object) -> bool:
-    """Return whether a value is a quantity of pint, contains some in a list, or is a labelled array of them."""
+    """Return whether a value is a quantity of pint, a list that contains one, or an xarray array of quantities."""
     if isinstance(values, list | tuple):
         return any(map(has_units, values))
     inner = getattr(values, "data", None) if hasattr(values, "dims") else values
@@ -38,14 +39,14 @@ def has_units(values: object) -> bool:
 
 
 def without_units(what: str, values: Any, units: str | None) -> Any:
-    """Return numbers in SI units (in g for `units` "g") instead of quantities of pint; other values unchanged.
+    """Return quantities of pint as numbers in SI units (in g if `units` is "g"); return other values unchanged.
 
-    NumPy would drop the unit of a quantity: 300 kN would be 300 N.
+    NumPy would drop the unit of a quantity, so that 300 kN would become 300 N.
 
     Args:
         what: Name of the argument, which may end in its unit in brackets: "step [s]".
         values: Value of the argument.
-        units: Unit of the argument, such as "N m-1"; None: that in brackets in `what`.
+        units: Unit of the argument, such as "N m-1"; None: the unit in brackets at the end of `what`.
 
     Raises:
         ValueError: If a quantity has another dimension than the argument, or the unit of the argument is not known.
@@ -74,7 +75,7 @@ def without_units(what: str, values: Any, units: str | None) -> Any:
 
 
 def _powers(units: str | None) -> tuple[int, ...] | None:
-    """Return the powers of mass, length and time in a unit such as "N m-1" or "m/s2"; None if it is not known."""
+    """Return the powers of mass, length and time of a unit such as "N m-1" or "m/s2"; None if the unit is unknown."""
     total = [0, 0, 0]
     for slash, symbol, power in re.findall(r"(/?)\s*([A-Za-z]+|1)\^?(-?\d+)?", units or "?"):
         if symbol not in DIMENSIONS:

@@ -1,4 +1,4 @@
-"""Files of a checkpoint: NumPy files (.npz) with a checksum per array, and digests of other files."""
+"""Files of a checkpoint: NumPy files (.npz) with a checksum per array, and SHA-256 digests of other files."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ import numpy as np
 
 from warpdyn.foundations.files.part_files import whole_file
 
-NAMES = "names of all arrays"  # an array in each NumPy file
-MISSING = ""  # digest of a file that does not exist
+NAMES = "names of all arrays"  # name of an additional array in each NumPy file, which lists the names of the others
+MISSING = ""  # result of `digest_of` for a file that does not exist
 
 
 def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
@@ -28,14 +28,14 @@ def save_arrays(path: Path, arrays: Mapping[str, Any]) -> None:
 
 
 def are_whole(path: Path) -> bool:
-    """Return whether a NumPy file (.npz) exists, has all of its arrays, and their checksums are correct."""
+    """Return whether a NumPy file (.npz) exists and contains all of its arrays, with correct checksums."""
     try:
         with zipfile.ZipFile(path) as file:
             if file.testzip() is not None:
                 return False
-        with np.load(path) as kept:  # a zip file has no checksum of its list of files
+        with np.load(path) as kept:  # a zip file has no checksum of its list of files; NAMES replaces it
             return sorted(set(kept.files) - {NAMES}) == kept[NAMES].tolist()
-    except Exception:  # a damaged file may claim anything, such as encryption, and raise any error
+    except Exception:  # reading a damaged file can raise any error, for example because the file seems to be encrypted
         return False
 
 

@@ -7,11 +7,11 @@ import os
 import shutil
 from pathlib import Path
 
-FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no space, no quota, larger than the process may write
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # no space left, quota exceeded, larger than the process may write
 
 
 def disk_error(error: BaseException, path: Path) -> OSError:
-    """Return an OSError that names the file that could not be written, and the reason.
+    """Return an OSError whose message names the file that could not be written, and the reason.
 
     netCDF reports "HDF error" also if the disk is full; the free space in the message shows whether it was full.
 
@@ -27,14 +27,14 @@ def disk_error(error: BaseException, path: Path) -> OSError:
 
 
 def named_error(error: OSError, path: Path, function: str = "") -> OSError:
-    """Return the system error with a message that names the file and, if given, the public function that writes it."""
+    """Return a copy of a system error; its message names the file and, if given, the function that writes the file."""
     named = type(error)(f"{f'{function}: ' if function else ''}cannot write {path}: {error.strerror or error}")
     named.errno = error.errno
     return named
 
 
 def free_space(folder: Path) -> str:
-    """Return the free space of the disk that contains the folder, as text."""
+    """Return text such as "120 MB are free there": the free space of the disk that contains the folder."""
     try:
         free = shutil.disk_usage(folder).free
     except OSError:

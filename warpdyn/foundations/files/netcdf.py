@@ -24,15 +24,15 @@ from warpdyn.foundations.core.interruption import interruptible, stop_if_asked
 from warpdyn.foundations.files.unfinished import Unfinished
 from warpdyn.foundations.files.versions import version_of
 
-# Samples in a chunk of the file: a few hundred kB of each variable, so that half-filled chunks at the end of a
-# block take little time and space.
+# Samples in a chunk of the file: a few hundred kB of each variable, so that half-filled chunks at the end of a block
+# take little time and space.
 CHUNK = 2**14
-ROWS_AT_A_TIME = 16 * CHUNK  # samples written between two checks for a signal; compressing them takes about 0.1 s
+ROWS_AT_A_TIME = 16 * CHUNK  # samples written between two checks for a signal such as Ctrl-C; writing them takes 0.1 s
 TRIED_BYTES = 2**15  # bytes of a variable that are compressed to decide whether to compress the variable
-LEAST_SHRINKING = 10
-OF_ZARR = ("chunks", "preferred_chunks", "compressors", "filters", "shards")  # encodings of variables of a Zarr store
+LEAST_SHRINKING = 10  # a variable is compressed if this makes it at least this many times smaller
+OF_ZARR = ("chunks", "preferred_chunks", "compressors", "filters", "shards")  # encodings that only Zarr stores have
 COMPRESSED = {"zlib": True, "complevel": 1, "shuffle": True}
-# Encodings of values; other encodings describe the file from which a dataset was read.
+# Encodings that define how values are stored. Other encodings only describe the file from which a dataset was read.
 CODED = ("dtype", "scale_factor", "add_offset", "_FillValue", "missing_value", "units", "calendar")
 
 
@@ -91,14 +91,14 @@ def write(dataset: xr.Dataset, path: str | os.PathLike) -> Path:
 
 
 def write_at_once(dataset: xr.Dataset, unfinished: Unfinished) -> None:
-    """Write a dataset in one call, and give the file its final name."""
+    """Write a dataset in one call of xarray, and rename the temporary file to its final name."""
     with unfinished.named_errors():
         _to_netcdf(dataset, unfinished.part)
         unfinished.move_in()
 
 
 def _signed(dataset: xr.Dataset) -> xr.Dataset:
-    """Return the dataset with an attribute that mentions warpdyn; later calls may replace only files with this mark."""
+    """Return the dataset with attributes that mention warpdyn: only files with this mark are replaced later."""
     if any("warpdyn" in str(dataset.attrs.get(name, "")) for name in ("source", "history")):
         return dataset
     before = f"{dataset.attrs['history']}\n" if dataset.attrs.get("history") else ""
@@ -106,7 +106,7 @@ def _signed(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def _is_plain(variable: xr.Variable) -> bool:
-    """Return whether `sample` is the first dimension and values are written to a file without conversion."""
+    """Return whether a variable has the first dimension `sample` and its values are written to a file unconverted."""
     coded = {"scale_factor", "add_offset", "_FillValue", "missing_value"} & variable.encoding.keys()
     of_nan = coded == {"_FillValue"} and variable.dtype.kind == "f" and np.isnan(variable.encoding["_FillValue"])
     as_is = (of_nan or not coded) and variable.encoding.get("dtype", variable.dtype) == variable.dtype
@@ -115,7 +115,7 @@ def _is_plain(variable: xr.Variable) -> bool:
 
 
 def _write_in_parts(dataset: xr.Dataset, along: dict[str, xr.Variable], unfinished: Unfinished) -> None:
-    """Write a dataset, and its variables along `sample` in parts, so that Ctrl-C takes effect between parts."""
+    """Write a dataset to a file; variables with the dimension `sample` in parts, so that Ctrl-C acts between parts."""
     with GrowingFile(unfinished, dataset.sizes["sample"]) as file:
         for first in range(0, dataset.sizes["sample"], ROWS_AT_A_TIME):
             part = slice(first, first + ROWS_AT_A_TIME)
@@ -124,7 +124,7 @@ def _write_in_parts(dataset: xr.Dataset, along: dict[str, xr.Variable], unfinish
 
 
 class GrowingFile:
-    """A netCDF-4 file to which samples are added block by block. It gets its final name when it is complete.
+    """A netCDF-4 file to which samples are added block by block. The file gets its final name when it is complete.
 
     Use it in a `with` statement, which closes the file.
 
@@ -141,7 +141,7 @@ class GrowingFile:
         return self
 
     def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        with suppress(OSError, RuntimeError):  # after an error on a full disk, closing fails as well
+        with suppress(OSError, RuntimeError):  # after an error because of a full disk, closing the file fails as well
             self._close()
 
     def append(self, rows: dict[str, np.ndarray], labelled: Callable[[dict[str, np.ndarray]], xr.Dataset]) -> None:
@@ -149,7 +149,7 @@ class GrowingFile:
 
         Args:
             rows: Name of the variable -> values; the first dimension is `sample`.
-            labelled: Function from `rows` to their dataset, with dimensions, attributes and other variables.
+            labelled: Function from `rows` to a dataset that contains them, with dimensions, attributes and labels.
 
         Raises:
             OSError: If the disk is full or fails; the message names the file.
@@ -181,7 +181,7 @@ class GrowingFile:
             variable.set_var_chunk_cache(2 * size)
 
     def finish(self, rest: xr.Dataset) -> None:
-        """Add the variables and attributes that are known only at the end, and give the file its final name.
+        """Add variables and attributes that are known only at the end of a run, and give the file its final name.
 
         Raises:
             OSError: As in `append`.
@@ -201,9 +201,10 @@ Encoding = dict[str, dict[str, Any]]
 
 
 def _to_netcdf(dataset: xr.Dataset, path: Path, chunked: Encoding | None = None, **how: Any) -> None:
-    """Write a dataset to a file.
+    """Write a dataset to a netCDF file.
 
-    Coordinates get no fill value, as CF requires. Variables are compressed if this makes them much smaller.
+    Coordinates get no fill value, as the CF conventions require. A variable is compressed if this makes it at least
+    LEAST_SHRINKING times smaller.
 
     Args:
         dataset: The dataset.
@@ -221,14 +222,15 @@ def _to_netcdf(dataset: xr.Dataset, path: Path, chunked: Encoding | None = None,
         elif name in dataset.coords:
             held = {key: value for key, value in variable.encoding.items() if key not in OF_ZARR}
             encoding[str(name)] = held | own
-    how = {"unlimited_dims": ()} | how  # those of a file that the dataset was read from would lead to small chunks
+    # Unlimited dimensions of a file from which the dataset was read would make chunks small.
+    how = {"unlimited_dims": ()} | how
     dataset.to_netcdf(path, encoding=encoding | (chunked or {}), format="NETCDF4", engine="netcdf4", **how)
 
 
 def _chunked(dataset: xr.Dataset, samples: int) -> Encoding:
-    """Return the encoding of the variables with the dimension `sample`: chunks of samples, some of them compressed.
+    """Return the encoding of the variables with the dimension `sample`: chunk size, and whether they are compressed.
 
-    Measured for a large fragility study: compression makes demands 25 % smaller, at 30 MB/s; it makes inputs and
+    Measured for a large fragility study: compression makes demands only 25 % smaller, at 30 MB/s. It makes inputs and
     coordinates, whose values repeat, 99 % smaller, at 300 MB/s.
     """
     found: Encoding = {}

@@ -10,17 +10,18 @@ from pathlib import Path
 from warpdyn.foundations.files.targets import kind_of
 
 LOCK, REPLACED = "lock", "replaced"
-# Files and folders in a hidden folder: the lock, unfinished files, the header of a checkpoint with the files of its
-# regions, an unfinished store, and a store that is being replaced. Versions before 0.1 also wrote "part.nc".
+# Names of the files and folders that warpdyn makes in a hidden folder: the lock file, unfinished files, the header of a
+# checkpoint and the files of its regions, an unfinished Zarr store, and a store that is being replaced. Versions before
+# 0.1 also wrote "part.nc".
 FILES = re.compile(r"lock|part\.nc|.+\.part|run\.json|\d+-\d+-\d+\.npz")
 FOLDERS = re.compile(r"kept|replaced|\w+\.zarr")
-# Files of a Zarr store of format 2: metadata, chunks, and chunks that a killed process left unfinished. macOS adds a
-# file to each folder that a user views, and NFS one for each file that was removed while it was open.
+# Names of the files in a Zarr store of format 2: metadata, chunks, and chunks that a killed process left unfinished.
+# macOS adds a file to each folder that a user views, and NFS adds one for each file that was removed while it was open.
 OF_STORES = re.compile(r"\.z(attrs|array|group|metadata)|\d+(\.\d+)*|.*\.[0-9a-f]{32}\.partial|\.DS_Store|\.nfs\w+")
 
 
 def foreign_in(folder: Path, *, is_store: bool) -> str | None:
-    """Return the first file or folder that warpdyn did not make, in words; None if warpdyn made all of them.
+    """Return a description of the first file or folder that warpdyn did not make, or None if warpdyn made all of them.
 
     Args:
         folder: A hidden folder of warpdyn, or a Zarr store.
@@ -45,11 +46,11 @@ def foreign_in(folder: Path, *, is_store: bool) -> str | None:
 def remove_tree(folder: Path) -> None:
     """Remove a folder with all regular files and folders in it; the lock file is removed last.
 
-    Links are not followed. Links, devices and other special files are not removed, nor are the folders that contain
-    them. If a file has another name (hard link), it keeps its content under that name.
+    Links are not followed. Links, devices and other special files are not removed, and neither are the folders that
+    contain them. If a file has a second name (a hard link), its content remains available under the second name.
 
     Raises:
-        OSError: If something in the folder was not removed.
+        OSError: If a file or folder was not removed.
     """
     lock = None
     with os.scandir(folder) as entries:

@@ -29,7 +29,7 @@ KINDS = (
 
 
 def kind_of(mode: int) -> str:
-    """Return the kind of a file in words, from the `st_mode` of `os.lstat`."""
+    """Return the kind of a file in words, such as "a folder" or "a named pipe", from the `st_mode` of `os.lstat`."""
     return next((name for is_kind, name in KINDS if is_kind(mode)), "a file")
 
 
@@ -64,18 +64,18 @@ class Permissions:
 
     @property
     def of_folder(self) -> int:
-        """Permission bits of a folder in which files are as private as this file."""
+        """Permission bits of a folder in which files are as private as the file with these permissions."""
         return self.mode | (self.mode & 0o444) >> 2 | 0o700
 
     def take_over(self, file: int) -> None:
-        """Set the owner of a new file, before anything is written to it.
+        """Set the owner of a new file to the owner of the file that it will replace, before anything is written to it.
 
         Args:
             file: File descriptor of the new file.
 
         Raises:
-            PermissionError: If the owner is another user and cannot be set: a file of this user would then replace the
-                other user's file.
+            PermissionError: If the owner is another user and cannot be set. Otherwise, a file of the current user would
+                replace a file of another user.
         """
         if not hasattr(os, "fchown") or os.fstat(file).st_uid == self.owner:
             return
@@ -87,7 +87,7 @@ class Permissions:
             ) from None
 
     def apply(self, path: Path) -> None:
-        """Set these permissions of the finished file or folder, as far as the file system supports them."""
+        """Set these permissions on the finished file or folder, as far as the file system supports them."""
         if not hasattr(os, "chown"):
             with suppress(OSError):
                 path.chmod(self.mode)
@@ -100,7 +100,7 @@ class Permissions:
         if found.st_gid != self.group:
             try:
                 os.chown(path, -1, self.group, follow_symlinks=False)
-            except OSError:  # another group must not get the rights of the first one
+            except OSError:  # the new file has another group, which must not get the rights of the original group
                 mode &= ~0o070 | (mode & 0o007) << 3
         with suppress(OSError):
             path.chmod(mode)
@@ -109,19 +109,19 @@ class Permissions:
                 if self.acl is not None:
                     os.setxattr(path, ACL, self.acl)
                 else:
-                    os.removexattr(path, ACL)  # the new file may have one from its folder
+                    os.removexattr(path, ACL)  # the new file may have inherited a list from its folder
 
 
 def check_replaceable(path: Path, *, is_store: bool = False) -> None:
-    """Check that a path does not exist, or is a file (for a Zarr store: a folder) that this process may write.
+    """Raise an error unless a path does not exist or is a file (for a Zarr store: a folder) that may be written.
 
     Args:
         path: The path, with symbolic links resolved.
         is_store: Whether a Zarr store, which is a folder, will be written.
 
     Raises:
-        OSError: If the path is not a file (for a store: a folder), or is read-only. The text of the error does not
-            contain the path.
+        OSError: If the path is not a file (for a store: not a folder), or is read-only. The message of the error does
+            not contain the path; callers add it.
     """
     try:
         found = os.lstat(path)
@@ -136,7 +136,7 @@ def check_replaceable(path: Path, *, is_store: bool = False) -> None:
         raise FileExistsError(
             errno.EEXIST, f"the path is not a {wanted} but {kind}, which is never replaced; choose another name"
         )
-    # The superuser could write a read-only file, but somebody made it read-only in order to keep it.
+    # The superuser can write a read-only file, but its owner made it read-only in order to keep it.
     if not mode & WRITABLE or not os.access(path, os.W_OK):
         kind = "folder" if is_store else "file"
         raise PermissionError(
@@ -145,7 +145,7 @@ def check_replaceable(path: Path, *, is_store: bool = False) -> None:
 
 
 def take_over_store(older: Path, store: Path) -> None:
-    """Set the permissions of a new Zarr store and its files to those of the store that it replaces, if one exists."""
+    """Set the permissions of a new Zarr store and its files to those of the store that it replaces, if there is one."""
     of_folders, of_files = Permissions.of(older), Permissions.of(older / ".zattrs")
     if (of_folders, of_files) == (None, None) or (of_folders, of_files) == (
         Permissions.of(store),
@@ -161,7 +161,7 @@ def take_over_store(older: Path, store: Path) -> None:
 
 
 def resolved(path: Path) -> Path:
-    """Return the path with symbolic links resolved, so that the target of a link is written and the link is kept.
+    """Return a path with symbolic links resolved, so that writing replaces the file that a link names, not the link.
 
     Raises:
         OSError: If the links form a loop.
@@ -169,7 +169,7 @@ def resolved(path: Path) -> Path:
     try:
         found = path.resolve()
         is_loop = found.is_symlink()
-    except (OSError, RuntimeError) as error:  # the latter until Python 3.12
+    except (OSError, RuntimeError) as error:  # RuntimeError: for loops of links, until Python 3.12
         if isinstance(error, OSError) and error.errno != errno.ELOOP:
             raise named_error(error, path) from error
         is_loop = True
@@ -179,7 +179,7 @@ def resolved(path: Path) -> Path:
 
 
 def check_folder(folder: Path) -> None:
-    """Raise an OSError if the folder does not exist or files must not be created in it."""
+    """Raise an OSError if the folder does not exist, or if this process may not create files in it."""
     if not folder.is_dir():
         raise FileNotFoundError(errno.ENOENT, f"there is no folder {folder}{_near(folder)}; create it first")
     if not os.access(folder, os.W_OK | os.X_OK):
@@ -187,7 +187,7 @@ def check_folder(folder: Path) -> None:
 
 
 def _near(folder: Path) -> str:
-    """Return a question that suggests an existing folder with a similar name."""
+    """Return " (did you mean ...?)" with an existing folder of a similar name; "" if no name is similar."""
     missing = folder
     while not missing.parent.is_dir() and missing.parent != missing:
         missing = missing.parent

@@ -1,4 +1,4 @@
-"""Template of a dataset: its labels, from which datasets of samples are made."""
+"""Template of a dataset: variables and attributes without samples, from which datasets with samples are made."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import xarray as xr
 
 @dataclass(frozen=True)
 class Template:
-    """Content of a dataset of a run without samples; it is not a dataset, because making one takes 1 ms.
+    """Content of a dataset of a run without samples. It is not an xarray Dataset, because making one takes 1 ms.
 
     Args:
-        variables: Its variables by name, including the coordinates.
-        coords: Names of its coordinates.
-        attrs: Its attributes.
+        variables: Name -> variable, including the coordinates.
+        coords: Names of the coordinates.
+        attrs: Attributes of the dataset.
     """
 
     variables: dict[str, xr.Variable]

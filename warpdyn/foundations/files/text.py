@@ -1,4 +1,4 @@
-"""Checks of text files that readers use; errors name the file."""
+"""Checks of text files, used by all functions that read such files; each error names the file."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Iterable
 from pathlib import Path
 
-OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}
+OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}  # instead of commas, in files named CSV
 
 
 def existing_file(function: str, path: str | os.PathLike, argument: str = "path") -> Path:
-    """Return the path of an existing file, or raise an error.
+    """Return the path of an existing file; raise an error if it is not text or a Path, or no file has this path.
 
     Args:
         function: Name of the public function that reads the file, for errors.
@@ -66,9 +66,9 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
 
 
 def xml_root(path: Path) -> ElementTree.Element:
-    """Return the root element of an XML file, with tags without namespaces; raise a ValueError if it is not XML."""
+    """Return the root element of an XML file, without the namespaces in tags; raise a ValueError if it is not XML."""
     try:
-        # Python's expat reads no external entities, and from 2.4.1 on none that grow without bounds.
+        # Python's XML parser (expat) reads no external entities; since version 2.4.1, it limits the growth of entities.
         root = ElementTree.parse(path).getroot()
     except ElementTree.ParseError as error:
         raise ValueError(f"{path} is not XML: {error}. Export the file again, or correct it") from None
@@ -79,7 +79,7 @@ def xml_root(path: Path) -> ElementTree.Element:
 
 
 def check_separator(line: str) -> None:
-    """Raise a ValueError if the names of columns are not separated by commas."""
+    """Raise a ValueError if the header line of a CSV file separates the columns by another character than a comma."""
     found = next((each for each in OTHER_SEPARATORS if each in line and "," not in line), None)
     if found:
         raise ValueError(
@@ -89,7 +89,7 @@ def check_separator(line: str) -> None:
 
 
 def check_names(names: Iterable[object], where: str = "") -> None:
-    """Raise a ValueError if two columns have the same name, apart from upper and lower case and blanks.
+    """Raise a ValueError if two column names are equal when upper and lower case and blanks are ignored.
 
     Args:
         names: The names.
@@ -111,7 +111,7 @@ def check_names(names: Iterable[object], where: str = "") -> None:
 
 
 def inside_folder(folder: Path, name: str, what: str) -> Path:
-    """Return the path of a file whose name is given in another file, after checking that it is in a folder.
+    """Return the path of a file whose name is written in another file; raise an error if it is outside of a folder.
 
     Args:
         folder: The folder in which the file must be.

@@ -1,4 +1,4 @@
-"""Files that are being written: each is locked and in a hidden folder next to its final path until it is complete."""
+"""Unfinished files: each is written in a locked, hidden folder next to its final path, and moved when complete."""
 
 from __future__ import annotations
 
@@ -27,19 +27,19 @@ from warpdyn.foundations.files.targets import (
 
 SUFFIX, STORE_SUFFIX = ".nc", ".zarr"
 AWAY = "move it away, or choose another name"
-GIVEN_UP = (ValueError, TypeError)  # errors after which a run is not resumed: the same call would raise them again
-NOT_FOLLOWED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+GIVEN_UP = (ValueError, TypeError)  # a run is not resumed after these errors: the same call would raise them again
+NOT_FOLLOWED = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)  # flags of `os.open`: do not follow links
 
 
 def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
-    """Check that a file or a Zarr store may be written, and return its absolute path. Call it before a long run.
+    """Return the absolute path of a file or Zarr store after checking that it may be written, before a long run.
 
     Args:
         path: The file or the store.
         suffix: Required ending of the name: ".nc" for a file, ".zarr" for a store (a folder).
 
     Raises:
-        OSError: If the path cannot be written, or warpdyn did not write the existing file.
+        OSError: If the path cannot be written, or the file at this path was not written by warpdyn.
         ValueError: If the name has another ending.
         TypeError: If `path` is not text or a Path.
     """
@@ -67,7 +67,7 @@ def check_writable(path: str | os.PathLike, suffix: str = SUFFIX) -> Path:
 
 
 def _check_store(path: Path) -> None:
-    """Raise a FileExistsError if a store contains a file that warpdyn did not make; replacement would remove it."""
+    """Raise a FileExistsError if a Zarr store contains a file not made by warpdyn, which replacing would remove."""
     foreign = foreign_in(path, is_store=True)
     if foreign is not None:
         raise FileExistsError(
@@ -76,7 +76,7 @@ def _check_store(path: Path) -> None:
 
 
 def attributes_of(path: Path) -> dict[str, object]:
-    """Return the attributes of a dataset that warpdyn wrote.
+    """Return the attributes of the dataset in an existing file or Zarr store, which warpdyn must have written.
 
     Raises:
         FileExistsError: If warpdyn did not write the file; such a file is never replaced.
@@ -95,11 +95,11 @@ def attributes_of(path: Path) -> dict[str, object]:
 
 
 class Unfinished:
-    """The hidden folder in which a file is written until it is complete. Only one process at a time may use it.
+    """The hidden folder in which a file is written until it is complete. Only one process at a time can use the folder.
 
-    Use it in a `with` statement. If a process was killed, the next process removes its files, except the folder `kept`,
-    from which a run is resumed. If warpdyn did not make the folder, or a file in it, an error is raised and nothing is
-    changed.
+    Use it in a `with` statement. If a process was killed, the next process that writes the same file removes the files
+    that were left, except the folder `kept`, from which a run is resumed. If the folder, or a file in it, was not made
+    by warpdyn, an error is raised and nothing is changed.
 
     Args:
         path: The file, or the Zarr store.
@@ -113,7 +113,7 @@ class Unfinished:
         self.path = check_writable(path, suffix)
         self.folder = self.path.with_name(f".{self.path.name}.unfinished")
         self.kept = self.folder / "kept"
-        self.is_journaled = False  # whether `kept` contains results of this run, and of no other
+        self.is_journaled = False  # whether `kept` contains results of this run, and no results of other runs
         self._is_store = suffix == STORE_SUFFIX
         self._older = Permissions.of(self.path)
         self._part: PartFile | None = None
@@ -131,7 +131,7 @@ class Unfinished:
             self._lock = self._locked()
             self._sweep()
             if self._older is not None and not self._is_store:
-                self._part = PartFile(self.path, self.folder)  # raises an error for another user's file
+                self._part = PartFile(self.path, self.folder)  # raises an error if another user owns the existing file
         except BaseException as error:
             if self._lock is not None and os.listdir(self.folder) == [LOCK]:
                 with suppress(OSError):
@@ -148,7 +148,7 @@ class Unfinished:
                 self._part.discard()
             keeps = self.kept.is_dir()
             if self.is_journaled:
-                # A run that was stopped, or whose disk is full, can be resumed; a run with invalid arguments cannot.
+                # A run that was stopped or filled the disk can be resumed; a run with invalid arguments cannot.
                 keeps = error is not None and not isinstance(error, GIVEN_UP) and self._holds_results()
                 if keeps and error is not None:
                     error.add_note(
@@ -162,16 +162,16 @@ class Unfinished:
             self._leave()
 
     def _holds_results(self) -> bool:
-        """Return whether `kept` contains files of finished regions."""
+        """Return whether the folder `kept` contains results of finished regions (parts of a run)."""
         return any(self.kept.glob("*.npz"))
 
     def move_in(self) -> None:
-        """Move the finished file to its final path."""
+        """Move the finished temporary file to its final path; an existing file is replaced."""
         assert self._part is not None
         self._part.move_in()
 
     def move_in_store(self, store: Path) -> None:
-        """Move a finished store to its final path. An older store is moved away first: folders cannot be replaced."""
+        """Move a finished Zarr store to its final path; an existing store is moved away first."""
         take_over_store(self.path, store)
         if self.path.exists():
             check_replaceable(self.path, is_store=True)
@@ -182,7 +182,7 @@ class Unfinished:
 
     @contextmanager
     def named_errors(self) -> Iterator[None]:
-        """Convert errors of writing (netCDF raises RuntimeError) into an OSError that names the file."""
+        """Convert errors of writing into an OSError that names the file; netCDF raises RuntimeErrors."""
         try:
             yield
         except (OSError, RuntimeError) as error:
@@ -191,18 +191,18 @@ class Unfinished:
             raise
 
     def forget(self) -> None:
-        """Remove the results that an earlier run left in `kept`."""
+        """Remove the folder `kept` with the results of an earlier run that was not completed."""
         if self.kept.is_dir():
             remove_tree(self.kept)
 
     def _sweep(self) -> None:
-        """Remove the files of killed processes, after checking that warpdyn made all files in the folder."""
+        """Remove the files of killed processes, after checking that all files in the folder were made by warpdyn."""
         foreign = foreign_in(self.folder, is_store=False)
         if foreign is not None:
             raise self._not_ours(f"contains {foreign}")
         replaced = self.folder / REPLACED
         if self._is_store and replaced.is_dir() and not self.path.exists():
-            os.replace(replaced, self.path)  # a process was killed before the new store took its place
+            os.replace(replaced, self.path)  # a process was killed after moving the old store, before moving the new
         for left in list(self.folder.iterdir()):
             if left.is_dir() and left != self.kept:
                 remove_tree(left)
@@ -221,9 +221,9 @@ class Unfinished:
             self._lock = None
 
     def _locked(self) -> int:
-        """Make the folder and lock it; return the descriptor of the lock file.
+        """Make the hidden folder if it does not exist, and lock it; return the file descriptor of the lock file.
 
-        The lock ends when the descriptor is closed or the process ends.
+        The lock is released when the descriptor is closed or the process ends.
         """
         mode = 0o777 if self._older is None else self._older.mode if self._is_store else self._older.of_folder
         while True:
@@ -252,11 +252,11 @@ class Unfinished:
                     ) from error
             with suppress(FileNotFoundError):
                 if os.stat(self.folder / LOCK).st_ino == os.fstat(lock).st_ino:
-                    return lock  # otherwise another process has removed this lock meanwhile
+                    return lock  # otherwise, another process has removed this lock file: try again
             os.close(lock)
 
     def _check_folder(self) -> None:
-        """Raise an error if warpdyn did not make the folder, or made it for another user."""
+        """Raise an error if the hidden folder was not made by warpdyn, or belongs to another user."""
         found = os.lstat(self.folder)
         if not stat.S_ISDIR(found.st_mode):
             raise self._not_ours(f"is {kind_of(found.st_mode)}")
@@ -265,7 +265,7 @@ class Unfinished:
             raise self._not_ours(f"is a folder with {min(there)}")
         if there and not stat.S_ISREG(os.lstat(self.folder / LOCK).st_mode):
             raise self._not_ours(f"contains {LOCK}, which is not a file")
-        with tempfile.TemporaryFile(dir=self.folder) as new:  # without a name, if the system can do so
+        with tempfile.TemporaryFile(dir=self.folder) as new:  # shows the owner that new files get
             owner = os.fstat(new.fileno()).st_uid
         if found.st_uid != owner:
             raise self._not_ours("is a folder of another user")

@@ -1,4 +1,4 @@
-"""Versions of packages. The version of warpdyn is in its code, so that it is known without installation."""
+"""Versions of packages. The version of warpdyn is in its code, so that it is also known without installation."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ from warpdyn import __version__
 
 @cache
 def version_of(package: str) -> str | None:
-    """Return the version of a distribution, such as "warp-lang", or None if it is not installed."""
-    if package == "warpdyn":  # of the running code, even if another version is installed
+    """Return the version of an installed package, such as "warp-lang"; None if the package is not installed."""
+    if package == "warpdyn":  # the version of the running code, which may differ from the installed version
         return __version__
     try:
         return version(package)

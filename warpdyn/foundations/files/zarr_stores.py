@@ -1,10 +1,10 @@
-"""Zarr stores of samples: first the store is made without values, then processes write regions of samples into it.
+"""Zarr stores of samples: the store is first made without values; then processes write regions of samples into it.
 
 A region contains the samples of one chunk, so that several processes can write at the same time without writing to the
-same chunk. Stores have Zarr's format 2, which most programs can read: the specification of format 3 has neither
+same chunk. Stores have Zarr's format 2, which most programs can read: the specification of format 3 includes neither
 consolidated metadata nor text of fixed length.
 
-A file counts as written only after it is flushed to the disk. A resumed run compares the files with their digests.
+A file counts as written only after it is flushed to the disk. A resumed run compares files with their SHA-256 digests.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     import zarr
 
 REMEDY = 'pip install "distributed>=2024.11" "zarr>=3.1.3"'
-FORMAT: Any = 2
-AT_A_TIME = 8  # files brought to the disk at once: 24 files take 10 ms, one after the other 150 to 240 ms
-OF_THE_END = (".zattrs", ".zmetadata")  # files that `complete` writes
-Digests = dict[str, str]
+FORMAT: Any = 2  # version of the Zarr format
+AT_A_TIME = 8  # files flushed to the disk at the same time: 24 files take 10 ms, one after the other 150 to 240 ms
+OF_THE_END = (".zattrs", ".zmetadata")  # files that `complete` writes at the end of a run
+Digests = dict[str, str]  # name of a file in the store -> its SHA-256 digest
 
 
 def check_zarr() -> None:
@@ -40,7 +40,7 @@ def check_zarr() -> None:
 
 
 def lay_out(path: Path, template: xr.Dataset, samples: int, region: int) -> Digests:
-    """Make a store for samples, without their values, and return its files as name -> digest.
+    """Make a Zarr store with space for samples, but without their values; return its files as name -> digest.
 
     Args:
         path: The store; an existing store is replaced.
@@ -68,11 +68,11 @@ def lay_out(path: Path, template: xr.Dataset, samples: int, region: int) -> Dige
 
 
 def is_laid_out(path: Path, digests: object) -> bool:
-    """Return whether the files that `lay_out` wrote are unchanged; if so, remove what `complete` may have added.
+    """Return whether the files that `lay_out` wrote are unchanged; if so, remove files that `complete` has added.
 
     Args:
         path: The store.
-        digests: The result of `lay_out`.
+        digests: The files of the store as name -> digest, as returned by `lay_out`.
     """
     if not path.is_dir() or not isinstance(digests, dict):
         return False
@@ -88,7 +88,7 @@ def is_laid_out(path: Path, digests: object) -> bool:
 
 
 def write_region(path: Path, first: int, rows: dict[str, np.ndarray]) -> Digests:
-    """Write the samples of a region to the disk, and return their files as name -> digest.
+    """Write the samples of a region to a Zarr store and flush them to the disk; return the files as name -> digest.
 
     A file of the store is either complete or does not exist. A chunk that contains only the fill value has no file.
 
@@ -114,11 +114,11 @@ def write_region(path: Path, first: int, rows: dict[str, np.ndarray]) -> Digests
 
 
 def damaged_regions(path: Path, digests: list[Digests]) -> list[int]:
-    """Return the indices of the regions whose files were changed or removed after they were written.
+    """Return the indices of the regions of a Zarr store whose files were changed or removed after they were written.
 
     Args:
         path: The store.
-        digests: The result of `write_region` for each region.
+        digests: The result of `write_region` for each region: file name -> digest.
     """
 
     def is_damaged(chunks: Digests) -> bool:
@@ -129,15 +129,15 @@ def damaged_regions(path: Path, digests: list[Digests]) -> list[int]:
 
 
 def complete(path: Path, rest: xr.Dataset) -> None:
-    """Add the attributes and the variables that are known only at the end, and consolidate the metadata.
+    """Add the attributes and variables that are known only at the end of a run, and consolidate the store's metadata.
 
-    Incomplete chunks of killed processes are removed.
+    Unfinished files of chunks that killed processes left are removed.
     """
     import zarr
 
     rest.to_zarr(path, mode="a", consolidated=False, zarr_format=FORMAT)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of files that are not arrays
+        warnings.simplefilter("ignore")  # Zarr warns of files that are not arrays
         zarr.consolidate_metadata(path, zarr_format=FORMAT)
     for unfinished in path.rglob("*.partial"):
         unfinished.unlink(missing_ok=True)
@@ -145,7 +145,7 @@ def complete(path: Path, rest: xr.Dataset) -> None:
 
 
 def _sync_all(path: Path, arrays: list[str] | None = None) -> None:
-    """Flush the store's metadata and all files of the arrays (None: of all arrays) to the disk."""
+    """Flush the metadata of a Zarr store and all files of the arrays to the disk (`arrays` None: of all arrays)."""
     folders = [each for each in path.iterdir() if each.is_dir() and (arrays is None or each.name in arrays)]
     for folder in (path, *folders):
         for file in folder.iterdir():

@@ -1,4 +1,4 @@
-"""Designs: which ground motions act on each structure, and with which scale factors."""
+"""Designs of experiments: the ground motions that act on each structure, and their scale factors."""
 
 from __future__ import annotations
 
@@ -25,25 +25,29 @@ from warpdyn.model.ground_motions.stripes_errors import named_in_errors
 if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
-MOST_SHOWN = 10  # motions in a table
-CROSSED = "crossed"
+MOST_SHOWN = 10  # motions that the table in notebooks shows
+CROSSED = "crossed"  # value of structures_per_motion
 
 
 def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
-    """Return the intensity of every motion, in g for accelerations; raise a TypeError if `measure` is not a measure."""
+    """Return the intensity of every motion [g for an acceleration, otherwise SI], shape [motion].
+
+    Raises:
+        TypeError: If `measure` is not an intensity measure.
+    """
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
     return measure.level_values(motions)
 
 
 class Design(Excitation):
-    """Base class of designs, which assign ground motions and scale factors to structures."""
+    """Base class of designs. A design assigns ground motions and scale factors to structures."""
 
     is_design = True
     motions: Sequence[GroundMotion]
     measure: IntensityMeasure
-    own_structures: int = 0  # structures of each motion in a nested design; 0 if all motions share the structures
-    _intensities: np.ndarray  # of every motion as recorded [level_units]
+    own_structures: int = 0  # in a nested design, structures per motion; 0: all motions act on the same structures
+    _intensities: np.ndarray  # intensity of every motion as recorded [level_units], shape [motion]
 
     def __repr__(self) -> str:
         count = len(self.motions)
@@ -56,11 +60,11 @@ class Design(Excitation):
 
     @property
     def intensity_units(self) -> str:
-        """Units of `intensities`."""
+        """Units of `intensities`: "g" for accelerations, otherwise SI units."""
         return self.measure.level_units
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the design's table in notebooks, with the first motions."""
+        """Return the rows of the table that notebooks show for the design: intensity measure and first motions."""
         units = self.measure.level_units
         rows: list[tuple[object, ...]] = [("intensity measure", f"{self.measure.name} [{units}]")]
         for motion, intensity in list(zip(self.motions, self._intensities, strict=True))[:MOST_SHOWN]:
@@ -77,17 +81,17 @@ class Design(Excitation):
 class Stripes(Design):
     """Ground motions that are scaled to every level of an intensity measure (multiple stripe analysis, MSA).
 
-    Nested design (`structures_per_motion=3`): each motion acts on its own structures. The first structures belong to
-    the first motion, the next to the second, and so on. `simulate(scene)` without `structures=` uses 3 structures per
-    motion if parameters are random.
+    Nested design (`structures_per_motion=3`): each motion acts on separate structures. The first 3 structures belong to
+    the first motion, the next 3 to the second, and so on. If parameters are random, `simulate(scene)` without
+    `structures=` uses 3 structures per motion.
 
     Crossed design (`structures_per_motion="crossed"`, or `simulate(scene, structures=N)`): every motion acts on every
     structure. Samples are ordered by structure, then motion, then level, so that additional structures add samples at
     the end. Use it to compare motions on the same structures.
 
-    Records selected for each level: `motions` is a list of lists, with the motions of the first level, those of the
-    second, and so on (Jalayer and Cornell 2009, Earthquake Engineering and Structural Dynamics 38(8)). Every structure
-    runs under the motions of each level, scaled to this level.
+    Records selected for each level: `motions` is a list of lists. The first list contains the motions of the first
+    level, the second list the motions of the second level, and so on (Jalayer and Cornell 2009, Earthquake Engineering
+    and Structural Dynamics 38(8)). The motions of a level are scaled to this level and act on every structure.
 
     Args:
         motions: Ground motions, or one list of ground motions per level.
@@ -100,7 +104,7 @@ class Stripes(Design):
             from `motions` if that is a list of lists. None: every motion is scaled to every level.
 
     Raises:
-        ValueError: If there is no motion or no level, the number of lists of motions differs from that of levels, a
+        ValueError: If there is no motion or no level, the numbers of lists of motions and of levels differ, a
             level is not positive, levels do not increase, the measure does not depend on the scale factor (durations),
             all values of a motion are zero, or `structures_per_motion` is neither a whole number of at least 1 nor
             "crossed".
@@ -117,7 +121,7 @@ class Stripes(Design):
         8
     """
 
-    motions: Sequence[Any]  # of GroundMotions or lists of them when given; then of GroundMotions
+    motions: Sequence[Any]  # GroundMotions, or lists of GroundMotions that the constructor joins to one list
     levels: Sequence[float]
     measure: IntensityMeasure
     structures_per_motion: int | Literal["crossed"] | None = None
@@ -132,7 +136,7 @@ class Stripes(Design):
         if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
             raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
         if np.any(np.diff(levels) <= 0):
-            raise ValueError(f"levels must increase, got {levels.tolist()}")
+            raise ValueError(f"levels must increase, got {levels.tolist()}: sort levels=, and give each level once")
         if self.measure.power == 0:
             raise ValueError(
                 f"{self.measure.name} does not grow with a motion's scale, so no motion can be scaled to a level: "
@@ -169,24 +173,24 @@ class Stripes(Design):
         return f"{super().__repr__()[:-1]} at {levels} {'level' if levels == 1 else 'levels'}{nested})"
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the design's table in notebooks: levels and motions."""
+        """Return the rows of the table that notebooks show for the design: levels and motions."""
         nested = [("structures per motion", self.own_structures)] if self.own_structures else []
         return [(f"levels [{self.intensity_units}]", self.levels), *nested, *super().told()]
 
     def nested(self, structures_per_motion: int) -> Stripes:
-        """Return these stripes with separate structures for each motion, without checking the motions again."""
+        """Return the same design with separate structures for each motion; the motions are not checked again."""
         stripes = copy.copy(self)
         object.__setattr__(stripes, "structures_per_motion", structures_per_motion)
         return stripes
 
     @property
     def own_structures(self) -> int:  # type: ignore[override] # an attribute of the base class
-        """Number of structures of each motion in a nested design; 0 in a crossed design."""
+        """Number of structures per motion in a nested design; 0 in a crossed design."""
         return self.structures_per_motion if isinstance(self.structures_per_motion, int) else 0
 
     @property
     def is_same_for_all(self) -> bool:  # type: ignore[override] # an attribute of the base class
-        """Whether every motion acts on every structure."""
+        """Whether the samples of all structures have the same motions and scale factors (crossed design)."""
         return not self.own_structures
 
     @property
@@ -214,11 +218,11 @@ class Stripes(Design):
 
     @property
     def structures_given(self) -> int:
-        """Number of structures in a nested design; 0 in a crossed design, which has any number."""
+        """Number of structures in a nested design; 0 in a crossed design, where `simulate` gets the number."""
         return len(self.motions) * self.own_structures
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError if the structure is a portfolio and the design is nested."""
+        """Raise a ValueError if the design is nested and the structure is a portfolio."""
         if structure.is_many and self.own_structures:
             raise ValueError(
                 "structures_per_motion does not apply to a portfolio, whose archetypes have a `count`: use "
@@ -226,7 +230,7 @@ class Stripes(Design):
             )
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if the design is nested and has another number of structures."""
+        """Raise a ValueError if the design is nested and needs another number of structures than `structures`."""
         if self.own_structures and structures != self.structures_given:
             raise ValueError(
                 f"{len(self.motions)} motions with structures_per_motion={self.own_structures} have "
@@ -234,7 +238,7 @@ class Stripes(Design):
             )
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of the structures with these indices."""
+        """Return structure, motion and scale factor of each sample, for the structures with the given indices."""
         levels, structures = len(self.levels), np.asarray(structures, dtype=np.int32)
         structure = np.repeat(structures, self.samples_per_structure)
         if self.own_structures:
@@ -280,11 +284,11 @@ class Cloud(Design):
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of motions."""
+        """Number of samples per structure: the number of motions."""
         return len(self.motions)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample per motion for each of the structures with these indices."""
+        """Return structure, motion and scale factor (1) of each sample: one sample per structure and motion."""
         structure = np.repeat(np.asarray(structures, dtype=np.int32), self.samples_per_structure)
         motion = np.tile(np.arange(len(self.motions), dtype=np.int32), len(structures))
         im_level = self._intensities[motion]
@@ -354,7 +358,7 @@ class OneMotionPerStructure(Design):
     samples_per_structure = 1
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if the number of values in `motion` or `scale` differs from that of the structures."""
+        """Raise a ValueError if `motion` or `scale` lists values for another number of structures than `structures`."""
         for name, values in (("motion", self.motion), ("scale", self.scale)):
             if values is not None and np.ndim(values) and np.size(values) != structures:
                 raise ValueError(
@@ -370,12 +374,15 @@ class OneMotionPerStructure(Design):
         return max((values.size for values in given if values.ndim), default=0)
 
     def of_structures(self, structures: np.ndarray, seed: int) -> OneMotionPerStructure:
-        """Return the design for the structures of a run with these indices; motions drawn at random stay the same."""
+        """Return the design for some structures of a run, given by indices; their random motions stay the same."""
         own = self.assign(structures, seed)
         return OneMotionPerStructure(self.motions, own.motion, own.scale, self.measure)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample for each of the structures with these indices; random motions differ between events."""
+        """Return the motion and scale factor of each structure with a given index: one sample per structure.
+
+        Motions that are drawn at random differ between the events of an EventSequence.
+        """
         index = np.asarray(structures, dtype=np.int32)
         if self.motion is None:
             random = uniforms(seed, index, Purpose.CHOICE_OF_MOTION, event)[:, 0]
@@ -389,5 +396,5 @@ class OneMotionPerStructure(Design):
 
 
 def excitation_of(given: object) -> object:
-    """Return the excitation of a scene; a single ground motion is converted to a Cloud."""
+    """Return the argument `excitation` of a scene; a single ground motion is converted to a Cloud."""
     return Cloud((given,)) if isinstance(given, GroundMotion) else given

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 
 class _Placed(Excitation):
-    """Fields that an EventSequence computes from its arguments."""
+    """Base class of EventSequence, with the fields that are computed from its arguments."""
 
-    _designs: tuple[Excitation, ...]  # designs of the events
-    _places: list[np.ndarray]  # indices of each event's motions in `motions`
+    _designs: tuple[Excitation, ...]  # design of each event
+    _places: list[np.ndarray]  # for each event, the indices of its motions in `motions`
 
 
 @with_suggestions
@@ -31,11 +31,11 @@ class _Placed(Excitation):
 class EventSequence(_Placed):
     """Successive earthquakes (events); each acts on the building in the damaged state after the previous event.
 
-    Displacements, velocities and the memory of storeys are kept from one event to the next. Between events the building
-    vibrates freely for the scene's `tail`; if that is None, until it is at rest. Every history of an event is continued
-    with all motions (and levels) of the next event: samples are ordered by structure, then by motion (and level) of the
-    first event, then by those of the second, and so on. If a building collapses or its integration fails, later events
-    are not run on it, and it keeps this status.
+    Displacements, velocities and the state of the storey laws are kept from one event to the next. Between events, the
+    building vibrates freely for the scene's `tail`; if `tail` is None, until it is at rest. Every history of an event
+    is continued with all motions (and levels) of the next event. Samples are ordered by structure, then by motion (and
+    level) of the first event, then by motion (and level) of the second event, and so on. If a building collapses or its
+    integration fails, later events are not run on it, and it keeps this status.
 
     Args:
         events: Name of the event -> its motions, at least two events, such as `{"mainshock": Stripes(...),
@@ -76,7 +76,7 @@ class EventSequence(_Placed):
             designs[name] = excitation
         object.__setattr__(self, "events", FrozenMapping(designs))
         object.__setattr__(self, "_designs", tuple(designs.values()))
-        # Motions of several events are stored once.
+        # A motion that several events use is stored once.
         motions = list(dict.fromkeys(motion for design in designs.values() for motion in design.motions))
         place = {motion: index for index, motion in enumerate(motions)}
         places = [np.array([place[m] for m in design.motions], dtype=np.int32) for design in designs.values()]
@@ -87,27 +87,27 @@ class EventSequence(_Placed):
         return f"EventSequence({', '.join(f'{name}: {design!r}' for name, design in self.events.items())})"
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the table in notebooks, one per event."""
+        """Return the rows of the table that notebooks show for the sequence, one row per event."""
         return [(name, repr(design)) for name, design in self.events.items()]
 
     @property
     def event_names(self) -> tuple[str, ...]:
-        """Names of the events, in their order."""
+        """Names of the events of the sequence, in the order in which they occur."""
         return tuple(self.events)
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Number of histories per structure in each event."""
+        """Number of response histories per structure in each event, shape [event]."""
         counts = [design.samples_per_structure for design in self._designs]
         return tuple(math.prod(counts[: event + 1]) for event in range(len(counts)))
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of histories per structure in the last event."""
+        """Number of response histories per structure in the last event."""
         return self.samples_by_event[-1]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if the number of structures differs from that for which an event lists values."""
+        """Raise a ValueError if an event lists values for another number of structures than `structures`."""
         for name, design in zip(self.events, self._designs, strict=True):
             try:
                 design.check_structures(structures)
@@ -120,7 +120,7 @@ class EventSequence(_Placed):
         return max(design.structures_given for design in self._designs)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a TypeError for a LinearSystem, which is not changed by an earthquake."""
+        """Raise a TypeError for a LinearSystem: an earthquake does not change it, so that a sequence is useless."""
         if not structure.can_yield:
             raise TypeError(
                 "an EventSequence needs a ShearBuilding, because an earthquake does not change a LinearSystem: run "
@@ -128,6 +128,6 @@ class EventSequence(_Placed):
             )
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of the event with this index (from 0) for the structures with these indices."""
+        """Return structure, motion and scale factor of each sample in the event with index `event`, from 0."""
         assignment = self._designs[event].assign(structures, seed, event)
         return replace(assignment, motion=self._places[event][assignment.motion])

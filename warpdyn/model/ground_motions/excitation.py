@@ -1,6 +1,6 @@
-"""The base class of excitations: attributes and methods that scenes, integration and datasets use; and time grids.
+"""The base class of excitations, with the attributes and methods that other modules use; and time grids.
 
-To add an excitation, write a subclass of Excitation. If kernels do not have its load, add the load to their LOADS.
+To add an excitation, write a subclass of Excitation. If kernels lack its kind of load, add the load to their LOADS.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from warpdyn.foundations.core.description import html_table
 if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
-THE_DURATION, THE_NOISE = "the duration", "the interval of the noise"
-MOST_RECORD_SAMPLES = 2**26  # 7.8 days at 100 samples per second, 0.5 GB
-MOST_STEPS = 2**30  # steps are counted in 32 bits
+THE_DURATION, THE_NOISE = "the duration", "the interval of the noise"  # words in messages about steps
+MOST_RECORD_SAMPLES = 2**26  # of a resampled history: 7.8 days at 100 samples per second, 0.5 GB
+MOST_STEPS = 2**30  # steps in an interval, because kernels count steps in 32-bit integers
 
 
 class Sampled(Protocol):
-    """A history that is linear between its samples and zero after the last sample."""
+    """A history of accelerations or forces that is linear between its samples and zero after the last sample."""
 
     @property
     def step(self) -> float:
@@ -37,21 +37,21 @@ class Sampled(Protocol):
 
     @property
     def values(self) -> np.ndarray:
-        """Sampled values; the first dimension is time."""
+        """Sampled accelerations [m/s2] or forces [N]; the first dimension is time."""
 
     def resampled(self, step: float) -> Sampled:
-        """Return the history at another step [s], linear between the new samples."""
+        """Return the history with another sampling step [s], by linear interpolation."""
 
 
 @dataclass(frozen=True, eq=False)
 class Timeline:
-    """Sampling intervals and integration steps of each motion; arrays have one value per motion.
+    """Sampling intervals and integration steps of each motion; all arrays have the shape [motion].
 
     Args:
         motions: The sampled histories; empty if the load is a formula or noise.
         interval: Time between two samples [s].
-        substeps: Number of integration steps in an interval.
-        intervals: Number of intervals.
+        substeps: Number of integration steps in one sampling interval.
+        intervals: Number of sampling intervals.
     """
 
     motions: tuple[Sampled, ...]
@@ -61,7 +61,7 @@ class Timeline:
 
     @property
     def steps(self) -> np.ndarray:
-        """Integration step of each motion [s]."""
+        """Integration step of each motion [s], shape [motion]."""
         return self.interval / self.substeps
 
 
@@ -90,7 +90,7 @@ class Assignment:
     repeats: int = 1
 
     def select(self, samples: np.ndarray) -> Assignment:
-        """Return the assignment of the samples with these indices."""
+        """Return the assignment (structure, motion, scale) of the samples with the given indices."""
         level = None if self.im_level is None else self.im_level[samples]
         return replace(
             self,
@@ -103,7 +103,7 @@ class Assignment:
 
     @staticmethod
     def joined(parts: Sequence[Assignment]) -> Assignment:
-        """Return the assignments of several blocks of samples as one."""
+        """Return the assignments of several blocks of samples, one after the other, as one assignment."""
         names = ("structure", "motion", "scale", "im_level")
         values = {name: [getattr(part, name) for part in parts] for name in names}
         whole: dict[str, Any] = {
@@ -113,13 +113,15 @@ class Assignment:
 
 
 class MotionTable(NamedTuple):
-    """Motions of sites, and which of them are those of each structure.
+    """Ground motions of all sites, and the site of each structure in each draw.
+
+    Entries are motions with scale factors. The entries of one site, one per earthquake and component, are consecutive.
 
     Args:
-        entries: Motions, factors and intensities of each site; its `structure` is empty.
-        site: Site of each structure and draw, shape [structure, draw].
-        offset: Place of each sample of a structure among the entries of a site.
-        stride: Number of entries of a site.
+        entries: Motion, factor and intensity of each entry, shape [site * stride]; its `structure` is empty.
+        site: Index of the site of each structure and draw, shape [structure, draw].
+        offset: Index of each sample of a structure among the entries of its site.
+        stride: Number of entries per site.
     """
 
     entries: Assignment
@@ -129,7 +131,9 @@ class MotionTable(NamedTuple):
 
 
 class Excitation:
-    """A base acceleration or nodal forces (sampled, random or a formula), or an initial state without load.
+    """Base class of excitations: a ground acceleration or nodal forces, or an initial state without load.
+
+    An acceleration or force is a sampled history, a random process or a formula.
 
     Attributes:
         is_force: Whether forces act on the degrees of freedom, instead of a base acceleration.
@@ -143,7 +147,7 @@ class Excitation:
     is_same_for_all = False
     is_design = False
 
-    if TYPE_CHECKING:  # a dataclass would use a property of its base as the default of a field with this name
+    if TYPE_CHECKING:  # not at run time: a dataclass would use the property as default value of a field `motions`
 
         @property
         def motions(self) -> Sequence[Sampled]:
@@ -153,7 +157,7 @@ class Excitation:
         return html_table(type(self).__name__, self.told())
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the excitation's table in notebooks."""
+        """Return the rows of the table that notebooks show for the excitation, one row per field."""
         known: Any = self  # each subclass is a dataclass
         values = {field.name: getattr(self, field.name) for field in dataclasses.fields(known)}
         return [
@@ -163,31 +167,33 @@ class Excitation:
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of samples of each structure in the last event."""
+        """Number of samples (response histories) of each structure in the last event."""
         raise NotImplementedError
 
     @property
     def kernel_load(self) -> str:
-        """Name of the load in the kernels' LOADS."""
+        """Name of the excitation's kind of load, a key of LOADS in the kernels."""
         return "base_acceleration"
 
     @property
     def event_names(self) -> tuple[str, ...]:
-        """Names of successive events; ("",) for a single event."""
+        """Names of successive events; ("",) if the excitation is a single event."""
         return ("",)
 
     @property
     def forcing_frequency(self) -> float | None:
-        """Circular frequency of a sine [rad/s]; None for other loads."""
+        """Circular frequency of a harmonic force [rad/s]; None for other excitations."""
         return None
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Number of samples of each structure in each event."""
+        """Number of samples (response histories) of each structure in each event, shape [event]."""
         return (self.samples_per_structure,)
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of an event for structures.
+        """Return structure, motion and scale factor of each sample in an event.
+
+        Samples of one structure are consecutive.
 
         Args:
             structures: Indices of the structures; an index may occur several times.
@@ -200,7 +206,7 @@ class Excitation:
         """Raise an error if the excitation cannot act on a structure, such as forces for other degrees of freedom."""
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if the number of structures differs from that for which the excitation lists values."""
+        """Raise a ValueError if the excitation lists values for another number of structures than `structures`."""
 
     @property
     def structures_given(self) -> int:
@@ -208,15 +214,15 @@ class Excitation:
         return 0
 
     def motion_table(self) -> MotionTable | None:
-        """Return the motions of sites and the sites of structures; None if motions do not belong to sites."""
+        """Return the motions of all sites and the site of each structure; None if motions do not belong to sites."""
         return None
 
     def of_structures(self, structures: np.ndarray, seed: int) -> Excitation:
-        """Return the excitation for the structures of a run with these indices; random choices stay the same."""
+        """Return the excitation for some structures of a run, given by indices, with the same random choices."""
         return self
 
     def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
-        """Return the time grid.
+        """Return the time grid: sampling intervals and integration steps of each motion.
 
         Args:
             step: Integration step [s]; None: the longest step up to `target` that divides each interval.
@@ -237,7 +243,7 @@ class Excitation:
         return Timeline(motions, np.array([motion.step for motion in motions]), np.array(substeps), intervals)
 
     def pack(self, timeline: Timeline, dofs: int) -> dict[str, np.ndarray]:
-        """Return the fields of the kernels' struct Load as name -> array."""
+        """Return the arrays of the load that kernels read, as name of the field in their struct Load -> array."""
         displacement, velocity = self.initial_state(dofs)
         common = {
             "intervals": timeline.intervals,
@@ -247,7 +253,7 @@ class Excitation:
         return common | self.pack_values(timeline)
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return the arrays of this kind of load; for sampled histories, the values of all motions as one array."""
+        """Return arrays that only this kind of load has; for sampled histories: values of all motions in one array."""
         lengths = [len(motion.values) for motion in timeline.motions]
         return {
             "values": np.concatenate([motion.values.ravel() for motion in timeline.motions]),
@@ -256,16 +262,16 @@ class Excitation:
 
     @property
     def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Initial displacement [m] and velocity [m/s], one value per degree of freedom or one for all."""
+        """Initial displacement [m] and velocity [m/s], each with one value per degree of freedom or one for all."""
         return 0.0, 0.0
 
     def initial_state(self, dofs: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the initial displacement [m] and velocity [m/s], shape [dof]."""
+        """Return the initial displacement [m] and velocity [m/s] of the degrees of freedom, each of shape [dof]."""
         displacement, velocity = self.start
         return np.broadcast_to(displacement, dofs), np.broadcast_to(velocity, dofs)
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
-        """Return the modal loads for a unit load (unit base acceleration or unit force); modal masses are 1.
+        """Return the load in each mode under a unit base acceleration or unit forces; modes have unit modal mass.
 
         Args:
             shape: Mode shapes, shape [structure, dof, mode].
@@ -273,41 +279,52 @@ class Excitation:
             influence: Displacement of each degree of freedom under a unit base displacement, shape [dof].
 
         Returns:
-            Shape [structure, mode], or [structure, dof, mode] if each degree of freedom has its own force.
+            Modal loads, shape [structure, mode], or [structure, dof, mode] if each degree of freedom has a force.
         """
         return -influence @ momentum
 
     def modal_start(self, momentum: np.ndarray) -> np.ndarray:
-        """Return initial modal displacements and velocities, shape [2, structure, mode]; see `modal_load`."""
+        """Return initial modal displacements and velocities, shape [2, structure, mode].
+
+        Args:
+            momentum: Mass times mode shapes, shape [structure, dof, mode].
+        """
         displacement, velocity = self.initial_state(momentum.shape[1])
         return np.array([displacement @ momentum, velocity @ momentum])
 
 
 class SingleLoad(Excitation):
-    """Base class of loads that act on every structure once."""
+    """Base class of loads that act once on every structure, such as forces or noise."""
 
     @property
     def motions(self) -> Sequence[Sampled]:
-        """No sampled histories."""
+        """An empty tuple: the load has no sampled ground motions."""
         return ()
 
     samples_per_structure = 1
     is_same_for_all = True
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return one sample for each of the structures with these indices."""
+        """Return one sample for each structure with a given index, with scale factor 1."""
         index = np.asarray(structures, dtype=np.int32)
         return Assignment(index, np.zeros(index.size, dtype=np.int32), np.ones(index.size))
 
 
 def divides(step: float, interval: float) -> bool:
-    """Return whether an interval is a whole multiple of the step, up to rounding."""
+    """Return whether an interval [s] is a whole multiple of the step [s], apart from rounding."""
     count = max(1.0, np.round(interval / step))
     return bool(abs(interval / step - count) <= 1e-6 * count)
 
 
 def substeps_of(interval: float, step: float | None, target: float, what: str) -> int:
-    """Return the number of steps in an interval; if `step` is None, the smallest with steps of at most `target`."""
+    """Return the number of integration steps in a sampling interval; raise a ValueError if `step` does not divide it.
+
+    Args:
+        interval: Sampling interval [s].
+        step: Integration step [s]; None: the longest step of at most `target` that divides the interval.
+        target: Longest step that may be chosen [s].
+        what: Words for the interval in messages.
+    """
     if step is None:
         count = max(1.0, np.ceil(interval / target * (1 - 1e-9)))
         if count > MOST_STEPS:
@@ -332,13 +349,16 @@ def substeps_of(interval: float, step: float | None, target: float, what: str) -
 
 
 def check_sample_count(what: str, count: float, remedy: str) -> None:
-    """Raise a ValueError if a resampled history would have more than MOST_RECORD_SAMPLES samples."""
+    """Raise a ValueError, with advice `remedy`, if a resampled history has more than MOST_RECORD_SAMPLES samples."""
     if count > MOST_RECORD_SAMPLES:
         raise ValueError(f"{what} makes {count:.3g} samples, more than {MOST_RECORD_SAMPLES}: {remedy}")
 
 
 def resampled_columns(values: np.ndarray, old_step: float, step: float) -> np.ndarray:
-    """Return sampled values (first dimension: time) at another step, by linear interpolation."""
+    """Return sampled values, whose first dimension is time, at another step [s], by linear interpolation.
+
+    After the last given sample, the values are 0.
+    """
     step = real_number("step [s]", step, above=0)
     old = old_step * np.arange(len(values))
     count = np.ceil(old[-1] / step * (1 - 1e-12)) + 1

@@ -1,6 +1,6 @@
 """Random ground motions: filtered white noise times an envelope; every sample has a different motion.
 
-Motions are generated at nodes (equally spaced times) and are linear between nodes. Kernels generate a motion during the
+Motions are generated at nodes (equally spaced times) and are linear between nodes. Kernels generate a motion during
 integration and do not store it; `FilteredNoise.motion` returns the motion of one sample.
 """
 
@@ -19,22 +19,22 @@ from warpdyn.foundations.core.random_numbers import Purpose, normals
 from warpdyn.model.ground_motions.excitation import THE_NOISE, SingleLoad, Timeline, substeps_of
 from warpdyn.model.ground_motions.motions import GroundMotion
 
-MOST_INTERVALS = 2**30  # nodes are counted in 32 bits, with two blocks of random numbers for each
-BYTES_OF_A_NODE = 200  # random numbers of up to four states with their counters, and the path
-LARGEST_FREQUENCY = 1e9  # rad/s; its fourth power is finite
-QUADRATURE = np.polynomial.legendre.leggauss(12)
+MOST_INTERVALS = 2**30  # kernels count nodes in 32-bit integers, with two blocks of random numbers per node
+BYTES_OF_A_NODE = 200  # memory for random numbers of up to four states, their counters, and the path
+LARGEST_FREQUENCY = 1e9  # rad/s; the fourth power of this frequency is finite
+QUADRATURE = np.polynomial.legendre.leggauss(12)  # nodes and weights of Gauss-Legendre quadrature
 
 
 @dataclass(frozen=True, eq=False)
 class Recursion:
-    """A stationary Gaussian process at nodes: x1 = growth x0 + kick n, with standard normal values n.
+    """A stationary Gaussian process at nodes, computed as x1 = growth x0 + kick n with standard normal values n.
 
-    The acceleration is the scalar product of `output` and the state x.
+    x0 and x1 are the state vectors at successive nodes. The acceleration is the scalar product of `output` and x.
 
     Args:
         growth: Transition matrix of the state from one node to the next, shape [state, state].
-        kick: Triangular factor of the covariance that is added from one node to the next, shape [state, state].
-        start: Triangular factor of the stationary covariance, for the state at the first node, shape [state, state].
+        kick: Triangular factor of the covariance that is added between two nodes, shape [state, state].
+        start: Triangular factor of the stationary covariance, which gives the first state, shape [state, state].
         output: Acceleration per unit of each state variable, shape [state].
     """
 
@@ -45,10 +45,10 @@ class Recursion:
 
 
 class _Spectrum:
-    """Base class of spectra of the base acceleration."""
+    """Base class of spectra of the ground acceleration."""
 
     intensity: float
-    load: ClassVar[str]  # name in the kernels' LOADS
+    load: ClassVar[str]  # name of the load in LOADS of the kernels
 
     def __post_init__(self) -> None:
         for name in self.__dataclass_fields__:  # type: ignore[attr-defined] # each spectrum is a dataclass
@@ -75,11 +75,11 @@ class _Spectrum:
         raise NotImplementedError
 
     def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A, B and c of the state equation x' = A x + B noise, with the acceleration c x."""
+        """Return A, B and c of the state equation x' = A x + B noise; the acceleration is c x."""
         raise NotImplementedError
 
     def recursion(self, interval: float) -> Recursion:
-        """Return the process at nodes with this interval [s]; it is exact for any interval."""
+        """Return the process at nodes with this interval [s]; its statistics are exact for any interval."""
         return _recursion(self.intensity, *self.system(), interval)
 
 
@@ -111,7 +111,7 @@ class WhiteNoise(_Spectrum):
         return np.full(frequency.shape, float(self.intensity))
 
     def recursion(self, interval: float) -> Recursion:
-        """Return the process at nodes with this interval [s]."""
+        """Return the process at nodes with this interval [s]: independent values at all nodes."""
         deviation = np.array([[np.sqrt(2 * np.pi * self.intensity / interval)]])
         return Recursion(np.zeros((1, 1)), deviation, deviation, np.ones(1))
 
@@ -149,7 +149,7 @@ class KanaiTajimi(_Spectrum):
         return self.intensity * (1 + viscous) / ((1 - ratio) ** 2 + viscous)
 
     def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A, B and c of the state equation x' = A x + B noise and the acceleration c x, with x = (u, u')."""
+        """Return A, B and c of the state equation x' = A x + B noise, with x = (u, u'); the acceleration is c x."""
         stiff, viscous = self.ground_frequency**2, 2 * self.ground_damping_ratio * self.ground_frequency
         return np.array([[0.0, 1.0], [-stiff, -viscous]]), np.array([0.0, -1.0]), np.array([-stiff, -viscous])
 
@@ -189,7 +189,7 @@ class CloughPenzien(_Spectrum):
 
     @property
     def ground(self) -> KanaiTajimi:
-        """The first filter, a KanaiTajimi spectrum."""
+        """The first filter (oscillator of the ground) as a KanaiTajimi spectrum."""
         return KanaiTajimi(self.intensity, self.ground_frequency, self.ground_damping_ratio)
 
     def _density(self, frequency: np.ndarray) -> np.ndarray:
@@ -198,7 +198,7 @@ class CloughPenzien(_Spectrum):
         return self.ground._density(frequency) * passed
 
     def system(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return A, B and c of the state equation x' = A x + B noise and the acceleration c x, x = (u, u', w, w')."""
+        """Return A, B and c of x' = A x + B noise, with x = (u, u', w, w'); the acceleration is c x."""
         of_ground, noise, acceleration = self.ground.system()
         stiff, viscous = self.filter_frequency**2, 2 * self.filter_damping_ratio * self.filter_frequency
         output = np.concatenate([acceleration, [-stiff, -viscous]])
@@ -215,7 +215,8 @@ Spectrum = WhiteNoise | KanaiTajimi | CloughPenzien
 class JenningsEnvelope:
     """An envelope that rises, is constant, and decays (Jennings, Housner and Tsai 1968).
 
-    It is (t / rise)^2 up to the time `rise`, then 1 for the time `strong`, then exp(-decay (t - rise - strong)).
+    The envelope is (t / rise)^2 up to the time `rise`, then 1 for the time `strong`, then exp(-decay (t - rise -
+    strong)).
 
     Args:
         rise: Duration of the rise [s]; 0: the motion starts at full strength.
@@ -240,7 +241,7 @@ class JenningsEnvelope:
             real_number(f"JenningsEnvelope.{name}", getattr(self, name), least=0)
 
     def at(self, time: ArrayLike) -> np.ndarray:
-        """Return the envelope [1] at times [s].
+        """Return the values of the envelope [1] at the given times [s].
 
         Args:
             time: Times from the start of the motion [s], any shape; the envelope is 0 at negative times.
@@ -260,8 +261,8 @@ class JenningsEnvelope:
 class FilteredNoise(SingleLoad):
     """One random ground motion per structure: a stationary Gaussian process times an envelope.
 
-    The motion of a sample depends only on the seed and the index of the sample: it is the same for any step, method and
-    device. After the duration, the acceleration is zero and the structure vibrates freely.
+    The motion of a sample depends only on the seed and the index of the sample: it is the same for any integration
+    step, method and device. After the duration, the acceleration is zero and the structure vibrates freely.
 
     Args:
         spectrum: WhiteNoise, KanaiTajimi or CloughPenzien.
@@ -306,27 +307,27 @@ class FilteredNoise(SingleLoad):
 
     @property
     def kernel_load(self) -> str:
-        """Name of the load in the kernels' LOADS."""
+        """Name of the excitation's kind of load, a key of LOADS in the kernels."""
         return self.spectrum.load
 
     def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
-        """Return a grid of steps that divide the interval between nodes."""
+        """Return the time grid: integration steps that divide the interval between nodes."""
         count = substeps_of(self.interval, step, target, THE_NOISE)
         return Timeline((), np.array([self.interval]), np.array([count]), np.array([self.intervals]))
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return the values of the process and the envelope in one row."""
+        """Return the arrays that kernels read: the process and the envelope at nodes, joined to one row."""
         process = self.spectrum.recursion(self.interval)
         parts = [process.growth, process.kick, process.start, process.output, self.envelope_at_nodes()]
         return {"noise": np.concatenate([part.ravel() for part in parts])}
 
     @property
     def intervals(self) -> int:
-        """Number of intervals between nodes."""
+        """Number of intervals between nodes in the duration."""
         return round(self.duration / self.interval)
 
     def envelope_at_nodes(self) -> np.ndarray:
-        """Return the envelope at every node, shape [node]."""
+        """Return the envelope at every node [1], shape [node]."""
         nodes = self.intervals + 1
         what = f"duration={self.duration:g} s in intervals of {self.interval:g} s"
         check_memory(what, BYTES_OF_A_NODE * nodes, "give a shorter duration= or a longer interval=")
@@ -361,12 +362,12 @@ class FilteredNoise(SingleLoad):
 def _recursion(
     intensity: float, matrix: np.ndarray, noise: np.ndarray, output: np.ndarray, interval: float
 ) -> Recursion:
-    """Return the process x' = A x + B noise at nodes.
+    """Return the process x' = A x + B noise at nodes as a recursion from node to node.
 
     The covariance that is added in an interval is 2 pi intensity times the integral of e^{As} B B^T e^{A^T s}. Its
-    triangular factor is computed by QR decompositions, because a Cholesky decomposition of the covariance loses digits
-    if the interval is short. The factor is first integrated over a fraction of the interval by quadrature; then the
-    time is doubled repeatedly, up to the interval, and further up to the stationary state.
+    triangular factor is computed by QR decompositions, because a Cholesky decomposition of the covariance is inaccurate
+    if the interval is short. First, the factor for a fraction of the interval is integrated by quadrature. Then the
+    time is doubled repeatedly: up to the interval, and further until the process is stationary.
     """
     fastest = np.abs(np.linalg.eigvals(matrix)).max() * interval
     halvings = max(0, int(np.ceil(np.log2(fastest))))
@@ -384,6 +385,6 @@ def _recursion(
 
 
 def _triangular(rows: np.ndarray) -> np.ndarray:
-    """Return the lower factor L of L L^T = rows^T rows."""
+    """Return the lower triangular matrix L with L L^T = rows^T rows."""
     factor = np.asarray(np.linalg.qr(rows, mode="r")).T
     return factor * np.where(np.diag(factor) < 0, -1.0, 1.0)

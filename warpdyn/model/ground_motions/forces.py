@@ -1,4 +1,4 @@
-"""Nodal forces and initial states of a structure."""
+"""Excitations by nodal forces on a structure, or by an initial state."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
 
 class FormulaLoad(SingleLoad):
-    """Base class of loads that are formulas of time. The run ends with the load."""
+    """Base class of loads that are formulas of time. The run ends when the load ends."""
 
     duration: float
     has_tail = False
 
     def timeline(self, step: float | None, target: float, *, resample: bool) -> Timeline:
-        """Return a grid of steps that divide the duration."""
+        """Return the time grid: integration steps that divide the duration."""
         count = substeps_of(self.duration, step, target, THE_DURATION)
         return Timeline((), np.array([self.duration / count]), np.array([1]), np.array([count]))
 
@@ -43,7 +43,7 @@ def _checked_row(name: str, values: ArrayLike) -> np.ndarray:
 
 
 class _FromInitialState:
-    """A load with the fields `initial_displacement` and `initial_velocity`."""
+    """Base class of loads with the fields `initial_displacement` [m] and `initial_velocity` [m/s]."""
 
     initial_displacement: ArrayLike
     initial_velocity: ArrayLike
@@ -54,7 +54,7 @@ class _FromInitialState:
 
     @property
     def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Initial displacement [m] and velocity [m/s]."""
+        """Initial displacement [m] and velocity [m/s], each with one value for all or one per degree of freedom."""
         return self.initial_displacement, self.initial_velocity
 
 
@@ -100,16 +100,16 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
 
     @property
     def forcing_frequency(self) -> float:
-        """Circular frequency of the sine [rad/s]."""
+        """Circular frequency of the harmonic force [rad/s]."""
         return self.circular_frequency
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError if amplitudes or the initial state have another number of degrees of freedom."""
+        """Raise a ValueError if amplitudes or the initial state do not fit the structure's degrees of freedom."""
         _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)
         _check_start_fits(self, structure)
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return amplitude, circular frequency and phase."""
+        """Return the arrays that kernels read: amplitudes [N], circular frequency [rad/s] and phase [rad]."""
         return {
             "amplitude": np.asarray(self.amplitude),
             "circular_frequency": np.array([self.circular_frequency]),
@@ -117,7 +117,7 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
         }
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
-        """Return the load of each mode for a unit of the sine."""
+        """Return the modal loads if the sine is 1, shape [structure, mode]; see `Excitation.modal_load`."""
         return np.asarray(self.amplitude) @ shape
 
 
@@ -126,7 +126,7 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
 class ForceHistory(_FromInitialState, SingleLoad):
     """Sampled nodal forces on a structure, linear between samples and zero after the last sample.
 
-    At the time of the last sample, its force still acts, so that the recorded acceleration at this time includes it.
+    At the time of the last sample, the force still acts, so that the acceleration at this time includes its effect.
 
     Args:
         force: Nodal forces [N], shape [time, dof].
@@ -168,20 +168,20 @@ class ForceHistory(_FromInitialState, SingleLoad):
 
     @property
     def values(self) -> np.ndarray:
-        """Sampled forces; the first dimension is time."""
+        """Sampled forces [N], shape [time, dof]."""
         return np.asarray(self.force)
 
     @property
     def motions(self) -> tuple[ForceHistory, ...]:
-        """The history itself."""
+        """A tuple that contains only this force history: the sampled history of the load."""
         return (self,)
 
     def resampled(self, step: float) -> ForceHistory:
-        """Return the forces at another step [s], linear between the new samples."""
+        """Return the force history with another step [s], by linear interpolation between samples."""
         return replace(self, force=resampled_columns(self.values, self.step, step), step=step)
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError if forces or the initial state have another number of degrees of freedom."""
+        """Raise a ValueError if forces or the initial state do not fit the structure's degrees of freedom."""
         columns = self.values.shape[1]
         if columns != structure.dofs:
             raise ValueError(
@@ -191,7 +191,7 @@ class ForceHistory(_FromInitialState, SingleLoad):
         _check_start_fits(self, structure)
 
     def modal_load(self, shape: np.ndarray, momentum: np.ndarray, influence: np.ndarray) -> np.ndarray:
-        """Return the load of each mode for a unit force on each degree of freedom."""
+        """Return the modal loads of a unit force on each degree of freedom, shape [structure, dof, mode]."""
         return shape
 
 
@@ -200,8 +200,8 @@ class ForceHistory(_FromInitialState, SingleLoad):
 class FreeVibration(FormulaLoad):
     """Free vibration from an initial state, without load.
 
-    For a nonlinear building, the initial displacement is reached by a slow monotonic pull from rest: storey forces at
-    the start are those of first loading. Energies are counted from the release.
+    For a nonlinear building, the initial displacement is reached by a slow monotonic pull from rest, so that the storey
+    forces at the start are forces of first loading. Energies are counted from the release.
 
     Args:
         duration: Duration of the run [s].
@@ -229,33 +229,33 @@ class FreeVibration(FormulaLoad):
         object.__setattr__(self, "velocity", _checked_row("velocity", self.velocity))
 
     def check_fits(self, structure: Structure) -> None:
-        """Raise a ValueError if the initial state has neither one value for all nor one per degree of freedom."""
+        """Raise a ValueError unless the initial state has one value for all degrees of freedom or one for each."""
         _check_start_fits(self, structure)
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
-        """Return no values, because the load consists only of the initial state."""
+        """Return an empty dictionary, because the load consists only of the initial state."""
         return {}
 
     @property
     def start(self) -> tuple[ArrayLike, ArrayLike]:
-        """Displacement [m] and velocity [m/s] at the start."""
+        """Initial displacement [m] and initial velocity [m/s]."""
         return self.displacement, self.velocity
 
 
 def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, structure: Structure) -> None:
-    """Raise a ValueError if the initial state has neither one value for all nor one per degree of freedom."""
+    """Raise a ValueError unless the initial state has one value for all degrees of freedom or one for each."""
     prefix = "" if isinstance(load, FreeVibration) else "initial_"
     for name, values in zip(("displacement", "velocity"), load.start, strict=True):
         _check_width(f"{type(load).__name__}.{prefix}{name}", values, structure, serves_all=True)
 
 
 def freedom_of(structure: Structure) -> str:
-    """Return the number of a structure's degrees of freedom as text."""
+    """Return the structure's number of degrees of freedom as text, such as "2 degrees of freedom"."""
     return amount_of(structure.dofs, "degree of freedom", "degrees of freedom")
 
 
 def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_all: bool) -> None:
-    """Raise a ValueError if the number of values is not that of the degrees of freedom (or 1, if `serves_all`)."""
+    """Raise a ValueError unless there is one value per degree of freedom (or a single value, if `serves_all`)."""
     size = np.size(values)
     if size != structure.dofs and (size != 1 or not serves_all):
         raise ValueError(

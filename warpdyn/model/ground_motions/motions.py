@@ -1,4 +1,4 @@
-"""Ground motions: sampled base accelerations."""
+"""Ground motions, i.e. sampled ground accelerations, and checks of lists of motions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class GroundMotion(FrozenArrays):
         step: Sampling step of the record [s].
         name: Name of the motion in results.
         source: Source of the motion, such as a file or a package.
-        record: Name of the record, the same for all components of one instrument and earthquake; "" if unknown.
+        record: Name of the record, which all components of one instrument and earthquake share; "" if it is unknown.
         component: Component, such as "090", "N" or "UP"; "" if it is unknown.
 
     Raises:
@@ -65,7 +65,7 @@ class GroundMotion(FrozenArrays):
         if bad.size:
             raise ValueError(
                 f"motion {self.name!r}: acceleration[{bad[0]}] is {acceleration[bad[0]]} ({bad.size} of "
-                f"{acceleration.size} values are not finite); every value must be finite"
+                f"{acceleration.size} values are not finite); every value must be finite: correct the record"
             )
         acceleration.flags.writeable = False
         object.__setattr__(self, "acceleration", acceleration)
@@ -74,21 +74,21 @@ class GroundMotion(FrozenArrays):
         object.__setattr__(self, "step", step)
 
     def __repr__(self) -> str:
-        # The peak in both units shows whether a record was read in a wrong unit.
+        # The peak is shown in both units, so that the user notices a record that was read in a wrong unit.
         return f"GroundMotion({self.name!r}, {self.duration:.6g} s at steps of {self.step:g} s, PGA {self._peak_text})"
 
     @property
     def values(self) -> np.ndarray:
-        """Sampled values; the first dimension is time."""
+        """Sampled ground accelerations [m/s2], shape [time]."""
         return self.acceleration
 
     @property
     def label(self) -> str:
-        """Name of the motion in the dataset."""
+        """Name of the motion in datasets."""
         return self.name
 
     def resampled(self, step: float) -> GroundMotion:
-        """Return the motion at another step, by linear interpolation.
+        """Return the motion with another sampling step, by linear interpolation.
 
         Args:
             step: Step of the new samples [s].
@@ -99,7 +99,7 @@ class GroundMotion(FrozenArrays):
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
     def description(self) -> dict[str, object]:
-        """Return the motion as a dictionary for JSON: names, step, and number and digest of its samples."""
+        """Return the motion as a dictionary for JSON: names, step, and number of samples and their digest (hash)."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
         said["digest"] = fingerprint(self.acceleration, self.step)[:16]
         return said | ({"record": self.record, "component": self.component} if self.record else {})
@@ -125,12 +125,12 @@ class GroundMotion(FrozenArrays):
 
     @cached_property
     def peak_ground_acceleration(self) -> float:
-        """Largest absolute acceleration [m/s2]."""
+        """Largest absolute ground acceleration [m/s2]."""
         return float(np.abs(self.acceleration).max())
 
 
 def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    """Return one or several ground motions as a tuple; raise an error if it is empty or contains another object."""
+    """Return one or several ground motions as a tuple; raise an error if an object is not a GroundMotion."""
     if isinstance(motions, GroundMotion):
         return (motions,)
     if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):
@@ -148,9 +148,16 @@ def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[Gro
 
 
 def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
-    """Convert one list of motions per level to (one list of all motions, one list of indices per level).
+    """Convert lists of motions, one list per level, to one list of all motions and lists of indices.
 
-    If several lists contain motions with the same name and samples, these are one motion. Other input is unchanged.
+    Motions with the same name and the same samples become one motion, even if they are in several lists.
+
+    Args:
+        motions: One list of motions per level; any other value is returned unchanged.
+        of_levels: Argument `motions_of_levels` of Stripes; it must be None if `motions` is a list of lists.
+
+    Returns:
+        The list of all motions, and one tuple of indices into it per level.
     """
     if not isinstance(motions, list | tuple) or not any(isinstance(each, list | tuple) for each in motions):
         return motions, of_levels
@@ -172,7 +179,13 @@ def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
 
 
 def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.ndarray) -> tuple[tuple[int, ...], ...]:
-    """Return the indices of each level's motions, or raise a ValueError if they are invalid."""
+    """Return the indices of the motions of each level as tuples; raise a ValueError if they are invalid.
+
+    Args:
+        of_levels: Indices of motions, one list per level.
+        motions: Number of motions.
+        levels: Levels of the intensity measure, shape [level].
+    """
     if len(of_levels) != levels.size:
         raise ValueError(
             f"there are motions for {amount_of(len(of_levels), 'level')}, but levels has {levels.size}: give one list "
@@ -189,11 +202,11 @@ def checked_sets(of_levels: Sequence[Sequence[int]], motions: int, levels: np.nd
 
 
 def motion_names(motions: Sequence[Sampled]) -> tuple:
-    """Return the variable `motion_name` of datasets."""
+    """Return the variable `motion_name` of a dataset (dimension, names, attributes)."""
     names = [motion.label for motion in motions]
     return "motion", np.array(names, dtype=str), {"long_name": "name of the motion"}
 
 
 def motion_numbers(count: int) -> tuple:
-    """Return the dimension coordinate `motion` of datasets."""
+    """Return the coordinate `motion` of a dataset (dimension, numbers 0 to count - 1, attributes)."""
     return "motion", np.arange(count, dtype=np.int32), {"long_name": "index of the motion", "units": "1"}

@@ -1,4 +1,4 @@
-"""The excitation of a region: every structure has the ground motions of nearby sites."""
+"""The excitation of a region, in which every structure gets the ground motions of nearby sites."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class MotionsAtSites(Design):
-    """Ground motions at sites; in each draw, every structure has the motion of one nearby site.
+    """Ground motions at sites; in each draw, every structure gets the motion of one nearby site.
 
     In each earthquake, a site has one motion, or both components of a record, with a scale factor. A draw is the choice
     of an earthquake and of one site per structure. Samples are ordered by structure, then draw, then component.
@@ -61,7 +61,7 @@ class MotionsAtSites(Design):
         motion = _indices("motion", self.motion, 3, len(motions), "[site, earthquake, component]")
         sites, earthquakes, _ = motion.shape
         scale = unmasked("scale", self.scale) if isinstance(self.scale, np.ndarray) else self.scale
-        if not isinstance(scale, np.ndarray) or scale.dtype.kind != "f":  # broadcast arrays stay views
+        if not isinstance(scale, np.ndarray) or scale.dtype.kind != "f":  # float arrays are not copied
             scale = real_numbers("scale", self.scale)
         try:
             scale = np.broadcast_to(scale, motion.shape)
@@ -92,7 +92,7 @@ class MotionsAtSites(Design):
                 "give one name per earthquake"
             )
         values = {"motions": motions, "motion": motion, "scale": scale, "names": names, "earthquake": earthquake}
-        # The smallest integer type for the sites, because a region has millions of structures with many draws.
+        # Store sites in the smallest integer type, because a region has millions of structures with many draws.
         values |= {"site": site.astype(np.min_scalar_type(sites - 1), copy=False)}
         values |= {"_intensities": intensities_of(motions, self.measure)}
         for name, value in values.items():
@@ -106,21 +106,21 @@ class MotionsAtSites(Design):
 
     @property
     def components(self) -> int:
-        """Number of components: motions of a structure in each draw, 1 or 2."""
+        """Number of components (1 or 2), i.e. of motions that act on a structure in each draw, one after the other."""
         return np.shape(self.motion)[2]
 
     @property
     def samples_per_structure(self) -> int:
-        """Number of draws times number of components."""
+        """Number of samples per structure: number of draws times number of components."""
         return np.shape(self.site)[1] * self.components
 
     @property
     def structures_given(self) -> int:
-        """Number of structures for which `site` lists sites."""
+        """Number of structures for which the argument `site` lists sites (its rows)."""
         return np.shape(self.site)[0]
 
     def check_structures(self, structures: int) -> None:
-        """Raise a ValueError if the number of structures differs from that of the rows of `site`."""
+        """Raise a ValueError if `site` has rows for another number of structures than `structures`."""
         if structures != self.structures_given:
             raise ValueError(
                 f"MotionsAtSites.site has {amount_of(self.structures_given, 'row')}, but the run has "
@@ -129,14 +129,14 @@ class MotionsAtSites(Design):
             )
 
     def of_structures(self, structures: np.ndarray, seed: int) -> MotionsAtSites:
-        """Return the excitation for the structures of a run with these indices."""
-        part = object.__new__(MotionsAtSites)  # without checks: other values are shared
+        """Return the excitation for some structures of a run, given by indices (rows of `site`)."""
+        part = object.__new__(MotionsAtSites)  # without the checks of the constructor; other values are shared
         for name, value in vars(self).items():
             object.__setattr__(part, name, value[structures] if name == "site" else value)
         return part
 
     def assign(self, structures: np.ndarray, seed: int, event: int = 0) -> Assignment:
-        """Return the samples of the structures with these indices."""
+        """Return structure, motion and scale factor of each sample, for the structures with the given indices."""
         index = np.asarray(structures, dtype=np.int32)
         site, earthquake = np.asarray(self.site)[index], np.asarray(self.earthquake)
         motion = np.asarray(self.motion)[site, earthquake].ravel()
@@ -146,7 +146,7 @@ class MotionsAtSites(Design):
         return Assignment(structure, motion, scale, im_level, self.measure.attributes(), self.measure.level_units)
 
     def motion_table(self) -> MotionTable:
-        """Return the motions of all sites and earthquakes, and which of them are those of each structure."""
+        """Return the motions of all sites in all earthquakes, and the site of each structure in each draw."""
         motion, scale = np.ravel(self.motion), np.ravel(self.scale).astype(np.float64)
         level = self.measure.scaled_levels(scale, self._intensities[motion])
         attributes, units = self.measure.attributes(), self.measure.level_units
@@ -157,7 +157,15 @@ class MotionsAtSites(Design):
 
 
 def _indices(what: str, values: ArrayLike, ndim: int, count: int, axes: str) -> np.ndarray:
-    """Return indices below `count` as an array with these axes, or raise a ValueError."""
+    """Return indices as an integer array; raise a ValueError if one is not a whole number from 0 to `count` - 1.
+
+    Args:
+        what: Name of the argument, for messages.
+        values: The indices.
+        ndim: Required number of dimensions.
+        count: Number of elements to which the indices refer.
+        axes: Names of the dimensions in brackets, for messages.
+    """
     array = unmasked(what, values) if isinstance(values, np.ndarray) else real_numbers(what, values)
     if array.dtype.kind == "f" and array.size and np.all(np.isfinite(array)) and not np.any(array % 1):
         array = array.astype(np.int64)

@@ -13,21 +13,27 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 
-FEWEST_IN_A_SET = 5  # motions, for a search for one that is much weaker than the others
-FEWEST_CROSSINGS = 10  # of the baseline, for a motion that is a record
-MOST_DRIFT = 8.0  # velocity of the baseline over that of the motion without it; 0.2 % of white noise exceed it
-BESIDE = np.array([1, -1, 2, -2, 4, -4, 8, -8, 16, -16])  # samples from the peak
-DUPLICATE = 1e-3  # largest difference of two copies of a record, over the peak
+FEWEST_IN_A_SET = 5  # a set with fewer motions is not searched for motions that are much weaker than all others
+FEWEST_CROSSINGS = 10  # a motion that crosses its baseline fewer times is not treated as a record
+MOST_DRIFT = 8.0  # velocity of the baseline over velocity of the rest of the motion; 0.2 % of white noise exceed it
+BESIDE = np.array([1, -1, 2, -2, 4, -4, 8, -8, 16, -16])  # distances from the peak of the compared values [samples]
+DUPLICATE = 1e-3  # largest difference of two copies of a record, divided by the peak
 
 
 def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
-    """Add motions with an implausible step, peak acceleration or baseline to `findings`."""
+    """Add motions with an implausible step, peak acceleration or baseline to `findings`.
+
+    Args:
+        findings: Implausible values found so far.
+        motions: The motions.
+        where: Words that follow the name of a motion in the warning, such as " of event 'mainshock'".
+    """
 
     def named(index: int) -> str:
         return f" of motion {index} ({motions[index].name!r}){where}"
 
     peaks = np.array([motion.peak_ground_acceleration for motion in motions])
-    loud = np.flatnonzero(peaks > 0).tolist()  # motions of zeros are intended
+    loud = np.flatnonzero(peaks > 0).tolist()  # motions of zeros are not checked, because they are intended
     findings.add_each("record_step", [motion.step for motion in motions], named)
     findings.add_each("peak_ground_acceleration", peaks[loud].tolist(), lambda place: named(loud[place]))
     baselines = [baseline_over_peak(motions[index]) for index in loud]
@@ -35,10 +41,10 @@ def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion],
 
 
 def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion], where: str = "") -> None:
-    """Add the motions of a set to `findings` that are much weaker than all others, if they are few.
+    """Add the few motions that are much weaker than all other motions of a set to `findings`.
 
-    Their unit may be wrong: either their peaks would be within the range of the others if the values were in g, or the
-    next stronger motion is more than 9.8 times stronger.
+    The unit of these motions may be wrong. They are added in two cases: their peaks would be within the range of the
+    other motions if their values were in g, or the next stronger motion is more than 9.8 times stronger.
     """
     motions = [motion for motion in motions if motion.peak_ground_acceleration > 0]
     if len(motions) < FEWEST_IN_A_SET:
@@ -54,13 +60,14 @@ def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[Ground
 
 
 def baseline_over_peak(motion: GroundMotion) -> float:
-    """Return (peak of the straight line fitted to a record) / (peak of the record); 0 if the record has no offset.
+    """Return the peak of the straight line fitted to a record, divided by the peak of the record [1].
 
-    With an offset, the velocity drifts to many times the velocity of the motion minus the line. Pulses and other
-    motions that do not oscillate about the line are not offsets.
+    The result is 0 if the record has no offset. An offset is assumed if the velocity of the line is more than 8 times
+    the velocity of the motion minus the line. Pulses and other motions that do not oscillate about the line count as
+    motions without offset.
     """
     a = motion.acceleration
-    # With times from -1 to 1, the slope and the mean of the line are independent.
+    # With times from -1 to 1, the mean and the slope of the line can be computed separately.
     place = np.linspace(-1.0, 1.0, a.size)
     line = a.mean() + place * (a @ place) / (place @ place)
     rest = a - line
@@ -71,7 +78,7 @@ def baseline_over_peak(motion: GroundMotion) -> float:
 
 
 def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayLike = ()) -> None:
-    """Give one warning of implausible periods, and of motions with an implausible step, peak or baseline."""
+    """Give one warning of implausible periods [s], and of motions with an implausible step, peak or baseline."""
     findings = PlausibilityFindings()
     add_motions(findings, motions)
     add_weakest_motions(findings, motions)
@@ -81,7 +88,7 @@ def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayL
 
 
 def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> None:
-    """Warn if two motions of a set are the same record, even if one has fewer digits.
+    """Warn if a set of motions contains the same record twice, even if one copy has fewer digits.
 
     Args:
         motions: The motions.
@@ -108,14 +115,20 @@ def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> N
 
 
 def _copies(shapes: Sequence[np.ndarray], group: Sequence[int], place: int) -> dict[int, int]:
-    """Return index of a copy -> index of its first record, in a group of records with the peak at the same sample."""
+    """Return index of a copy -> index of the first motion with the same record.
+
+    Args:
+        shapes: Accelerations of all motions, divided by their peak if motions are scaled.
+        group: Indices of motions of equal length with the peak at the same sample.
+        place: Index of the sample with the peak.
+    """
     first_of: dict[int, int] = {}
     by_digest: dict[bytes, int] = {}
     for index in group:
         first = by_digest.setdefault(blake2b(shapes[index].tobytes()).digest(), index)
         if first != index:
             first_of[index] = first
-    # Values near the peak distinguish most records.
+    # Compare values near the peak first, because they distinguish most records.
     single = list(by_digest.values())
     beside = np.clip(place + BESIDE, 0, shapes[single[0]].size - 1)
     probes = np.array([shapes[index][beside] for index in single])

@@ -16,8 +16,8 @@ from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, motion_names, motion_numbers
 from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
 
-# Bounds of the period over a record's step. For shorter periods, rounding leaves no digits and the search for peaks is
-# slow; for longer periods, a bound on the free vibration overflows.
+# Bounds of period / step of the record. For shorter periods, the result has no correct digits because of rounding, and
+# the search for peaks is slow. For longer periods, a bound on the free vibration overflows.
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-5, 1e9
 
 
@@ -97,8 +97,11 @@ def spectral_displacements(
     device: str | None = "cpu",
     threads: int | None = None,
 ) -> np.ndarray:
-    """Return the spectral displacement [m], shape [motion, damping_ratio, period]; arguments are not checked."""
-    # Imported here, because a scene, which contains intensity measures, must not import warp.
+    """Return the spectral displacements [m], shape [motion, damping_ratio, period].
+
+    The arguments are those of `response_spectra`; they are not checked, except for the range of periods.
+    """
+    # Imported here, because scenes contain intensity measures, and building a scene must not import warp.
     from warpdyn.engine.kernels.auxiliary.oscillator_peaks import largest_displacements
     from warpdyn.engine.kernels.queues import checked_devices
 
@@ -119,7 +122,7 @@ def spectral_displacements(
                 f"{LONGEST_PERIOD * motion.step:g} s (for period 0, use PeakGroundAcceleration)"
             )
     size = np.array([motion.acceleration.size for motion in motions])
-    order = np.argsort(-size, kind="stable")  # the longest first
+    order = np.argsort(-size, kind="stable")  # the longest record first
     records = {
         "acceleration": np.concatenate([motions[i].acceleration for i in order]),
         "first": np.cumsum(size[order]) - size[order],
@@ -134,15 +137,18 @@ def spectral_displacements(
 
 
 def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the propagators of oscillators and the bounds of their response for the kernel, [step, oscillator].
+    """Return the arrays about oscillators that the kernel reads, each of shape [step, oscillator] or [oscillator].
 
-    The bounds decide which steps may contain a peak. Suppose that within a step h the displacement exceeds its peak so
-    far, P, and reaches its largest value m at an instant of rest. After that instant the speed grows by at most
-    A + w^2 m per unit of time, where A is the larger of the ground accelerations at the ends of the step; before it,
-    because damping acts backwards in time, by at most exp(2 zeta w t) times that. One end of the step is within h / 2,
-    so m is at most the displacement there + k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the sum of the speeds at
-    both ends is at most k^2 (A + w^2 m) h. The displacement also cannot exceed P if the amplitude of the free vibration
-    about the static response, plus the static response at one of the ends, is less than P.
+    The arrays are propagators, which advance the response by one step, and bounds of the response within a step.
+
+    The bounds decide which steps may contain a peak. Suppose that, within a step h, the displacement exceeds the
+    largest value so far, P, and reaches its largest value m at an instant of rest. After this instant, the speed grows
+    by at most A + w^2 m per unit of time, where A is the larger of the ground accelerations at the ends of the step.
+    Before it, the speed grows by at most exp(2 zeta w t) times this rate, because damping acts backwards in time. One
+    end of the step is within h / 2 of the instant. Therefore, m is at most the displacement at this end +
+    k (A + w^2 m) h^2 / 8 with k = exp(zeta w h), and the sum of the speeds at both ends is at most k^2 (A + w^2 m) h.
+    The displacement also cannot exceed P if the amplitude of the free vibration about the static response, plus the
+    static response at one of the ends, is less than P.
     """
     frequency = 2 * np.pi / period
     stiffness, damping, h = frequency**2, 2 * damping_ratio * frequency, steps[:, None]
@@ -156,11 +162,11 @@ def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) ->
         )
         increments[step, chosen], response[step, chosen] = (part[:, :, 0] for part in parts)
 
-    growth = np.exp(np.minimum(damping / 2 * h, 100.0))  # at larger values the bounds exclude no step anyway
+    growth = np.exp(np.minimum(damping / 2 * h, 100.0))  # with larger values, the bounds exclude no step anyway
     bend = growth * h**2 / 8
     share = 1 - bend * stiffness
     is_sharp = share > 0.1
-    # P < m <= (P + bend A) / share
+    # If share is positive: P < m <= (P + bend A) / share.
     divisor = np.where(is_sharp, share, 1.0)
     turn = np.where(is_sharp, growth**2 * h * (1 + stiffness * bend / divisor), 1e300)
     swing = np.where(is_sharp, growth**2 * h * stiffness / divisor, 1e300)
@@ -180,7 +186,7 @@ def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) ->
         "u_by_v": increments[..., 0, 1],
         "v_by_u": increments[..., 1, 0],
         "v_by_v": increments[..., 1, 1],
-        # The load is minus the ground acceleration.
+        # The load on the oscillator is minus the ground acceleration.
         "u_by_start": -response[..., 0, 0],
         "u_by_end": -response[..., 0, 1],
         "v_by_start": -response[..., 1, 0],
@@ -193,7 +199,7 @@ def _packed(period: np.ndarray, damping_ratio: np.ndarray, steps: np.ndarray) ->
 
 
 def checked_periods(periods: ArrayLike, name: str = "period") -> np.ndarray:
-    """Return periods [s] as float64; raise a ValueError unless they are finite and positive."""
+    """Return periods [s] as a float64 array; raise a ValueError unless all are finite and positive."""
     values = real_numbers(name, periods)
     bad = values[~(np.isfinite(values) & (values > 0))]
     if bad.size:

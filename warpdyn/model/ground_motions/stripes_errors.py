@@ -1,4 +1,4 @@
-"""Errors about missing or unknown arguments of Stripes."""
+"""Better errors for missing or unknown arguments of Stripes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Kind = TypeVar("Kind", bound=type)
 
 
 def named_in_errors(kind: Kind) -> Kind:
-    """Decorate Stripes: errors about missing or unknown arguments name the arguments and explain `levels`."""
+    """Return the class Stripes with better TypeErrors: they name missing or unknown arguments and explain `levels`."""
     make: Callable[..., None] = kind.__init__  # type: ignore[misc] # __init__ of this class
     signature = inspect.signature(make)
 

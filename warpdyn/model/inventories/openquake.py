@@ -18,14 +18,14 @@ from warpdyn.model.inventories.places_of_assets import UNIT_ID, with_places
 from warpdyn.model.inventories.table import checked_inventory, named_rows, names_of_columns, no_column
 from warpdyn.model.inventories.text_tables import read_csv
 
-# OpenQuake's names of the columns (the engine's manual, "Exposure models").
+# OpenQuake's names of columns (the engine's manual, "Exposure models").
 OPENQUAKE_NAMES = {"id": "id", "longitude": "lon", "latitude": "lat", "structure_type": "taxonomy", "number": "number"}
-# Other names of these columns and costs, in the engine's exports (assetcol) and in GEM's Global Exposure Model.
-VALUE = "value-"  # prefix of numbers, areas and costs in the engine's exports
+# Names of these columns and of costs in exports of the engine (assetcol) and in GEM's Global Exposure Model.
+VALUE = "value-"  # prefix of numbers, areas and costs in exports of the engine
 GEM_NAMES = {"taxonomy": "TAXONOMY", "number": "BUILDINGS", "occupancy": "OCCUPANCY", "area": "TOTAL_AREA_SQM"}
 GEM_COST = "COST_{}_USD"
-AREA = "area"  # floor area, which multiplies costs per area
-STRUCTURAL = ("structural",)
+AREA = "area"  # column of floor areas, which multiply costs per area
+STRUCTURAL = ("structural",)  # default of the argument `costs`
 COST_KINDS = ("aggregated", "per_asset", "per_area")
 
 
@@ -46,9 +46,9 @@ def read_openquake(
             `<conversions>` and the names of columns in `<exposureFields>`. Names may be in upper or lower case. All
             other columns, such as tags and occupants, are kept.
         costs: The columns whose sum is the `replacement_cost`, such as ("structural", "nonstructural"). With an XML
-            file, costs per building or per area are multiplied by the number of buildings or the area; in a single CSV
-            file, costs are those of the whole asset. Without the default column, the inventory has no costs; any other
-            missing column is an error.
+            file, costs per building (per area) are multiplied by the number of buildings (the area). In a single CSV
+            file, costs are costs of the whole asset. If the default column is missing, the inventory has no costs; if
+            another column is missing, an error is raised.
         columns: Meaning -> name of the column in the file, as in `from_table`.
         places: Coordinates of administrative units, for files without coordinates: a table, or its CSV file, with one
             row per unit and the columns `longitude`, `latitude` [degree] and at least one column of ids, such as
@@ -85,7 +85,7 @@ def read_openquake(
     if path.suffix.lower() == ".xml":
         model = _exposure_model(path)
         kinds = {each.get("name", ""): each.get("type", "") for each in model.iter("costType")}
-        # A cost has the name "value", and its name is the type.
+        # The name of a cost in a formula is "value", so that its type is used as name.
         of_cost = [
             (each.get("type") if each.get("oq") == "value" else each.get("oq"), each) for each in model.iter("field")
         ]
@@ -102,7 +102,7 @@ def read_openquake(
         table = pd.concat([_exposure_table(file, fields.get("id", "id")) for file in files], ignore_index=True)
     else:
         table = _exposure_table(path, "id")
-    names = {str(name).lower(): str(name) for name in table.columns}  # the engine's names are the same in capitals
+    names = {str(name).lower(): str(name) for name in table.columns}  # names in the file may be in capitals
     wanted = (*OPENQUAKE_NAMES.values(), "occupancy", *costs, AREA)
     columns_of = {name: fields.get(name) or _name_in_file(name, names) for name in wanted}
     table = _with_ids_and_places(str(path), table, columns_of, columns, places)
@@ -121,7 +121,7 @@ def _exposure_table(path: Path, identifier: str) -> pd.DataFrame:
 
 
 def _name_in_file(name: str, names: Mapping[str, str]) -> str:
-    """Return the name in the file of the engine's column or cost `name`; the engine's name if it is not in the file."""
+    """Return the name that a column or cost of OpenQuake has in a file; `name` itself if the file does not have it."""
     gem = GEM_NAMES.get(name, GEM_COST.format(name.upper()))
     return next((names[each] for each in (name, VALUE + name, gem.lower()) if each in names), name)
 
@@ -133,7 +133,7 @@ def _with_ids_and_places(
     columns: Mapping[str, str],
     places: pd.DataFrame | str | os.PathLike | None,
 ) -> pd.DataFrame:
-    """Return the table with ids and, if `places` is given, with the coordinates of administrative units."""
+    """Return the table of assets with ids, and with coordinates of administrative units if `places` is given."""
     is_of_units = any(UNIT_ID.fullmatch(str(name)) for name in table.columns)
     has_places = all(columns.get(m, names[n]) in table for m, n in (("longitude", "lon"), ("latitude", "lat")))
     if places is not None:
@@ -151,7 +151,7 @@ def _with_ids_and_places(
 
 
 def _with_buildings(what: str, table: pd.DataFrame, number: str) -> pd.DataFrame:
-    """Return the rows with at least one building; in GEM's files, numbers below 0.5 are rounded to 0."""
+    """Return the rows with at least one building. GEM's files contain rows whose number was rounded to 0."""
     if number != GEM_NAMES["number"] or number not in table:
         return table
     is_none = (pd.to_numeric(table[number], errors="coerce") == 0).to_numpy()
@@ -173,15 +173,15 @@ def _with_costs(
     kinds: Mapping[str, str],
     area_kind: str,
 ) -> pd.DataFrame:
-    """Return the inventory with the replacement cost of each whole asset.
+    """Return the inventory with the column `replacement_cost`, the cost of the whole asset.
 
     Args:
         what: Name of the file, for errors.
         inventory: The inventory.
         costs: Names of the costs that are summed.
-        places: Cost or area -> its column.
-        kinds: Cost -> its kind, one of COST_KINDS: cost of the asset, of one building, or of one unit of area.
-        area_kind: Whether areas are those of the asset ("aggregated") or of one building ("per_asset").
+        places: Name of a cost or "area" -> name of its column.
+        kinds: Name of a cost -> its kind, one of COST_KINDS: cost of the asset, of one building, or per unit of area.
+        area_kind: "aggregated" (area of the whole asset) or "per_asset" (area of one building).
     """
     if "replacement_cost" in inventory or not costs:
         return inventory
@@ -193,7 +193,7 @@ def _with_costs(
         raise ValueError(
             f"{what}: there is no cost {absent[0]!r}{did_you_mean(absent[0], known)}; "
             + (f"the kinds of costs are {', '.join(kinds)}, and " if kinds else "")
-            + f"the columns are {', '.join(map(str, inventory.columns))}"
+            + f"the columns are {', '.join(map(str, inventory.columns))}: correct costs="
         )
     total: Any = 0.0
     for name in costs:
@@ -208,7 +208,7 @@ def _with_costs(
 
 
 def _exposure_model(path: Path) -> ElementTree.Element:
-    """Return the element <exposureModel> of an NRML file, with tags without namespaces."""
+    """Return the element <exposureModel> of an NRML file, with namespaces removed from all tags."""
     model = xml_root(path).find("exposureModel")
     if model is None:
         raise ValueError(
@@ -219,7 +219,7 @@ def _exposure_model(path: Path) -> ElementTree.Element:
 
 
 def _numbers(what: str, inventory: pd.DataFrame, column: str) -> pd.Series:
-    """Return a column as numbers, with NaN for empty cells."""
+    """Return a column as numbers, with NaN for empty cells; raise a ValueError if a cell contains other text."""
     if column not in inventory:
         raise no_column(what, column, inventory)
     values = pd.to_numeric(inventory[column], errors="coerce")

@@ -12,10 +12,10 @@ from warpdyn.foundations.core.messages import counted
 from warpdyn.foundations.files.text import check_names
 from warpdyn.model.inventories.text_tables import read_csv
 
-# GEM's exposure files have ID_0 (the country), ID_1 (the first level of administrative units) and so on.
+# GEM's exposure files have the columns ID_0 (country), ID_1 (first level of administrative units) and so on.
 UNIT_ID = re.compile(r"ID_\d", re.IGNORECASE)
 LONGITUDES, LATITUDES = ("longitude", "lon", "long", "x"), ("latitude", "lat", "y")
-LARGEST_ID = 2**53  # floating-point numbers represent all whole numbers up to this one
+LARGEST_ID = 2**53  # floating-point numbers represent all whole numbers up to this number exactly
 
 
 def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.PathLike) -> pd.DataFrame:
@@ -79,7 +79,7 @@ def with_places(what: str, table: pd.DataFrame, places: pd.DataFrame | str | os.
 
 
 def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
-    """Return the ids in several columns as one text per row; 11.0 becomes "11", because both are the same area."""
+    """Return the ids in several columns as one text per row, joined by "/". The number 11.0 becomes "11"."""
     texts = []
     for name in columns:
         values = table[name]
@@ -101,7 +101,7 @@ def _joined(what: str, table: pd.DataFrame, columns: list) -> pd.Series:
 
 
 def _place_column(source: str, names: dict[str, object], known: tuple[str, ...]) -> object:
-    """Return the first column whose name is in `known`, or raise a ValueError."""
+    """Return the name of the first column that is in `known`, such as "lon"; raise a ValueError without a match."""
     for name in known:
         if name in names:
             return names[name]

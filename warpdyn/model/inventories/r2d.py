@@ -28,9 +28,9 @@ R2D_NAMES = {
     "plan_area": "PlanArea",
     "replacement_cost": "ReplacementCost",
 }
-FARTHEST = 1000.0  # m, from the coordinates in a building's properties to its geometry; footprints are smaller
-METRES_OF_DEGREE = 111_195.0  # of a great circle
-ASSET_ID = "AIM_id"  # the id in R2D's result files
+FARTHEST = 1000.0  # m, allowed distance between a building's coordinates and its footprint; footprints are smaller
+METRES_OF_DEGREE = 111_195.0  # m per degree of a great circle
+ASSET_ID = "AIM_id"  # column of ids in result files of R2D
 
 
 def read_r2d(
@@ -69,10 +69,11 @@ def read_geojson(
 ) -> pd.DataFrame:
     """Read a GeoJSON file (RFC 7946) of buildings from SimCenter's R2D tool or BRAILS.
 
-    A building's id is the property `id`, or `AIM_id` as in R2D's results, or the id of the feature. Its coordinates are
-    the properties `Latitude` and `Longitude`. If these are missing, or more than 1 km away from the geometry, they are
-    replaced by the point's coordinates, or by the mean of the corners of the polygon's outer ring. A warning counts
-    these buildings and reports if longitude and latitude are exchanged in the properties.
+    The id of a building is the property `id`, or `AIM_id` as in R2D's results, or the id of the feature. The
+    coordinates are the properties `Latitude` and `Longitude`. If these are missing, or more than 1 km away from the
+    geometry, they are replaced by the coordinates of the point, or by the mean of the corners of the polygon's outer
+    ring. A warning gives the number of these buildings, and reports if longitude and latitude are exchanged in the
+    properties.
 
     Args:
         path: The file, a FeatureCollection of points or polygons; the properties have the names of columns in
@@ -120,7 +121,10 @@ def read_geojson(
 
 
 def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: list[dict]) -> None:
-    """Replace coordinates that are missing or far from the geometry by those of the geometry, with a warning."""
+    """Correct the coordinates of buildings in `table` from their geometries, and warn.
+
+    Coordinates are corrected if they are missing, or more than FARTHEST away from the building's geometry.
+    """
     has_geometry = np.array([isinstance(each.get("geometry"), dict) for each in features])
     if not has_geometry.any():
         return
@@ -149,35 +153,39 @@ def _move_to_geometry(path: object, table: pd.DataFrame, names: list, features: 
 
 
 def _some_ids(table: pd.DataFrame, chosen: np.ndarray) -> str:
-    """Return the number of chosen buildings and the ids of the first ones, as text."""
+    """Return the number of the buildings in the mask `chosen` and the ids of the first ones, as text."""
     ids = table["id"] if "id" in table else pd.Series(np.arange(len(table)))
     return counted([repr(each) for each in ids[chosen]])
 
 
 def _far_apart(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """Return which pairs of places are farther apart than FARTHEST, shape [building]; False for NaN."""
+    """Return whether the two places of each building are more than FARTHEST apart, shape [building]; False for NaN.
+
+    Places are longitudes and latitudes [degree], shape [building, 2].
+    """
     north = one[:, 1] - other[:, 1]
     east = (one[:, 0] - other[:, 0] + 180) % 360 - 180
     return np.hypot(north, east * np.cos(np.radians(other[:, 1]))) * METRES_OF_DEGREE > FARTHEST
 
 
 def _inventory(what: str, table: pd.DataFrame, area_unit: str, columns: Mapping[str, str]) -> pd.DataFrame:
-    """Return the inventory from a table whose columns have R2D's names."""
+    """Return the inventory from a table whose columns have the names that R2D uses, or the names in `columns`."""
     names = {str(name).lower(): name for name in table.columns}
     known = {meaning: names[name.lower()] for meaning, name in R2D_NAMES.items() if name.lower() in names}
     if "id" not in names and ASSET_ID.lower() in names:
         known["id"] = names[ASSET_ID.lower()]
     for meaning in ("id", "longitude", "latitude"):
-        known.setdefault(meaning, R2D_NAMES[meaning])  # so that the error gives R2D's name
+        known.setdefault(meaning, R2D_NAMES[meaning])  # the error about a missing column then gives the name in R2D
     source = known | names_of_columns(what, columns)
     inventory = checked_inventory(what, table, source)
-    if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":  # which is in m2
+    # A column that is named plan_area in the file is in m2 already.
+    if "plan_area" in inventory and source.get("plan_area", "plan_area") != "plan_area":
         inventory["plan_area"] *= FACTORS[area_unit]
     return inventory
 
 
 def _check_degrees(path: object, told: Mapping[str, Any]) -> None:
-    """Raise a ValueError if the file's coordinate system is not WGS 84, which RFC 7946 requires."""
+    """Raise a ValueError if the file states another coordinate system than WGS 84, which RFC 7946 requires."""
     named = told.get("crs") or {}
     name = str((named.get("properties") or {}).get("name", "")) if isinstance(named, dict) else ""
     if name and not name.endswith(("CRS84", ":4326")):
@@ -188,7 +196,7 @@ def _check_degrees(path: object, told: Mapping[str, Any]) -> None:
 
 
 def _place(path: object, number: int, geometry: Any) -> tuple[float, float]:
-    """Return the longitude and latitude of a feature's point, or the mean of its polygon's corners."""
+    """Return the longitude and latitude [degree] of a point, or the mean of the corners of a polygon's outer ring."""
     kind = geometry.get("type") if isinstance(geometry, dict) else None
     try:
         if kind == "Point":

@@ -15,7 +15,7 @@ from warpdyn.model.inventories.table import named_rows
 from warpdyn.model.inventories.taxonomies import MOST_STOREYS, MOST_STOREYS_OF_W1, families, structure_of
 from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_types
 
-# Design levels of buildings built before 1941, from 1941 to 1975 and after 1975, by the seismic zone of the Uniform
+# Design levels of buildings built before 1941, from 1941 to 1975, and after 1975, for each seismic zone of the Uniform
 # Building Code (FEMA, Hazus Earthquake Model Technical Manual, chapter 5, "Guidelines for selection of damage functions
 # for typical buildings based on UBC seismic zone and building age").
 ERAS = (1941, 1976)  # first years of the second and of the third era
@@ -27,7 +27,7 @@ LEVELS = {
     "1": ("pre", "pre", "low"),
     "0": ("pre", "pre", "pre"),
 }
-# In the same table, wood houses have higher levels.
+# Design levels of wood houses (type W1) in the same table; they are higher.
 LEVELS_OF_W1 = {
     "4": ("moderate", "moderate", "high"),
     "3": ("moderate", "moderate", "moderate"),
@@ -36,17 +36,17 @@ LEVELS_OF_W1 = {
     "1": ("low", "low", "low"),
     "0": ("low", "low", "low"),
 }
-NOT_TO_CODE = ("URM", "C3", "S5")  # unreinforced masonry and frames with infills of it: pre-code at any age
-MOST_NAMED = 8  # types in a message
+NOT_TO_CODE = ("URM", "C3", "S5")  # pre-code in any year: unreinforced masonry, and frames with infills of it
+MOST_NAMED = 8  # types that a message names
 
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """The archetype of each building of an inventory.
+    """The archetypes that a rule assigns to the buildings of an inventory.
 
     Args:
         names: Names of the archetypes.
-        code: Index into `names` of each building's archetype, -1: no archetype, shape [building].
+        code: Index into `names` of the archetype of each building, shape [building]; -1: no archetype.
         reasons: Reasons why buildings have no archetype, each with the number of buildings and some of their ids.
         hazus: Name of a Hazus archetype -> building type, design level and number of storeys.
     """
@@ -63,12 +63,14 @@ class HazusRule:
     """The rule that assigns a Hazus type to a building by structure type and storeys, and a design level by year.
 
     - Type: the structure type is a Hazus type with height class ("C1M") or without ("C1"), or a string of GEM's
-      building taxonomy, such as "CR/LFINF+DUL/H:2", which is converted to the equivalent Hazus type. A missing height
-      class follows from the storeys: for C1, L up to 3 storeys, M up to 7, H above; for URM, L up to 2.
+      building taxonomy, such as "CR/LFINF+DUL/H:2", which is converted to the equivalent Hazus type. If the height
+      class is missing, the number of storeys determines it: for C1, L up to 3 storeys, M up to 7, H above; for URM, L
+      up to 2.
     - Storeys: the number in the column `storeys`; if it is missing, the number in the taxonomy string.
     - Design level: the ductility or code level in the taxonomy string (DUH, CDM and so on). If the string has no level,
-      it follows from year of construction and seismic zone, as in chapter 5 of the Hazus Earthquake Model Technical
-      Manual. In zone 4: high code from 1976, moderate code from 1941, before that pre-code (W1: moderate code).
+      year of construction and seismic zone determine the design level, as in chapter 5 of the Hazus Earthquake Model
+      Technical Manual. In zone 4: high code from 1976, moderate code from 1941, before that pre-code (W1: moderate
+      code).
       Unreinforced masonry (URM) and frames with unreinforced masonry infills (C3, S5) are pre-code in any year, because
       they were not built to a seismic code.
 
@@ -90,7 +92,7 @@ class HazusRule:
         one_of("seismic zone", self.seismic_zone, tuple(LEVELS))
 
     def named(self, inventory: pd.DataFrame) -> Named:
-        """Return the archetype of each building; its name is type, design level and storeys, such as "C1M high 5"."""
+        """Return the archetype of each building, named by type, design level and storeys, such as "C1M high 5"."""
         if "structure_type" not in inventory:
             raise ValueError(
                 "HazusRule: the inventory has no column structure_type: name it by columns= of the reader, or give "
@@ -103,7 +105,7 @@ class HazusRule:
         family_names = list(tables)
 
         def of_building(values: list[float], otherwise: float) -> np.ndarray:
-            return np.array([*values, otherwise])[place]  # the code of a missing type is -1, the last value
+            return np.array([*values, otherwise])[place]  # a missing type has the code -1, which selects `otherwise`
 
         family = of_building([family_names.index(each.family) if each.family else -1 for each in said], -1).astype(int)
         storeys = of_building([each.storeys for each in said], np.nan)
@@ -149,7 +151,10 @@ class HazusRule:
         return Named(list(hazus), code, reasons, hazus)
 
     def _levels_by_age(self, inventory: pd.DataFrame, types: np.ndarray) -> np.ndarray:
-        """Return the index in DESIGN_LEVELS of each building's design level, from its year; -1: unknown year."""
+        """Return the design level that follows from the year of construction, as an index in DESIGN_LEVELS.
+
+        The shape is [building]; -1: the year is unknown.
+        """
         old = np.unique(np.concatenate([families()[name] for name in NOT_TO_CODE]))
         always = np.isin(types, old[old >= 0])
         level = np.where(always, DESIGN_LEVELS.index("pre"), -1)
@@ -177,7 +182,7 @@ Rule = HazusRule | Mapping[str, str] | Callable[[pd.DataFrame], object]
 
 
 def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
-    """Return the archetype of each building according to a rule.
+    """Return the archetypes that a rule assigns to the buildings of an inventory.
 
     Args:
         rule: A HazusRule; or a mapping from structure types to names of archetypes; or a function of the inventory that
@@ -219,7 +224,14 @@ def named_by(rule: Rule, inventory: pd.DataFrame) -> Named:
 
 
 def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Series, known: str) -> list[str]:
-    """Return a reason that counts the buildings of each unknown type, most frequent first; `known` is added to it."""
+    """Return a list with one reason that counts the buildings of each unknown type, the most frequent type first.
+
+    Args:
+        inventory: The inventory.
+        unknown: Whether the type of each building is unknown, shape [building].
+        column: Structure type of each building.
+        known: Words about known types that end the reason.
+    """
     if not unknown.any():
         return []
     counts = column[unknown].value_counts()
@@ -230,7 +242,7 @@ def _unknown_types(inventory: pd.DataFrame, unknown: np.ndarray, column: pd.Seri
 
 
 def _allowed_storeys(tables: Mapping[str, np.ndarray], families_of_rows: np.ndarray) -> str:
-    """Return in brackets the allowed numbers of storeys of the types of these rows, for at most MOST_NAMED types."""
+    """Return text such as " (C1 has 1 to 50)": the allowed numbers of storeys of types, at most MOST_NAMED of them."""
     if not families_of_rows.size:
         return ""
     names = [list(tables)[place] for place in np.unique(families_of_rows)]
@@ -240,7 +252,14 @@ def _allowed_storeys(tables: Mapping[str, np.ndarray], families_of_rows: np.ndar
 
 
 def _reason(inventory: pd.DataFrame, bad: np.ndarray, what: str, *columns: str) -> list[str]:
-    """Return a reason with the number of bad buildings, the ids of some, and their values in the columns."""
+    """Return a list with one reason why buildings have no archetype: their number, some ids, and values in columns.
+
+    Args:
+        inventory: The inventory.
+        bad: Whether each building has no archetype for this reason, shape [building].
+        what: The reason in words, such as "have no structure type".
+        columns: Columns whose values are shown.
+    """
     if not bad.any():
         return []
     shown = [name for name in columns if name]

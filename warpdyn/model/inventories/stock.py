@@ -18,12 +18,12 @@ from warpdyn.model.scene.scatter import Scatter
 from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_types, hazus_drift_limits
 from warpdyn.model.structures.shear_building import ShearBuilding
 
-REFUSE, LEAVE_OUT = "refuse", "leave out"
+REFUSE, LEAVE_OUT = "refuse", "leave out"  # values of the argument `unknown` of `portfolio`
 
 
 @dataclass(frozen=True, eq=False)
 class BuildingStock:
-    """The portfolio made from an inventory.
+    """The portfolio that was made from an inventory, with drift ratio limits and the inventory row of each building.
 
     Args:
         portfolio: The portfolio, with one building per inventory row that has an archetype.
@@ -54,19 +54,19 @@ class BuildingStock:
 
     @property
     def id(self) -> np.ndarray:
-        """Id in the inventory of each building of the portfolio, shape [building]."""
+        """Id of each building of the portfolio, as in the inventory, shape [building]."""
         return self.inventory_ids.to_numpy()[self.rows]
 
     @property
     def archetype_index(self) -> np.ndarray:
-        """Index of the archetype of each building of the portfolio, shape [building]."""
+        """Index of the archetype of each building in the portfolio, shape [building]."""
         return np.repeat(np.arange(len(self.portfolio.archetypes), dtype=np.int32), self.portfolio.counts)
 
     def buildings(self, inventory: pd.DataFrame) -> pd.DataFrame:
-        """Return the rows of the inventory in the order of the portfolio, which is ordered by archetype.
+        """Return the inventory rows of the portfolio's buildings, in the order of the portfolio (by archetype).
 
-        Use columns of this table for arguments with one value per building. Columns of the inventory itself have a
-        different order.
+        Use columns of this table for arguments with one value per building. The columns of the inventory itself are in
+        another order.
 
         Args:
             inventory: The inventory from which the stock was made.
@@ -80,11 +80,11 @@ class BuildingStock:
         """
         self.check(inventory)
         found = inventory.iloc[self.rows]
-        # The index marks the order of the portfolio, even if it equals that of the inventory.
+        # The new index marks the order of the portfolio, even if the inventory has the same order.
         return found.set_axis(pd.Index(found.index.to_numpy(), name=found.index.name))
 
     def check(self, inventory: pd.DataFrame) -> None:
-        """Raise a ValueError if the stock was not made from this inventory (other ids).
+        """Raise an error if the stock was not made from this inventory, i.e. if ids or the number of rows differ.
 
         Args:
             inventory: The inventory.
@@ -106,7 +106,7 @@ class BuildingStock:
                 f"{self.rows.size + self.left_out.size:,}: give that inventory"
             )
         if self.inventory_ids.equals(inventory["id"].array):
-            return  # the fast way, without selecting rows or converting Arrow's text
+            return  # equal ids; the comparison below would select rows and convert text, which takes longer
         found, own = inventory["id"].to_numpy()[self.rows], self.id
         differs = found != own
         if differs.any():
@@ -124,13 +124,13 @@ class BuildingStock:
             )
 
     def replacement_costs(self, inventory: pd.DataFrame) -> np.ndarray:
-        """Return the replacement cost of each building, for `DamageLoss`, shape [building].
+        """Return the replacement cost of each building in the portfolio, for `DamageLoss`, shape [building].
 
         Args:
             inventory: The inventory from which the stock was made.
 
         Raises:
-            ValueError: If replacement costs are missing or below 0; the message counts these buildings and names some.
+            ValueError: If replacement costs are missing or below 0. The message gives their number and some ids.
         """
         self.check(inventory)
         if "replacement_cost" not in inventory:
@@ -154,7 +154,7 @@ class BuildingStock:
         return cost
 
     def replacement_values(self, inventory: pd.DataFrame) -> dict[str, float]:
-        """Return the sum of the replacement costs of each archetype, for `portfolio_losses`.
+        """Return archetype -> sum of the replacement costs of its buildings, for `portfolio_losses`.
 
         Args:
             inventory: The inventory from which the stock was made.
@@ -181,10 +181,10 @@ def portfolio(
 ) -> BuildingStock:
     """Return the portfolio of an inventory: each building gets an archetype.
 
-    One row of the inventory is one building of the portfolio, even if its `number` of buildings is larger: all
-    buildings of the row have the same response history. Use the number as a weight of the results:
-    `DamageCounts(number=...)` or `damage_shares(number=...)` for shares of buildings; for losses, the replacement cost
-    of a row is that of all its buildings. Plan areas do not affect drifts, because masses, stiffnesses and strengths of
+    Each row of the inventory is one building of the portfolio, even if its `number` of buildings is larger: all
+    buildings of the row have the same response history. Use the number as a weight of the results. For shares of
+    buildings, give `DamageCounts(number=...)` or `damage_shares(number=...)`. For losses, the replacement cost of a row
+    is the cost of all its buildings. Plan areas do not affect drifts, because masses, stiffnesses and strengths of
     Hazus buildings are in proportion to the area.
 
     Args:
@@ -260,16 +260,21 @@ def portfolio(
                 found_limits[name] = hazus_drift_limits(kind, level)
         if name in own_limits:
             found_limits[name] = own_limits[name]
-    # Codes of few archetypes fit into 16 bits, whose stable sort is linear in the number of buildings.
+    # If there are few archetypes, their codes fit into 16 bits; the stable sort of 16-bit numbers takes linear time.
     small = np.int16 if len(made) < 2**15 else np.int32
     order = np.argsort(np.where(is_known, named.code, len(made)).astype(small), kind="stable")
     rows, left_out = np.split(order, [int(is_known.sum())])
-    # A copy, because the user may change the inventory in place.
+    # Copy the ids, because the user may change the inventory in place.
     return BuildingStock(Portfolio(made), found_limits, rows, left_out, inventory["id"].array.copy())
 
 
 def _hazus_parts(name: str, own: Mapping[str, object]) -> tuple[str, str, int]:
-    """Return building type, design level and number of storeys from a name such as "C1M high 5"."""
+    """Return building type, design level and number of storeys that a name such as "C1M high 5" contains.
+
+    Args:
+        name: The name of an archetype.
+        own: The user's archetypes by name, for the suggestion of a similar name in the error.
+    """
     parts = name.split(" ")
     if len(parts) == 3 and parts[0] in building_types() and parts[1] in DESIGN_LEVELS and parts[2].isdigit():
         return parts[0], parts[1], int(parts[2])

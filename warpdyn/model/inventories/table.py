@@ -14,14 +14,14 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.files.text import check_names
 
-# Columns with a meaning, in their order in the table.
+# Names of the columns with a meaning, in the order in which the inventory has them.
 NEEDED = ("id", "longitude", "latitude")
 COLUMNS = (*NEEDED, "storeys", "year", "occupancy", "structure_type", "plan_area", "replacement_cost", "number")
 TEXTS = ("occupancy", "structure_type")
 NUMBERS = tuple(name for name in COLUMNS if name not in ("id", *TEXTS))
 MOST_SHOWN = 3  # rows that a message names
-FIRST_YEAR, LAST_YEAR = 1000, 2100  # of construction; files have 0 or 9999 for unknown years
-FACTORS = {"m2": 1.0, "ft2": 0.3048**2}  # m2; the international foot
+FIRST_YEAR, LAST_YEAR = 1000, 2100  # allowed years of construction; some files have 0 or 9999 for unknown years
+FACTORS = {"m2": 1.0, "ft2": 0.3048**2}  # unit of area -> its size [m2]; the foot is the international foot
 
 
 def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | None = None) -> pd.DataFrame:
@@ -36,7 +36,7 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
             buildings; default: 1).
 
     Returns:
-        A DataFrame with the index `building` and these columns, with text as categories; other columns are unchanged.
+        A DataFrame with the index `building` and these columns. Texts are categories; other columns are unchanged.
 
     Raises:
         ValueError: If a column is missing, or rows have impossible values, such as repeated ids, latitudes beyond
@@ -65,7 +65,7 @@ def from_table(table: pd.DataFrame | xr.Dataset, columns: Mapping[str, str] | No
 
 
 def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
-    """Return the inventory in a table.
+    """Return the inventory that a table contains: columns are named by their meaning, and values are checked.
 
     Args:
         what: Name of the function or the file, for errors.
@@ -96,7 +96,7 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
         if name not in source:
             raise no_column(what, name, table)
     if not len(table):
-        raise ValueError(f"{what}: the table contains no building; it must have at least one row")
+        raise ValueError(f"{what}: the table contains no building: give a table with at least one row")
     taken = set(source.values())
     found: dict[str, Any] = {name: table[source[name]] for name in COLUMNS if name in source}
     found |= {name: table[name] for name in table.columns if name not in taken and name not in source}
@@ -104,7 +104,7 @@ def checked_inventory(what: str, table: pd.DataFrame, columns: Mapping[str, str]
 
 
 def names_of_columns(what: str, columns: object) -> dict[str, str]:
-    """Return `columns` as a dictionary (meaning -> name of the column), or raise a TypeError if it is not a mapping."""
+    """Return `columns` as a dictionary, meaning -> name of the column; raise a TypeError if it is not a mapping."""
     if isinstance(columns, Mapping) and not isinstance(columns, xr.Dataset):
         names = dict(columns)
         if all(isinstance(name, str) for name in names.values()):
@@ -116,13 +116,16 @@ def names_of_columns(what: str, columns: object) -> dict[str, str]:
 
 
 def is_in_inventory_order(values: object) -> bool:
-    """Return whether values are a column of an inventory, in the order in which the inventory was read."""
+    """Return whether `values` is a column of an inventory in the order of its rows, recognised by the index."""
     index = getattr(values, "index", None)
     return isinstance(index, pd.RangeIndex) and index.name == "building"
 
 
 def warn_of_inventory_order(what: str, archetypes: int) -> None:
-    """Warn that a column has the order of the inventory, if the portfolio has several archetypes: its order differs."""
+    """Warn that `what` is a column in the order of the inventory; a portfolio orders its buildings by archetype.
+
+    With one archetype, both orders are equal, and no warning is given.
+    """
     if archetypes > 1:
         warn_caller(
             f"{what} is a column of the inventory, in the order of its rows, but a portfolio's buildings are ordered "
@@ -131,7 +134,7 @@ def warn_of_inventory_order(what: str, archetypes: int) -> None:
 
 
 def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
-    """Return an error about a missing column of a table."""
+    """Return the error that the table `table` has no column `name`; the message suggests a similar name."""
     names = [str(each) for each in table.columns]
     return ValueError(
         f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}. Rename "
@@ -140,7 +143,7 @@ def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
 
 
 def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with columns converted to numbers and categories; raise a ValueError if rows are invalid."""
+    """Return the table with numbers and categories as columns; raise a ValueError that counts all invalid rows."""
     problems = []
     table["id"], twice, has_none = _ids(table["id"])
     problems += _problem(table, twice, "have an id that is not unique", "")
@@ -174,7 +177,7 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
 
 
 def _without_blanks(texts: pd.Series) -> pd.Series:
-    """Return a categorical column without blanks at the beginning and end of its categories."""
+    """Return a categorical column whose categories have no blanks at the beginning and end."""
     names = {name: name.strip() if isinstance(name, str) else name for name in texts.cat.categories}
     if all(name == bare for name, bare in names.items()):
         return texts
@@ -182,25 +185,31 @@ def _without_blanks(texts: pd.Series) -> pd.Series:
 
 
 def _ids(given: pd.Series) -> tuple[pd.Series, np.ndarray, np.ndarray]:
-    """Return ids as text without blanks at beginning and end, which ids are repeated, and which are missing."""
+    """Return ids as text without blanks at both ends, whether each id is repeated, and whether each is missing."""
     if isinstance(given.dtype, np.dtype) and given.dtype.kind in "iu":
-        # Comparing whole numbers is much faster than comparing their texts.
+        # Whole numbers are compared as numbers, which is much faster than comparing their texts.
         return given.astype(str), _repeated(given), np.zeros(given.size, bool)
     has_none = given.isna().to_numpy()
-    # Before version 3, pandas turns missing values into text.
+    # Before version 3, pandas converts missing values to text, so that they are marked again.
     ids = given.astype(str).str.strip().mask(has_none)
     has_none = has_none | (ids.isna() | (ids == "")).to_numpy()
     return ids, _repeated(ids) & ~has_none, has_none
 
 
 def _repeated(values: pd.Series) -> np.ndarray:
-    """Return which values occur more than once."""
-    # is_unique takes half the time of duplicated.
+    """Return whether each value occurs more than once, shape [row]."""
+    # First check is_unique, which takes half the time of duplicated.
     return np.zeros(values.size, bool) if values.is_unique else values.duplicated(keep=False).to_numpy()
 
 
 def named_rows(table: pd.DataFrame, bad: np.ndarray, column: str = "") -> str:
-    """Return the number of bad rows and the ids of the first ones, with their values in the column, if one is given."""
+    """Return text such as "5 ('a' (0.2), 'b' (0.3), ...)": the number of bad rows, and the ids of the first ones.
+
+    Args:
+        table: The inventory.
+        bad: Whether each row is bad, shape [row].
+        column: Column whose values are added in brackets; "": none.
+    """
     rows = np.flatnonzero(bad)
     shown = []
     for row in rows[:MOST_SHOWN]:
@@ -215,7 +224,7 @@ def _problem(table: pd.DataFrame, bad: np.ndarray, what: str, column: str) -> li
 
 
 def _swapped(table: pd.DataFrame) -> str:
-    """Return a hint if longitudes and latitudes seem to be exchanged, or if longitudes seem to be from 0 to 360."""
+    """Return a hint if longitudes and latitudes seem to be exchanged, or longitudes to be from 0 to 360; else ""."""
     beyond = table["latitude"].abs() > 90
     fits = table["longitude"].abs().max() <= 90
     if beyond.any() and fits:
@@ -229,7 +238,7 @@ def _within(low: float, high: float, what: str) -> Callable[[np.ndarray], tuple[
 
 
 def _at_least_zero(what: str) -> Callable[[np.ndarray], tuple[np.ndarray, str]]:
-    # Unknown values may be NaN, or 0 as in SimCenter's files; functions that need them check for that.
+    # Unknown values may be NaN, or 0 as in SimCenter's files; functions that use the column check for these values.
     return lambda values: (
         ~np.isnan(values) & ~((values >= 0) & np.isfinite(values)),
         f"have a {what} below 0 or infinite",
@@ -246,7 +255,7 @@ def _years(values: np.ndarray) -> tuple[np.ndarray, str]:
     return bad, f"have a year that is not a whole number from {FIRST_YEAR} to {LAST_YEAR} (leave unknown years empty)"
 
 
-# For each column, a function from its values to the bad ones, and words for these in a message.
+# Column -> function that returns whether each value is bad, and words about bad values for a message.
 RULES: Mapping[str, Callable[[np.ndarray], tuple[np.ndarray, str]]] = {
     "longitude": _within(-180, 180, "a longitude"),
     "latitude": _within(-90, 90, "a latitude"),

@@ -1,4 +1,4 @@
-"""Structure types in an inventory: names of Hazus types, or strings of GEM's building taxonomy."""
+"""Conversion of structure types in an inventory (Hazus names, or strings of GEM's building taxonomy) to Hazus types."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy as np
 
 from warpdyn.model.structures.hazus import DESIGN_LEVELS, building_class, building_types
 
-MOST_STOREYS = 50  # of a Hazus type in warpdyn
+MOST_STOREYS = 50  # largest number of storeys of a Hazus type in warpdyn
 WOOD, MOST_STOREYS_OF_W1 = "wood", 2  # Hazus Technical Manual, table 5.1: W1 has 1 to 2 storeys
 HEIGHT_CLASSES = "LMH"
 
-# Materials and lateral systems of GEM's building taxonomy (Brzev et al. 2013, GEM Building Taxonomy Version 2.0; Silva
-# et al. 2022, Earthquake Spectra 38(1), for version 3), and the equivalent Hazus types (Technical Manual, chapter 5,
-# model building types). Structures without a Hazus type, such as confined masonry, adobe and bamboo, are not listed.
+# Material and lateral system in GEM's building taxonomy (Brzev et al. 2013, GEM Building Taxonomy Version 2.0; Silva
+# et al. 2022, Earthquake Spectra 38(1), for version 3) -> equivalent Hazus type (Technical Manual, chapter 5, model
+# building types). Structures without a Hazus type, such as confined masonry, adobe and bamboo, are not listed.
 _GEM = {
     ("W", "LFM"): WOOD,
     ("W", "LWAL"): WOOD,
@@ -35,12 +35,12 @@ _GEM = {
     ("CR+PC", "LDUAL"): "PC2",
     ("MUR", "LWAL"): "URM",
     ("MUR", ""): "URM",
-    # Reinforced masonry has two types, which differ by their floors.
+    # Reinforced masonry has two Hazus types, which are distinguished by their floors (third element).
     ("MR", "LWAL", "FW"): "RM1",
     ("MR", "LWAL", "FME"): "RM1",
     ("MR", "LWAL", "FC"): "RM2",
 }
-# Details of materials without a Hazus type: heavy timber, bamboo, wattle and daub; adobe and stone.
+# Materials with one of these details have no Hazus type: heavy timber, bamboo, wattle and daub; adobe and stone.
 _WITHOUT_TYPE = {"W": ("WHE", "WBB", "WWD", "WLO"), "MUR": ("ADO", "ST99", "STRUB", "STDRE", "STON")}
 _LEVELS = {
     "CDN": "pre",
@@ -57,10 +57,10 @@ _HEIGHT = re.compile(r"(?:^|[/+])H(?:EX|APP|BET)?:(\d+)(?:[-,](\d+))?(?=[/+]|$)"
 
 @dataclass(frozen=True)
 class Structure:
-    """Type, storeys and design level in a text such as "C1" or "CR/LFINF+DUL/H:2".
+    """Hazus type, number of storeys and design level that a text such as "C1" or "CR/LFINF+DUL/H:2" contains.
 
     Args:
-        family: A key of `families()`; "": no equivalent Hazus type.
+        family: Name of the Hazus type, a key of `families()`; "": there is no equivalent Hazus type.
         storeys: Number of storeys; NaN if the text does not contain it.
         level: Design level; "" if the text does not contain it.
     """
@@ -72,10 +72,10 @@ class Structure:
 
 @functools.cache
 def families() -> Mapping[str, np.ndarray]:
-    """Return a mapping: name of a family -> index of its Hazus type for each number of storeys; -1: no type.
+    """Return family -> Hazus types as indices into `building_types()`, one per number of storeys from 0 to 50.
 
     A family is a Hazus type ("C1M"), a type without height class ("C1"), or "wood", which is W1 up to two storeys and
-    W2 above. Each array has one value for each number of storeys from 0 to 50, an index into `building_types()`.
+    W2 above. The index is -1 if the family has no type with this number of storeys.
     """
     found: dict[str, np.ndarray] = {}
     for place, name in enumerate(building_types()):
@@ -90,7 +90,7 @@ def families() -> Mapping[str, np.ndarray]:
 
 
 def structure_of(text: str) -> Structure:
-    """Return the structure that a text describes, either a Hazus name or a string of GEM's taxonomy."""
+    """Return the type, storeys and design level in a text, which is a Hazus name or a string of GEM's taxonomy."""
     name = text.strip()
     if name.upper() in families():
         return Structure(name.upper())
@@ -98,13 +98,17 @@ def structure_of(text: str) -> Structure:
     atoms = {atom for segment in segments for atom in segment}
     level = next((level for atom, level in _LEVELS.items() if atom in atoms), "")
     height = _HEIGHT.search(name)
-    # For a range of storeys take the middle, rounded up.
+    # If a range of storeys is given, use its mean, rounded up.
     storeys = np.ceil(np.mean([float(each) for each in height.groups() if each])) if height else np.nan
     return Structure(_family(segments), float(storeys), level)
 
 
 def _family(segments: list[list[str]]) -> str:
-    """Return the family for a string of GEM's taxonomy, which is given as segments of atoms; "": no Hazus type."""
+    """Return the Hazus family of a string of GEM's taxonomy; "" if there is no equivalent Hazus type.
+
+    Args:
+        segments: The string, divided at "/" and then at "+".
+    """
     for place, (material, *details) in enumerate(segments):
         if material not in ("W", "S", "CR", "MUR", "MR"):
             continue
@@ -114,7 +118,7 @@ def _family(segments: list[list[str]]) -> str:
         system = next((head for head in heads if re.fullmatch(r"L[A-Z]+", head)), "")
         floor = next((head for head in heads if head in ("FW", "FME", "FC")), "")
         if material == "S" and "SL" in details:
-            return "S3"  # light-gauge members, with any lateral system
+            return "S3"  # Hazus type of light-gauge steel, which has any lateral system
         if material == "CR" and "PC" in details:
             material = "CR+PC"
         return _GEM.get((material, system)) or _GEM.get((material, system, floor), "")

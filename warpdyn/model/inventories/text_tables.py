@@ -1,4 +1,4 @@
-"""Reading of tables in CSV files; if a row has too few or too many values, an error is raised."""
+"""Reading of tables in CSV files; an error is raised if a row has fewer or more values than there are columns."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         check_names(names)
         ids: dict[str, type] = {name: str for name in names if name.strip().lower() == identifier.lower()}
         with warnings.catch_warnings():
-            warnings.simplefilter("error", pd.errors.ParserWarning)  # values would be dropped
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas warns if it drops values
             try:
                 table = pd.read_csv(
                     path,
@@ -64,7 +64,7 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
 
 
 def _check_lengths(path: str | os.PathLike, columns: int, skipped: int) -> None:
-    """Raise a ValueError if a row has fewer or more values than there are columns."""
+    """Raise a ValueError that names the first line whose number of values differs from the number of columns."""
     with open(path, encoding="utf-8-sig", newline="") as file:
         rows = csv.reader(islice(file, skipped, None), skipinitialspace=True)
         for row in rows:

@@ -8,19 +8,17 @@ from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
 from warpdyn.foundations.core.near_misses import refuse_unknown
-from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.scene.scene import Scene
-from warpdyn.model.structures.structure import Structure
 
 P = ParamSpec("P")
 R = TypeVar("R")
-# Names that users try and that are not similar to ours.
+# Wrong names of arguments that users try, and that are not similar to the right name -> the right name.
 OTHER_NAMES = {"samples": "structures", "count": "structures", "workers": "threads"}
-BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)
+BY_PLACE = (inspect.Parameter.POSITIONAL_ONLY, inspect.Parameter.POSITIONAL_OR_KEYWORD)  # kinds of positional arguments
 
 
 def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function whose first argument is a scene; it checks the scene, and the names of all arguments.
+    """Return the function with checks: its first argument must be a Scene, and the names of arguments must be known.
 
     Raises:
         TypeError: If the first argument is not a scene, there are too many positional arguments, or a name is unknown.
@@ -36,9 +34,7 @@ def takes_scene(function: Callable[P, R]) -> Callable[P, R]:
         refuse_unknown(name, named, known, names)
         if (given or "scene" in named) and not isinstance(scene, Scene):
             kinds = ", ".join(type(each).__name__ for each in given) or type(scene).__name__
-            is_part = any(isinstance(each, Structure | Excitation) for each in (*given, scene))
-            hint = f"; give {name}(Scene(structure, excitation))" if is_part else ""
-            raise TypeError(f"{name}() takes a Scene, got {kinds}{hint}")
+            raise TypeError(f"{name}() takes a Scene, got {kinds}; give {name}(Scene(structure, excitation))")
         if len(given) > most:
             by_name = ", ".join(list(known)[most:])
             raise TypeError(

@@ -1,4 +1,4 @@
-"""Correlation between the random parameters of a scene: its check, and the factor of the correlation matrix."""
+"""Correlation between the random parameters of a scene: check of the values, and factor of the correlation matrix."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Correlation = Mapping[tuple[str, str], float]
 
 
 def check_correlation(structure: Structure, scatter: Scatter, correlation: Correlation) -> None:
-    """Raise an error that names the first pair of parameters whose correlation is invalid."""
+    """Raise an error that names the first pair of parameters whose correlation is invalid, and the reason."""
     if not isinstance(correlation, Mapping):
         raise TypeError(
             f"correlation must map pairs of names to values, such as {{('mass', 'stiffness'): 0.5}}, got "
@@ -46,11 +46,11 @@ def check_correlation(structure: Structure, scatter: Scatter, correlation: Corre
 def correlation_factor(
     structure: Structure, scatter: Scatter, correlation: Correlation
 ) -> tuple[list[tuple[str, int]], np.ndarray]:
-    """Return the random variables as (parameter, storey) and the lower triangular factor L of their correlation L L^T.
+    """Return the random variables as (parameter, storey), and the factor L of their correlation matrix L L^T.
 
-    The given correlation of two parameters applies at the same storey. Between different storeys it is multiplied by
-    the geometric mean of the two storey correlations. If a parameter is drawn once for the building, the given
-    correlation applies to every storey of the other parameter.
+    L is lower triangular. A given correlation of two parameters applies to their values in the same storey. Between
+    different storeys, it is multiplied by the geometric mean of the storey correlations of the two parameters. If one
+    parameter has a single value for the building, the given correlation applies to every storey of the other parameter.
     """
     random = {name: spread for name, spread in scatter.items() if isinstance(spread, RandomScatter)}
     variables = [(name, i) for name, spread in random.items() for i in range(spread.variables(structure.dofs))]
@@ -69,7 +69,8 @@ def correlation_factor(
             f"the correlations contradict each other: their matrix has eigenvalue {eigenvalues[0]:.3g}; "
             "reduce a correlation between parameters, or increase a storey_correlation"
         )
-    # QR of the symmetric root gives a triangular factor even for correlations of exactly 1, where Cholesky fails.
+    # The QR decomposition of the symmetric root gives a triangular factor, even if a correlation is exactly 1 and the
+    # Cholesky decomposition fails.
     factor = np.asarray(np.linalg.qr((vectors * np.sqrt(np.maximum(eigenvalues, 0))).T, mode="r")).T
     factor *= np.where(np.diag(factor) < 0, -1.0, 1.0)
     factor[np.abs(factor) < 1e-14] = 0.0

@@ -1,4 +1,4 @@
-"""Probability distributions of one variable, computed as functions of a standard normal variable."""
+"""Probability distributions of one variable; values are computed from a standard normal variable."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Normal:
         real_number("Normal.standard_deviation", self.standard_deviation, least=0)
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
+        """Return the values with the same cumulative probabilities as standard normal values z, in the shape of z."""
         return self.mean + self.standard_deviation * z
 
 
@@ -86,7 +86,7 @@ class Lognormal:
         return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
+        """Return the values with the same cumulative probabilities as standard normal values z, in the shape of z."""
         return self.median * np.exp(self.dispersion * z)
 
 
@@ -117,7 +117,7 @@ class Uniform:
             raise ValueError(f"Uniform.high must be a finite number above Uniform.low={low:g}, got {high:g}")
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:
-        """Return the values at standard normal values z."""
+        """Return the values with the same cumulative probabilities as standard normal values z, in the shape of z."""
         return self.low + (self.high - self.low) * ndtr(z)
 
 

@@ -12,15 +12,15 @@ from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene.scatter import GivenValues
 from warpdyn.model.scene.scene import Scene
 
-ADVISED = 16  # structures, in messages, as in the README
-STRUCTURES_PER_MOTION = 3  # default of stripes on random structures; see docs/explanation/intervals.md
+ADVISED = 16  # number of structures that messages suggest, as in the README
+STRUCTURES_PER_MOTION = 3  # default for stripes with random structures; see docs/explanation/intervals.md
 
 
 def with_default_design(scene: Scene, structures: int | None) -> Scene:
-    """Return the scene with 3 structures per motion, if neither the call nor the scene gives a number of structures.
+    """Return the scene with 3 structures per motion if neither the call nor the scene gives a number of structures.
 
-    Only Stripes of several motions, which are scaled to every level, on a building with random parameters have this
-    default; any other scene is returned unchanged.
+    This default applies only to a design `Stripes` whose several motions are scaled to every level, and to a building
+    with random parameters. Any other scene is returned unchanged.
 
     Args:
         scene: The scene.
@@ -37,7 +37,7 @@ def with_default_design(scene: Scene, structures: int | None) -> Scene:
 
 
 def number_of_structures(function: str, scene: Scene, structures: int | None) -> int:
-    """Return the number of structures to draw, and warn if it is probably a mistake.
+    """Return the number of structures to draw from the scene; warn if the number is probably a mistake.
 
     Args:
         function: Name of the public function, for messages.
@@ -64,7 +64,7 @@ def number_of_structures(function: str, scene: Scene, structures: int | None) ->
 
 
 def _warn_of_copies(scene: Scene, structures: object) -> None:
-    """Warn if all structures are identical, because statistics would count the same history several times."""
+    """Warn if several identical structures are requested: statistics would count the same history several times."""
     design = scene.excitation
     is_drawn = scene.structure.is_many or scene.scatter or not design.is_design
     one_each = isinstance(design, OneMotionPerStructure | MotionsAtSites)

@@ -1,4 +1,4 @@
-"""Find implausible values of a scene and of its integration step, before samples are drawn or kernels compiled."""
+"""Find implausible values of a scene and of its integration step before samples are drawn and kernels compiled."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
-FREE = 1e-12  # times the highest squared frequency: below, a mode is a free motion, and its value is rounding
-MOST_GIVEN = 1024  # structures of GivenValues that are checked, evenly spread
-LONGEST_FORCE_STEP = 1.0  # s: forces are often given at a few points, unlike records
-# Names of the bands of levels by OpenQuake's name of the measure; levels of accelerations have "intensity_level".
+FREE = 1e-12  # a mode is a free motion if its squared frequency is below this share of the highest one (rounding)
+MOST_GIVEN = 1024  # of the structures of GivenValues, at most this many are checked, at even distances
+LONGEST_FORCE_STEP = 1.0  # s; unlike records, forces are often given at only a few points
+# OpenQuake's name of an intensity measure -> name of the check of its levels. Accelerations have "intensity_level".
 LEVEL_BANDS = {
     "PGV": "velocity_level",
     "PGD": "displacement_level",
     "IA": "arias_level",
     "CAV": "absolute_velocity_level",
 }
-PEAK_FACTOR = 3.0  # approximate peak over the standard deviation of a Gaussian process
+PEAK_FACTOR = 3.0  # approximate ratio of the peak to the standard deviation of a Gaussian process
 
 
 def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step: float | None = None) -> None:
@@ -63,12 +63,12 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     _add_excitation(findings, excitation)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
-            # No method can resolve a vibration with steps as long as its period.
+            # No method can resolve a vibration if the step is as long as the period.
             findings.add("integration_step", given, f", with a first period of {period:.3g} s,", high=period)
     if scene.tail is not None:
         findings.add("tail", scene.tail)
     if scene.record_from > 0 and (scene.tail is not None or not excitation.has_tail):
-        # The recorded rest of the run must be longer than one period.
+        # After `record_from`, the run must continue for at least one period.
         where = f", which leaves less than the first period of {period:.3g} s of the run's {scene.shortest_run:.4g} s,"
         latest = max(scene.shortest_run - period, 1e-3 * scene.record_from)
         findings.add("record_from", scene.record_from, where, high=latest)
@@ -83,20 +83,20 @@ def _add_structure(
     """Add implausible values of a structure and its scatter to `findings`; return its longest first period [s]."""
     for name, spread in scatter.items():
         if isinstance(spread, RandomFactor | RandomValue):
-            low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 %
+            low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 % quantile
             if isinstance(spread, RandomFactor):
                 findings.add("random_factor", [low, high], f" of {name}{where}")
                 continue
             nominal = np.abs(structure.nominal_values[name])
             with np.errstate(divide="ignore", invalid="ignore"):
                 ratios = np.array([low, high])[:, None] / np.where(nominal > 0, nominal, np.nan).ravel()
-            # Both values must be far off: the median of a variable near 0, such as a damping ratio, may be small.
+            # The check uses both quantiles: the median of a variable near 0, such as a damping ratio, may be small.
             findings.add("random_value", np.abs(ratios), f" of {name}{where}")
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}
         factors = central(structure, scatter)
         if any(not factor > 0 for name, factor in factors.items() if name != "damping"):
-            return 0.0  # the run reports them
+            return 0.0  # the run itself raises an error for these factors
         matrices |= {name: matrices[name] * factor for name, factor in factors.items()}
         return _add_linear_system(findings, matrices, is_shaken=is_shaken)
     assert isinstance(structure, ShearBuilding)
@@ -104,7 +104,10 @@ def _add_structure(
 
 
 def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return parameters, shape [row, storey] or [row]: one row of medians, or one row per structure of GivenValues."""
+    """Return the parameters of a building, shape [row, storey] or [row].
+
+    With GivenValues, there is one row per given structure (at most MOST_GIVEN), otherwise one row with the medians.
+    """
     given = {name: spread for name, spread in scatter.items() if isinstance(spread, GivenValues)}
     count = min((len(spread.values) for spread in given.values()), default=1)
     rows = np.unique(np.linspace(0, count - 1, min(count, MOST_GIVEN)).astype(int))
@@ -122,7 +125,7 @@ def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np
     mass, damping, stiffness = matrices["mass"], matrices["damping"], matrices["stiffness"]
     factor = np.linalg.inv(np.linalg.cholesky(mass))
     squared, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
-    first = int((squared > FREE * squared[-1]).argmax())  # the first mode that is not a free motion
+    first = int((squared > FREE * squared[-1]).argmax())  # the lowest mode with a stiffness
     omega, shape = float(np.sqrt(squared[first])), factor.T @ shapes[:, first]
     period = 2 * np.pi / omega
     findings.add("first_period", period)
@@ -147,12 +150,12 @@ def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation
         at_each = np.atleast_2d(at_each).max(axis=0)
         if at_each.any():
             findings.add("force_over_weight", at_each.max() / (STANDARD_GRAVITY * mass.sum()))
-            shear = np.cumsum(at_each[::-1])[::-1]  # in each storey, if all forces act in one direction
+            shear = np.cumsum(at_each[::-1])[::-1]  # shear of each storey if all forces act in the same direction
             findings.add("drift_ratio_of_force", (shear / building.parameters["stiffness"] / height).max())
 
 
 def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
-    """Add implausible values of the excitation to `findings`."""
+    """Add implausible values of a scene's excitation (steps, peaks, scale factors, levels) to `findings`."""
     if isinstance(excitation, ForceHistory):
         findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
     if isinstance(excitation, FilteredNoise):
@@ -172,13 +175,13 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
         where = f" of event {event!r}" if event else ""
         motions = [motion for motion in design.motions if isinstance(motion, GroundMotion)]
         add_motions(findings, motions, where)
-        if not isinstance(design, Stripes):  # its motions are scaled to levels, so that their unit has no effect
+        if not isinstance(design, Stripes):  # Stripes scale the motions to levels, so that their unit has no effect
             add_weakest_motions(findings, motions, where)
         if isinstance(measure := getattr(design, "measure", None), IntensityMeasure):
             _add_measure(findings, measure, where)
         if isinstance(design, Stripes):
             _add_levels(findings, design, where)
-            strongest.append(np.inf)  # the levels are checked instead
+            strongest.append(np.inf)  # the levels of Stripes are checked instead
         else:
             scale = np.ones(1)
             if isinstance(design, OneMotionPerStructure | MotionsAtSites):
@@ -188,18 +191,18 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
                 np.array([motion.peak_ground_acceleration for motion in motions]),
                 getattr(design, "motion", None),
             )
-            # If the motion of each factor is unknown, the largest factor may be that of the strongest motion.
+            # If the motion of each factor is unknown, assume the largest factor for the strongest motion.
             strongest.append(scale.max() * peak.max() if of is None else (scale * peak[np.asarray(of)]).max())
-    # One strong motion suffices: an aftershock may be weak.
+    # It is sufficient if one event of a sequence is strong: an aftershock may be weak.
     if strongest and max(strongest) < np.inf:
         findings.add("strongest_motion", max(strongest))
 
 
 def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:
-    """Add implausible intensity levels, and implausible factors that scale the motions to these levels."""
+    """Add implausible intensity levels, and implausible scale factors of motions to these levels, to `findings`."""
     levels, is_acceleration = np.asarray(stripes.levels), stripes.intensity_units == "g"
     band = "intensity_level" if is_acceleration else LEVEL_BANDS.get(stripes.measure.kind)
-    if band:  # a user's own measure has none
+    if band:  # a measure that a user wrote has no usual values
         findings.add(band, levels, where)
         findings.add(f"lowest_{band}", levels.min(), where)
     motion, level = stripes.places

@@ -20,7 +20,7 @@ from warpdyn.model.scene.scatter import GivenValues, Scatter, check_scatter
 from warpdyn.model.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.model.structures.structure import Structure
 
-MOST_BUILDINGS = 2**31 - 1  # buildings are counted in 32 bits
+MOST_BUILDINGS = 2**31 - 1  # kernels count buildings in 32-bit integers
 
 
 @with_suggestions
@@ -60,10 +60,10 @@ class Archetype:
             whole_number("count", self.count, 1, MOST_BUILDINGS)
         check_scatter(self.building, self.scatter)
         check_correlation(self.building, self.scatter, self.correlation)
-        self.buildings()  # raises an error if lists have other lengths
+        self.buildings()  # raises an error if GivenValues list another number of values than `count`
 
     def buildings(self) -> int:
-        """Return the number of buildings: `count`, or the number of values in GivenValues, or 1."""
+        """Return the number of buildings: `count` or, if it is None, the number of values in GivenValues, or else 1."""
         listed = {key: len(spread.values) for key, spread in self.scatter.items() if isinstance(spread, GivenValues)}
         count = next(iter(listed.values()), 1) if self.count is None else int(self.count)
         for key, length in listed.items():
@@ -80,7 +80,7 @@ class Archetype:
 class Portfolio(Structure):
     """Buildings of several archetypes, numbered from 0 in the order of the archetypes.
 
-    A building's random values depend only on the seed, the name of its archetype and the building's number in it.
+    A building's random values depend only on the seed, the name of its archetype and its number in this archetype.
 
     Args:
         archetypes: Archetypes by name.
@@ -136,7 +136,7 @@ class Portfolio(Structure):
 
     @property
     def buildings(self) -> int:
-        """Number of buildings."""
+        """Number of buildings in the portfolio, the sum over all archetypes."""
         return int(self.counts.sum())
 
     @property
@@ -146,24 +146,24 @@ class Portfolio(Structure):
 
     @property
     def dofs(self) -> int:
-        """Largest number of storeys of an archetype."""
+        """Number of degrees of freedom: the largest number of storeys of an archetype."""
         return int(self.storeys.max())
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """Return an empty mapping: only archetypes have parameter values."""
+        """An empty mapping, because a portfolio itself has no parameters (its archetypes have parameters)."""
         return {}
 
     def is_by_storey(self, name: str) -> bool:
-        """Return False: a portfolio has no parameters."""
+        """Return False for any name, because a portfolio itself has no parameters (its archetypes have parameters)."""
         return False
 
     def input_name(self, name: str) -> str:
-        """Return the parameter's name."""
+        """Return the unchanged name of a parameter, which is also its name in the dataset."""
         return name
 
     def chosen(self) -> dict[str, Any]:
-        """Return the archetypes."""
+        """Return the archetypes of the portfolio as a dictionary, for the JSON of the scene."""
         found = {}
         for (name, archetype), count in zip(self.archetypes.items(), self.counts, strict=True):
             of_scene = {"scatter": archetype.scatter, "correlation": archetype.correlation}
@@ -171,9 +171,10 @@ class Portfolio(Structure):
         return {"archetypes": found}
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return the coordinates `storey` and, if a recorder needs it, `floor`, for the building with most storeys.
+        """Return the coordinates `storey` and, if a recorder needs it, `floor`, up to the largest number of storeys.
 
-        If an archetype has isolators or a tuned mass damper, also return the kinds of storeys of each archetype.
+        If an archetype has isolators or a tuned mass damper, the kinds of the storeys of each archetype (building,
+        isolators or tuned mass damper) are also returned.
         """
         coordinates = numbered_storeys(self.dofs, recorders)
         buildings = [each.building for each in self.archetypes.values()]
@@ -198,7 +199,7 @@ class Portfolio(Structure):
 
 @contextmanager
 def named(archetype: str) -> Iterator[None]:
-    """Put the archetype's name before the message of an error that is raised in the `with` block."""
+    """Put the name of an archetype before the message of an error that is raised within the `with` block."""
     try:
         yield
     except (ValueError, TypeError) as error:

@@ -1,4 +1,4 @@
-"""Build a scene from its JSON, if all of its objects have classes of warpdyn: the inverse of `description`."""
+"""Build a scene from its JSON, as in the attribute `scene` of a run; all objects must have classes of warpdyn."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding
 
-OWN: dict[str, Any] = {
+OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
     each.__name__: each
     for each in (
         *(designs.Stripes, designs.Cloud, designs.OneMotionPerStructure, event_sequences.EventSequence),
@@ -47,7 +47,7 @@ BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
 def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]) -> dict[str, Any]:
-    """Return the arguments of the Scene that the JSON describes; see `Scene.from_json` for arguments and errors."""
+    """Return the arguments of the Scene that a JSON text describes; see `Scene.from_json` for arguments and errors."""
     if not isinstance(text, str):
         raise TypeError(
             f"from_json() takes the text of a dataset's attribute 'scene', got {type(text).__name__}: give "
@@ -72,7 +72,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
 
 
 def _check_keys(told: object, where: str, allowed: Collection[str], needed: Collection[str]) -> None:
-    """Raise a ValueError that names a missing or unknown key of the JSON."""
+    """Raise a ValueError if a value of the JSON is not an object, lacks a key, or has an unknown key (named)."""
     if not isinstance(told, Mapping):
         keys = f" with {', '.join(needed)}" if needed else ""
         raise ValueError(
@@ -92,7 +92,7 @@ def _check_keys(told: object, where: str, allowed: Collection[str], needed: Coll
 
 
 def _made(kind: Any, inner: dict[str, Any], where: str) -> Any:
-    """Return an object of class `kind` with the arguments `inner` from the JSON."""
+    """Return an object of the class `kind`, made with the arguments `inner` that were read from the JSON."""
     taken = signature(kind).parameters
     needed = [name for name, each in taken.items() if each.default is Parameter.empty]
     _check_keys(inner, where, list(taken), needed)
@@ -105,14 +105,14 @@ def _pairs(correlation: Mapping[str, float]) -> dict[tuple[str, ...], float]:
 
 
 def _foreign(where: str, kind: str) -> ValueError:
-    """Return an error that says that an object's class is not a class of warpdyn."""
+    """Return the error for a JSON object whose class does not belong to warpdyn."""
     return ValueError(
         f"from_json(): {where} is of the class {kind!r}, which warpdyn does not have: build the scene with Scene(...)"
     )
 
 
 class Rebuilding:
-    """Builds objects from JSON. Descriptions of ground motions in the JSON are replaced by the given motions."""
+    """Builds objects from JSON. The JSON only describes ground motions; the given motions are used instead."""
 
     def __init__(self, motions: Sequence[GroundMotion]) -> None:
         self.by_digest = {motion.description()["digest"]: motion for motion in motions}
@@ -138,7 +138,7 @@ class Rebuilding:
         return _made(OWN[told["type"]], inner, where)
 
     def motion(self, told: dict[str, Any]) -> GroundMotion:
-        """Return the given ground motion whose digest is that of the description."""
+        """Return the ground motion among the given ones whose digest equals the digest in the description."""
         if told.get("digest") not in self.by_digest:
             given = f"none of the {len(self.by_digest)} given motions has them; " if self.by_digest else ""
             raise ValueError(
@@ -149,7 +149,7 @@ class Rebuilding:
         return self.by_digest[told["digest"]]
 
     def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LinearSystem | Portfolio:
-        """Return the structure that a JSON object describes."""
+        """Return the structure that the JSON object `told` describes; `where` is its place, for errors."""
         _check_keys(told, where, (), ("type",))
         rest = dict(told)
         kind = rest.pop("type")
@@ -171,25 +171,31 @@ class Rebuilding:
         }
         law = own_laws or law.removesuffix("".join(f"+{device}" for device in devices))
         chosen |= {"damping": rest.pop("damping"), "devices": devices, "law": law}
-        # JSON has null instead of NaN, in storeys whose law does not have the parameter.
+        # The JSON has null instead of NaN in storeys whose law does not have the parameter.
         chosen |= {name: self._numbers(value, f"{where}.{name}") for name, value in rest.items()}
         building = ShearBuilding(**chosen)
         building.own_storeys[[storey - 1 for storey in added]] = False
         return building
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
-        """Return the values of a building's parameter as an array; `where` is the parameter's place, for errors."""
+        """Return the values of a building's parameter as an array; `where` is its place in the JSON, for errors."""
         try:
             return np.array(told, dtype=float)
         except (TypeError, ValueError):
-            raise ValueError(f"from_json(): {where} must be numbers, got {told!r}") from None
+            raise ValueError(
+                f"from_json(): {where} must be numbers, got {told!r}: give the attribute 'scene' of a run without "
+                "changes"
+            ) from None
 
     def archetype(self, told: dict[str, Any], name: str) -> Archetype:
-        """Return an archetype of a portfolio."""
+        """Return the archetype of a portfolio that the JSON object `told` describes; `name` is the archetype's name."""
         where = f"archetype {name!r}"
         _check_keys(told, where, ARCHETYPE_KEYS, ARCHETYPE_KEYS)
         building = self.structure(told["structure"], where)
         if not isinstance(building, ShearBuilding):
-            raise ValueError(f"from_json(): {where} must be a ShearBuilding, got {building!r}")
+            raise ValueError(
+                f"from_json(): {where} must be a ShearBuilding, got {building!r}: give the attribute 'scene' of a run "
+                "without changes"
+            )
         correlation: Any = _pairs(told["correlation"])
         return Archetype(building, told["count"], self.value(told["scatter"], f"{where}.scatter"), correlation)

@@ -17,23 +17,23 @@ from warpdyn.model.structures.structure import Structure
 
 
 class ParameterScatter(ABC):
-    """How one parameter differs between structures; base class."""
+    """Base class: how the value of one parameter differs between structures."""
 
     def variables(self, storeys: int) -> int:
-        """Return the number of random variables of a structure with `storeys` storeys."""
+        """Return the number of random variables that this scatter draws for a structure with `storeys` storeys."""
         return 0
 
     def rows(self, count: int) -> np.ndarray | slice:
-        """Return the indices of `count` random structures, or of all structures of GivenValues."""
+        """Return the indices of `count` random structures; for GivenValues, a slice of all given structures."""
         return np.arange(count)
 
     @abstractmethod
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why the scatter does not fit parameter `name` of a structure, or None if it fits."""
+        """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
 
     @abstractmethod
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
-        """Return the parameter's values.
+        """Return the values of the parameter in each structure.
 
         Args:
             nominal: Nominal value, shape [storey] or [].
@@ -47,7 +47,7 @@ class ParameterScatter(ABC):
 
 @dataclass(frozen=True)
 class RandomScatter(ParameterScatter):
-    """Random scatter; base class of RandomFactor and RandomValue."""
+    """Base class of RandomFactor and RandomValue: scatter of a parameter that is drawn from a distribution."""
 
     distribution: Distribution
     per: str = "building"
@@ -66,23 +66,23 @@ class RandomScatter(ParameterScatter):
             )
 
     def variables(self, storeys: int) -> int:
-        """Return one variable per storey, or one for the building."""
+        """Return the number of random variables: one per storey, or one for the building, according to `per`."""
         return storeys if self.per == "storey" else 1
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why the scatter does not fit parameter `name` of a structure, or None if it fits."""
+        """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
         if self.per == "storey" and not structure.is_by_storey(name):
             return f"scatter[{name!r}]: {name} has one value for the building; use per='building'"
         return None
 
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
-        """Return the parameter's random values."""
+        """Return the random values of the parameter, shape [storey, structure] or [structure]."""
         drawn = self.distribution.from_standard_normal(normals)
         return self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
 
     @abstractmethod
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-        """Return the parameter's values from its nominal value and the random numbers; the two arrays broadcast."""
+        """Return the parameter's values from its nominal value and its random numbers, whose shapes broadcast."""
 
 
 @with_suggestions
@@ -107,7 +107,7 @@ class RandomFactor(RandomScatter):
     """
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-        """Return the nominal value times the random factors."""
+        """Return the nominal value of the parameter times the random factors `drawn`, broadcast to one shape."""
         return nominal * drawn
 
 
@@ -131,20 +131,20 @@ class RandomValue(RandomScatter):
     """
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why the scatter does not fit parameter `name` of a structure, or None if it fits."""
+        """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
         if structure.is_scaled:
             return f"scatter[{name!r}]: a matrix can only be scaled; give RandomFactor(...) instead of RandomValue(...)"
         return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
-        """Return the random values."""
+        """Return the random values `drawn`, broadcast with the shape of the nominal value of the parameter."""
         return np.broadcast_to(drawn, np.broadcast_shapes(nominal.shape, drawn.shape))
 
 
 @with_suggestions
 @dataclass(frozen=True, eq=False)
 class GivenValues(FrozenArrays, ParameterScatter):
-    """Given parameter values, one per structure, such as those of a design of experiments.
+    """Given parameter values, one per structure, such as the values of a design of experiments.
 
     Args:
         values: Values in the parameter's units, shape [structure] or, if the parameter has one value per storey,
@@ -163,7 +163,7 @@ class GivenValues(FrozenArrays, ParameterScatter):
     def __repr__(self) -> str:
         return f"GivenValues(of {len(self.values)} structures)"
 
-    values: Any  # an array after it is checked
+    values: Any  # an array after the constructor has checked the argument
 
     def __post_init__(self) -> None:
         values = real_numbers("GivenValues.values", self.values)
@@ -177,11 +177,11 @@ class GivenValues(FrozenArrays, ParameterScatter):
         object.__setattr__(self, "values", values)
 
     def rows(self, count: int) -> slice:
-        """Return a slice of all structures with given values; a slice avoids a copy of the values."""
+        """Return a slice that selects all structures with given values; indices would copy the values."""
         return slice(None)
 
     def problem(self, name: str, structure: Structure) -> str | None:
-        """Return why the values do not fit parameter `name` of a structure, or None if they fit."""
+        """Return a message if the values do not fit the parameter `name` of the structure; None if they fit."""
         by_storey = structure.is_by_storey(name)
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
             wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
@@ -192,11 +192,11 @@ class GivenValues(FrozenArrays, ParameterScatter):
         return None
 
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
-        """Return the given values of the structures."""
+        """Return the given values of the parameter in the structures, shape [storey, structure] or [structure]."""
         return self.placed(self.values[structures], nominal)
 
     def placed(self, values: Any, nominal: np.ndarray) -> Any:
-        """Return given values, whose first dimension is the structure, in the shape of the results of `draw`."""
+        """Return values [structure, ...] in the shape of a result of `draw`: [storey, structure] or [structure]."""
         return np.broadcast_to(values.T, (*nominal.shape, len(values)))
 
 
@@ -233,20 +233,20 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
 
 
 def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
-    """Return the medians of the scattered parameters, of shape [storey] or []."""
+    """Return the median of each scattered parameter, as name -> array of shape [storey] or []."""
     return {name: np.median(values, axis=0) for name, values in _at(structure, scatter, np.zeros(1)).items()}
 
 
 def representative(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
     """Return two values of each random parameter and all values of GivenValues, shape [value, storey] or [value].
 
-    Parameters and storeys that are equal in these values are equal in every sample.
+    Storeys that have equal values here have equal values in every sample.
     """
     return _at(structure, scatter, np.array([0.0, 1.0]))
 
 
 def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the scattered parameters at the standard normal values `z`; for GivenValues, all given values."""
+    """Return the values of the scattered parameters if their random variables are `z`; for GivenValues, all values."""
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (spread.variables(structure.dofs), z.size))
@@ -257,16 +257,19 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
 def combined(
     nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
 ) -> np.ndarray:
-    """Return the result of `ParameterScatter.draw`, with NaN at storeys whose law does not have the parameter."""
+    """Return the result of `ParameterScatter.draw`, with NaN in storeys whose law does not have the parameter."""
     return only_at(storeys_with(nominal), spread.draw(nominal, normals, structures))
 
 
 def only_at(taken: np.ndarray | None, values: np.ndarray) -> np.ndarray:
-    """Return values, storey first, with NaN at storeys that are not in the result of `storeys_with`."""
+    """Return values [storey, structure], with NaN in storeys that lack the parameter.
+
+    `taken` states for each storey whether it has the parameter; None: all storeys have it.
+    """
     return values if taken is None else np.where(taken[:, None], values, np.nan)
 
 
 def storeys_with(nominal: np.ndarray) -> np.ndarray | None:
-    """Return which storeys have the parameter (its nominal value is not NaN); None: all storeys."""
+    """Return whether each storey has the parameter (nominal value not NaN), shape [storey]; None: all have it."""
     missing = np.isnan(nominal)
     return ~missing if missing.any() else None

@@ -25,12 +25,12 @@ from warpdyn.model.structures.structure import Structure
 
 
 def _described(given: object) -> str:
-    """Return the class of an argument in words, for an error message."""
+    """Return the name of an argument's class for an error message; if it is a class, "the class ... itself"."""
     return f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
 
 
 def _advice(given: object, kind: type) -> str:
-    """Return advice if a wrong argument contains, or is the class of, the needed Structure or Excitation; else ""."""
+    """Return advice for a wrong argument that contains, or is the class of, a Structure or Excitation; otherwise ""."""
     if isinstance(given, type) and issubclass(given, kind):
         return f"; give {given.__name__}(...)"
     if kind is Structure:
@@ -118,7 +118,7 @@ class Scene:
         if self.structure.is_many and self.sampling != "monte_carlo":
             raise ValueError(
                 f"sampling of a portfolio must be 'monte_carlo', got {self.sampling!r}: "
-                "its buildings are drawn one by one"
+                "its buildings are drawn one by one. Remove sampling="
             )
         known = RECORDERS[self.structure.family]
         recorders = tuple(known.keys() - USERS.keys()) if self.recorders is None else self.recorders
@@ -156,23 +156,26 @@ class Scene:
 
     @property
     def central_parameters(self) -> dict[str, np.ndarray]:
-        """The medians of the scattered parameters, of shape [storey] or []."""
+        """Median of each scattered parameter, as name -> array of shape [storey] or []."""
         return central(self.structure, self.scatter)
 
     @property
     def representative_parameters(self) -> dict[str, np.ndarray]:
-        """Two values of each random parameter, and all values of GivenValues, shape [value, storey] or [value]."""
+        """Two values of each random parameter and all values of GivenValues, shape [value, storey] or [value].
+
+        Storeys that have equal values here have equal values in every sample.
+        """
         return representative(self.structure, self.scatter)
 
     @property
     def sampling_of_structures(self) -> str:
-        """How structures are sampled: `sampling`, or "given" if nothing is random."""
+        """Sampling method of the structures: the attribute `sampling`, or "given" if no parameter is random."""
         is_drawn = self.structure.is_many or any(not isinstance(s, GivenValues) for s in self.scatter.values())
         return self.sampling if is_drawn else "given"
 
     @property
     def collapse_limit(self) -> float | None:
-        """The storey drift ratio at which a sample collapses, either given or the default; None: no limit."""
+        """Storey drift ratio at which a sample collapses [1], either given or the default; None: no limit."""
         if self.collapse_drift_ratio is not None or self.structure.is_many:
             return self.collapse_drift_ratio
         return self.structure.default_collapse_drift_ratio
@@ -180,22 +183,22 @@ class Scene:
     @property
     def shortest_run(self) -> float:
         """Duration of the shortest ground motion, or of the load, including `tail` if it is given [s]."""
-        known: Any = self.excitation  # noise and loads that are formulas have a duration
+        known: Any = self.excitation  # noise, and loads that are formulas, have a duration instead of motions
         lengths = [motion.step * (len(motion.values) - 1) for motion in known.motions] or [known.duration]
         return min(lengths) + (self.tail or 0.0 if known.has_tail else 0.0)
 
     @property
     def structures_given(self) -> int:
-        """Number of structures for which the scene lists values or motions; 0 if it lists none."""
+        """Number of structures for which the scene lists parameter values or motions; 0 if it lists none."""
         listed = [len(spread.values) for spread in self.scatter.values() if isinstance(spread, GivenValues)]
         return max([*listed, self.excitation.structures_given])
 
     def description(self) -> dict[str, object]:
-        """Return the scene as a dictionary, for its JSON."""
+        """Return the arguments of the scene as a dictionary, from which its JSON is made."""
         return {name: getattr(self, name) for name in self.__dataclass_fields__}
 
     def to_json(self) -> str:
-        """Return the scene as JSON. Of a long array, the JSON contains only the shape.
+        """Return the scene as JSON text. Of an array with more than 1,024 values, the JSON contains only the shape.
 
         Example:
             >>> scene.to_json()[:40]

@@ -16,12 +16,12 @@ from importlib.resources import files
 
 import numpy as np
 
-BITS = 30  # of a coordinate, SciPy's default; a sequence ends after 2^30 points
-TABLE_BITS = 10  # a table contains one row for each value of 10 bits of an index
+BITS = 30  # binary digits of a coordinate (SciPy's default); the sequence ends after 2^30 points
+TABLE_BITS = 10  # a table has one row for each value of 10 bits of the index of a point
 
 
 class SobolPoints:
-    """The first `count` points of a scrambled Sobol sequence; several threads may read them in any order.
+    """The first `count` points of a scrambled Sobol sequence; several threads may compute points in any order.
 
     Args:
         dimensions: Number of coordinates of a point.
@@ -48,7 +48,7 @@ class SobolPoints:
                 f"a Sobol sequence ends after 2^{BITS} points, but {count} points are needed: choose "
                 "sampling='monte_carlo'"
             )
-        generator = generator.spawn(1)[0]  # SciPy draws the same random bits in this order
+        generator = generator.spawn(1)[0]  # the following draws give the same random bits as in SciPy
         bits = generator.integers(2, size=(dimensions, BITS), dtype=np.uint32)
         scrambling = np.tril(generator.integers(2, size=(dimensions, BITS, BITS), dtype=np.uint32), -1)
         scrambling |= np.eye(BITS, dtype=np.uint32)
@@ -62,7 +62,7 @@ class SobolPoints:
 
     @property
     def digits(self) -> np.ndarray:
-        """The binary digits of the shift and the direction number of each bit of a Gray code, [1 + bit, dimension]."""
+        """Binary digits of the random shift and of the direction number of each bit, shape [1 + bit, dimension]."""
         shift = self._tables[0][0]
         rows = [shift]
         for place, table in enumerate(self._tables):
@@ -75,23 +75,23 @@ class SobolPoints:
         code = indices ^ (indices >> 1)
         words, last = self._tables[0][code % 2**TABLE_BITS], code.max(initial=0)
         for place, table in enumerate(self._tables[1:], 1):
-            if last >> (place * TABLE_BITS):  # otherwise the table adds nothing
+            if last >> (place * TABLE_BITS):  # otherwise, these bits of all indices are 0
                 words ^= table[(code >> (place * TABLE_BITS)) % 2**TABLE_BITS]
         return words * 2.0**-BITS
 
 
 @cache
 def _polynomials() -> tuple[np.ndarray, np.ndarray]:
-    """Return the primitive polynomial of each dimension, and its first direction numbers, [dimension, bit]."""
+    """Return the primitive polynomial of each dimension, and its initial direction numbers, shape [dimension, bit]."""
     with np.load(str(files("scipy") / "stats" / "_sobol_direction_numbers.npz")) as read:
         return read["poly"], read["vinit"]
 
 
 @lru_cache(maxsize=4)
 def _direction_bits(dimensions: int) -> np.ndarray:
-    """Return the digits of the direction numbers without scrambling, [dimension, digit (highest first), bit]."""
+    """Return the binary digits of the direction numbers without scrambling, [dimension, digit (highest first), bit]."""
     polynomials, first = (values[:dimensions] for values in _polynomials())
-    numbers = np.ones((dimensions, BITS), np.int64)  # those of the first dimension, whose polynomial has degree 0
+    numbers = np.ones((dimensions, BITS), np.int64)  # valid for the first dimension, whose polynomial has degree 0
     degrees = np.frexp(polynomials)[1] - 1
     for degree in np.unique(degrees[1:]):
         rows = np.flatnonzero(degrees == degree)

@@ -1,4 +1,4 @@
-"""Motions at the stations of SimCenter's EventGrid.csv."""
+"""Ground motions at the stations (grid points) of SimCenter's EventGrid.csv."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from warpdyn.model.sites.motion_grid import MotionGrid
 
 
 def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
-    """Read the ground motions at the points of a grid for SimCenter's R2D tool.
+    """Read the ground motions at the points of a grid, in the format of SimCenter's R2D tool.
 
     The folder contains:
 
@@ -63,7 +63,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
     motions: list[list[GroundMotion]] = []
     record, scale = np.zeros((len(rows), len(rows[0])), np.int32), np.ones((len(rows), len(rows[0])))
     missing: list[str] = []
-    unknown: set[int] = set()  # motions with NaN
+    unknown: set[int] = set()  # indices of motions that contain NaN
     for point, of_point in enumerate(rows):
         for earthquake, row in enumerate(of_point):
             name = row.get(MOTIONS) or ""
@@ -108,7 +108,7 @@ def read_event_grid(path: str | os.PathLike, unit: str) -> MotionGrid:
 
 
 def _read_motion(path: Path, name: str, factor: float) -> list[GroundMotion]:
-    """Return the components of the motion in a file; an empty list if a component contains NaN."""
+    """Return the components of the ground motion in a JSON file [m/s2]; an empty list if a component contains NaN."""
     try:
         told = json.loads(path.read_text(encoding="utf-8-sig"))
         step = told["dT"]

@@ -1,4 +1,4 @@
-"""Stations of SimCenter's EventGrid.csv: their coordinates, and the rows of each station's file."""
+"""Stations (grid points) of SimCenter's EventGrid.csv: coordinates, and the rows of the file of each station."""
 
 from __future__ import annotations
 
@@ -18,14 +18,23 @@ from warpdyn.model.inventories.text_tables import read_csv
 from warpdyn.model.sites.places import check_degrees
 
 MOTIONS, GRID_COLUMNS = "TH_file", ("GP_file", "Longitude", "Latitude")
-MISSING = ("", "nan", "na", "n/a", "null")
+MISSING = ("", "nan", "na", "n/a", "null")  # texts of cells without a number
 
 
 def read_stations(
     function: str,
     path: str | os.PathLike,
 ) -> tuple[Path, list[str], tuple[np.ndarray, np.ndarray], list[list[dict[str, str]]]]:
-    """Return the grid's file, the points' names, (longitudes, latitudes), and the rows of each point's file."""
+    """Read EventGrid.csv and the files of its grid points.
+
+    Args:
+        function: Name of the public function, for messages.
+        path: EventGrid.csv, or its folder.
+
+    Returns:
+        The path of EventGrid.csv, the names of the points, (longitudes, latitudes) [degree], each of shape [point], and
+        the rows of the file of each point.
+    """
     is_folder = isinstance(path, str | os.PathLike) and os.fspath(path) != "" and Path(path).is_dir()
     file = existing_file(function, Path(path) / "EventGrid.csv" if is_folder else path)
     table = read_csv(file)
@@ -79,7 +88,14 @@ def read_stations(
 
 
 def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why: str) -> None:
-    """Warn of points that are removed, for the reason `why`; raise a ValueError if no point is kept."""
+    """Warn that points are left out because they have `why`, such as "no longitude"; if all have, raise a ValueError.
+
+    Args:
+        file: EventGrid.csv, for the message.
+        names: Names of the points.
+        kept: Whether each point is used, shape [point].
+        why: The reason in words, such as "no longitude or latitude".
+    """
     if kept.all():
         return
     left = [name for name, is_kept in zip(names, kept, strict=True) if not is_kept]
@@ -92,7 +108,7 @@ def warn_of_points_left_out(file: Path, names: list[str], kept: np.ndarray, why:
 
 
 def _rows_of_station(path: Path) -> list[dict[str, str]]:
-    # Not pandas, which takes a millisecond for each of thousands of such files.
+    # The csv module is used instead of pandas, which needs 1 ms for each of thousands of such files.
     with open(path, encoding="utf-8-sig", newline="") as file:
         reader = csv.DictReader(file, skipinitialspace=True)
         try:
@@ -108,7 +124,7 @@ def _rows_of_station(path: Path) -> list[dict[str, str]]:
 
 
 def number_of_station(what: str, word: object, *, above: float | None = None, least: float | None = None) -> float:
-    """Return the number in a cell, NaN if it is missing; raise a ValueError if it is not a number or out of bounds."""
+    """Return the number in a cell, NaN if it is empty; raise a ValueError if it is not a number or out of bounds."""
     text = str(word).strip()
     try:
         value = np.nan if text.lower() in MISSING else float(text)
@@ -121,5 +137,5 @@ def number_of_station(what: str, word: object, *, above: float | None = None, le
 
 
 def acceleration_factor(unit: str, where: str) -> float:
-    """Return the factor that converts a unit of acceleration to m/s2; the unit may have R2D's form "inps2"."""
+    """Return the factor from a unit of acceleration to m/s2. The unit may be written as in R2D, such as "inps2"."""
     return unit_factor(re.sub(r"^([a-z]+)ps2$", r"\1/s2", str(unit).strip(), flags=re.IGNORECASE), where)

@@ -1,4 +1,4 @@
-"""Ground motion fields of OpenQuake: CSV files with the intensities at all sites in each event of a calculation."""
+"""Ground motion fields of OpenQuake: CSV files with the intensity at each site in each event of a calculation."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from warpdyn.model.inventories.table import no_column
 from warpdyn.model.inventories.text_tables import read_csv
 from warpdyn.model.sites.intensity_fields import field_dataset
 
-# Names of columns in recent and older versions of the engine.
+# Names of the columns of events and sites in recent and older versions of the OpenQuake engine.
 EVENTS, SITES = ("event_id", "eid"), ("custom_site_id", "site_id", "sid")
 PREFIX = "gmv_"
-KINDS = ("PGA", "SA", "AvgSA", "PGV", "PGD")  # measures that are converted from OpenQuake's units
-MOST_VALUES = 2**28  # of a field, 2 GiB
+KINDS = ("PGA", "SA", "AvgSA", "PGV", "PGD")  # measures that are converted to warpdyn's units
+MOST_VALUES = 2**28  # of one field: 2 GiB
 
 
 def read_ground_motion_field(
@@ -33,8 +33,8 @@ def read_ground_motion_field(
     """Read ground motion fields of the OpenQuake engine.
 
     The engine does not write intensities below its `minimum_intensity`; they are read as 0. If all intensities of an
-    event are below it, the file does not contain the event. Events are numbered from 0: every number up to the largest
-    number in the file is an event. If the last events of the calculation are not in the file, give `events`.
+    event are below it, the event is not in the file. Event ids start at 0, and every number up to the largest id in the
+    file is an event. If the last events of the calculation are not in the file, give `events`.
 
     Args:
         fields: The CSV file of the fields (gmf-data), with columns `event_id`, `gmv_PGA`, `gmv_SA(0.3)` and so on, and
@@ -127,7 +127,14 @@ def read_ground_motion_field(
 def _events(
     fields: str | os.PathLike, found: pd.Series, events: int | Sequence[int] | str | os.PathLike | None, sites: int
 ) -> np.ndarray:
-    """Return the ids of all events in increasing order; `found` are the ids in the rows of the fields."""
+    """Return the ids of all events in increasing order, shape [event].
+
+    Args:
+        fields: The file of fields, for messages.
+        found: Ids in the rows of the file.
+        events: Argument of `read_ground_motion_field`.
+        sites: Number of sites.
+    """
     ids = pd.to_numeric(found, errors="coerce").to_numpy(np.float64)
     if not np.all((ids >= 0) & (ids == np.floor(ids)) & (ids < 2**62)):
         row = int(np.argmin((ids >= 0) & (ids == np.floor(ids))))
@@ -170,7 +177,7 @@ def _events(
 
 
 def _distinct_events(what: str, ids: pd.Series) -> np.ndarray:
-    """Return the ids of events in increasing order, or raise a ValueError if they are not distinct whole numbers."""
+    """Return event ids in increasing order; raise a ValueError if an id is repeated or is not a whole number."""
     found = pd.to_numeric(ids, errors="coerce").to_numpy(np.float64)
     good = found.size > 0 and bool(np.all((found >= 0) & (found == np.floor(found)) & (found < 2**62)))
     if not good or np.unique(found).size < found.size:
@@ -179,7 +186,7 @@ def _distinct_events(what: str, ids: pd.Series) -> np.ndarray:
 
 
 def _measure_name(text: str) -> str:
-    """Return a measure's name, with the period of a spectral acceleration as a decimal number, such as "SA(1.0)"."""
+    """Return the name of an intensity measure with its period as a decimal number: "SA(1)" becomes "SA(1.0)"."""
     name, _, period = text.partition("(")
     try:
         return f"SA({float(period.rstrip(')'))})" if name == "SA" else text

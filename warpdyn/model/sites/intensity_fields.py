@@ -1,4 +1,4 @@
-"""Fields of an intensity measure at grid points: their dataset, and ground motions scaled to a field."""
+"""Fields of an intensity measure at grid points: their dataset, and ground motions that are scaled to a field."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.sites.motion_grid import MotionGrid
 from warpdyn.model.sites.places import check_degrees
 
-MOST_SHOWN = 3
-SCALED = ("PGA", "PGV", "PGD", "SA")  # measures that records are scaled to
+MOST_SHOWN = 3  # wrong values in an error message
+SCALED = ("PGA", "PGV", "PGD", "SA")  # intensity measures to which records can be scaled
 
 Record = GroundMotion | tuple[GroundMotion, GroundMotion]
 
@@ -32,7 +32,7 @@ def field_dataset(
     earthquakes: Sequence[str] | None = None,
     attributes: Mapping[str, object] | None = None,
 ) -> xr.Dataset:
-    """Return the dataset of intensity fields.
+    """Return a dataset of intensity fields, with the dimensions `earthquake` and `point`.
 
     Args:
         what: Name of the file, for errors.
@@ -68,8 +68,8 @@ def scale_records(
 ) -> MotionGrid:
     """Return ground motions at the points of an intensity field: records scaled to the field's values.
 
-    In an earthquake, all points have the same record, with different factors. Both components of a pair are scaled by
-    the same factor, so that the geometric mean of their intensities is the field's value.
+    In each earthquake, all points get the same record, multiplied by different factors. Both components of a pair are
+    multiplied by the same factor, so that the geometric mean of their intensities is the value of the field.
 
     Args:
         field: Values of an intensity measure, dimensions `earthquake` and `point`, from a reader of `wd.sites` or from
@@ -155,7 +155,7 @@ def scale_records(
 
 
 def _chosen(record: ArrayLike | None, earthquakes: int, records: int, seed: int) -> np.ndarray:
-    """Return the index of the record of each earthquake, shape [earthquake]."""
+    """Return the index of the record that each earthquake gets, given or chosen at random, shape [earthquake]."""
     if record is None:
         random = np.random.default_rng([seed, Purpose.RECORDS_OF_EARTHQUAKES])
         rounds = -(-earthquakes // records)

@@ -1,4 +1,4 @@
-"""Intensities at the stations of SimCenter's EventGrid.csv."""
+"""Intensities at the stations (grid points) of SimCenter's EventGrid.csv."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from warpdyn.model.sites.grid_stations import (
 )
 from warpdyn.model.sites.intensity_fields import field_dataset
 
-MEASURES = ("PGA", "PGV", "PGD", "IA", "CAV")  # these, and SA, are never below 0
-LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # [m], for PGD and, per second, for PGV
+MEASURES = ("PGA", "PGV", "PGD", "IA", "CAV")  # measures that, like SA, are never below 0
+LENGTHS = {"m": 1.0, "cm": 0.01, "mm": 1e-3, "in": 0.0254, "ft": 0.3048}  # [m]; units of PGD and, per second, of PGV
 _SPECTRAL = re.compile(r"P?SA[_( ]*(\d+(?:\.\d+)?) *s?\)?", re.IGNORECASE)
 
 
 def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.Dataset:
-    """Read the intensities at the points of a grid for SimCenter's R2D tool.
+    """Read the intensities at the points of a grid, in the format of SimCenter's R2D tool.
 
-    The folder is as in `read_event_grid`, but contains no motions. The file of a point has one column per intensity
-    measure, such as `PGA` or `SA(0.3)` (also written `SA_0.3`), and one row per earthquake. The name of a column may
-    contain its unit: `PGA [in/s2]`, `SA_0.3 [g]`, `PGV [cm/s]`.
+    The folder has the same files as in `read_event_grid`, but no motions. The file of a point has one column per
+    intensity measure, such as `PGA` or `SA(0.3)` (also written `SA_0.3`), and one row per earthquake. The name of a
+    column may contain its unit: `PGA [in/s2]`, `SA_0.3 [g]`, `PGV [cm/s]`.
 
     Args:
         path: EventGrid.csv, or its folder.
@@ -88,7 +88,7 @@ def read_intensity_grid(path: str | os.PathLike, unit: str | None = None) -> xr.
 
 
 def _measure_of_column(file: Path, station: str, column: str, unit: str | None) -> tuple[str, str, float]:
-    """Return the measure in a column, the unit of its field, and the factor that converts values to this unit."""
+    """Return the measure in a column, the unit of its field, and the factor that converts the column to this unit."""
     bare, _, own = column.strip().partition("[")
     bare, own = bare.strip(), own.rstrip("] ").strip()
     spectral = _SPECTRAL.fullmatch(bare)

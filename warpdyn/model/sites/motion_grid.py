@@ -28,7 +28,7 @@ from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.inventories.stock import BuildingStock
 from warpdyn.model.sites.places import inverse_distance_weights, nearest_points
 
-DRAW, MEAN = "draw", "mean"
+DRAW, MEAN = "draw", "mean"  # values of the argument `choice`
 
 
 @with_suggestions
@@ -39,7 +39,7 @@ class MotionGrid:
     Args:
         longitude: Longitudes of the points [degree], shape [point].
         latitude: Latitudes of the points [degree], shape [point].
-        motions: All different ground motions.
+        motions: The ground motions, each listed once.
         motion: Index into `motions`, shape [point, earthquake, component].
         scale: Factor that multiplies the motion [1], shape [point, earthquake, component].
         points: Names of the points.
@@ -82,9 +82,9 @@ class MotionGrid:
         """Return the excitation in which buildings get the motions of the nearest grid points.
 
         Each of the nearest points has a weight in proportion to 1 / distance squared. By default, each draw chooses one
-        of these points with this weight as probability, as SimCenter's NearestNeighborEvents does (SimCenter uses
-        distances in degrees, warpdyn great-circle distances). Therefore, neighbouring buildings may have motions of
-        different points. A building's draws depend only on the seed and on its row in the inventory.
+        of these points at random, with its weight as probability, as SimCenter's NearestNeighborEvents does (SimCenter
+        uses distances in degrees, warpdyn great-circle distances). Therefore, neighbouring buildings may get motions of
+        different points. The draws of a building depend only on the seed and on the building's row in the inventory.
 
         Args:
             inventory: The buildings, from a reader of `wd.inventories`.
@@ -121,7 +121,7 @@ class MotionGrid:
         if isinstance(rows, BuildingStock):
             rows.check(inventory)
             rows = rows.rows
-        # A random number and a point for each building and draw.
+        # Each building and draw needs a random number and the index of a point.
         check_memory(f"draws={count} of {len(inventory)} buildings", 8 * count * len(inventory), "give fewer draws")
         every = np.arange(len(inventory))
         if rows is not None:
@@ -131,7 +131,7 @@ class MotionGrid:
                     "MotionGrid.at: rows must be a BuildingStock, the numbers of rows of the inventory (from 0), or a "
                     "mask with True for the rows to use"
                 )
-        rows = every if rows is None else every[unmasked("rows", rows)]  # rows may also be a mask
+        rows = every if rows is None else every[unmasked("rows", rows)]  # `rows` are indices or a mask
         grid = self.longitude, self.latitude
         index, distance = nearest_points("MotionGrid.at", inventory, rows, *grid, neighbours, reach)
         earthquake = np.arange(count) % len(self.earthquakes)
@@ -155,8 +155,17 @@ class MotionGrid:
 def _drawn_points(
     index: np.ndarray, distance: np.ndarray, rows: np.ndarray, buildings: int, draws: int, seed: int
 ) -> np.ndarray:
-    """Return the random point of each building and draw, shape [building, draw]; weights are the probabilities."""
-    # The place of a row's numbers in the stream depends only on its number.
+    """Return the index of the point that each building gets in each draw, shape [building, draw].
+
+    Args:
+        index: Indices of the nearest points of each building, shape [building, neighbour].
+        distance: Their distances [m], shape [building, neighbour]. A point's probability falls with 1 / distance^2.
+        rows: Row of each building in the inventory, shape [building].
+        buildings: Number of rows of the inventory.
+        draws: Number of draws.
+        seed: Seed of the draws.
+    """
+    # The random numbers of a building depend only on its row in the inventory, not on the other rows.
     random = uniform_rows(seed, Purpose.GRID_POINTS, buildings, draws)
     found = np.empty((rows.size, draws), np.min_scalar_type(index.max()))
 

@@ -10,17 +10,17 @@ from warpdyn.foundations.core.thread_pool import cores, in_parts
 from warpdyn.model.inventories.table import named_rows
 
 EARTH_RADIUS = 6_371_008.8  # m, the mean radius of WGS 84 (Moritz 2000, Journal of Geodesy 74, R1)
-BESIDE = 3  # the distance of a grid point to this neighbour is the spacing: the longer side of a cell
+BESIDE = 3  # grid_spacing uses the distance of a point from its third neighbour, the longer side of a cell
 
 
 def unit_vectors(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
-    """Return places [degree] as points of the unit sphere, shape [place, 3]; chords are correct across 180 degrees."""
+    """Return places [degree] as points on the unit sphere, shape [place, 3]; they are continuous across 180 degrees."""
     lon, lat = np.radians(longitude), np.radians(latitude)
     return np.stack([np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)], axis=-1)
 
 
 def arc(chord: np.ndarray) -> np.ndarray:
-    """Return great-circle distances on Earth [m] for chord lengths of the unit sphere."""
+    """Return the great-circle distances on Earth [m] that belong to chord lengths on the unit sphere [1]."""
     return 2 * EARTH_RADIUS * np.arcsin(np.minimum(chord / 2, 1.0))
 
 
@@ -46,8 +46,8 @@ def check_degrees(what: str, longitude: np.ndarray, latitude: np.ndarray) -> Non
 def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray:
     """Return the great-circle distances between all pairs of places [m], shape [place, place].
 
-    Distances are computed from differences of unit vectors, not from cosines of angles: in a cosine, rounding makes
-    angles below 1e-8 (distances below 0.1 m) indistinguishable from 0.
+    Distances are computed from differences of unit vectors instead of cosines of angles: because of rounding, a cosine
+    does not distinguish angles below 1e-8 (distances below 0.1 m) from 0.
     """
     square = np.zeros((longitude.size, longitude.size))
     for axis in unit_vectors(longitude, latitude).T:
@@ -56,16 +56,16 @@ def distances_between(longitude: np.ndarray, latitude: np.ndarray) -> np.ndarray
 
 
 def grid_spacing(longitude: np.ndarray, latitude: np.ndarray) -> float:
-    """Return the spacing of a grid [m]: the median distance of a point from its third neighbour.
+    """Return the spacing of a grid [m]: the median, over all points, of the distance from the third neighbour.
 
-    On a rectangular grid this is the longer side of a cell, if it is at most twice the shorter side. Points at the same
+    In a rectangular grid this is the longer side of a cell, if it is at most twice the shorter side. Points at the same
     place count as one point. If all points are at the same place, the spacing is infinite.
     """
     distinct = np.unique(longitude + 1j * latitude)
     if distinct.size == 1:
         return np.inf
     points = unit_vectors(distinct.real, distinct.imag)
-    count = min(BESIDE + 1, distinct.size)  # with the point itself
+    count = min(BESIDE + 1, distinct.size)  # + 1, because the query also returns the point itself
     chord, _ = cKDTree(points).query(points, k=count, workers=-1)
     return float(np.median(arc(chord[:, -1])))
 
@@ -125,6 +125,9 @@ def nearest_points(
 
 
 def inverse_distance_weights(distance: np.ndarray) -> np.ndarray:
-    """Return weights in proportion to 1 / distance squared, with sum 1, shape [building, neighbour]."""
-    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # [m]; a point this close gets all the weight
+    """Return weights of grid points in proportion to 1 / distance squared, shape [building, neighbour].
+
+    The weights of each building add up to 1. Distances have the same shape [m].
+    """
+    weight = 1.0 / np.maximum(distance, 1e-6) ** 2  # [m]; a point closer than 1e-6 m gets all the weight
     return weight / weight.sum(axis=1, keepdims=True)

@@ -14,11 +14,11 @@ from warpdyn.model.sites.places import EARTH_RADIUS, check_degrees, distances_be
 from warpdyn.model.sites.spatial_correlations import SpatialCorrelation
 
 FEWER = "draw fewer fields"
-MOST_BY_CHOLESKY = 4096  # points, whose covariance takes 128 MiB
-MOST_EMBEDDED = 2**26  # points of the periodic grid
-ROUNDING_OF_VARIANCE = (1e-10, 1e-9, 1e-8)  # relative additions to the variance; the smallest that suffices is used
-SMALL = 1e-4  # relative change of the variance that setting negative eigenvalues to 0 may cause
-UNEVEN = 0.1  # of the spacing: tolerance for coordinates printed with few digits
+MOST_BY_CHOLESKY = 4096  # points; the covariance matrix of this number of points takes 128 MiB
+MOST_EMBEDDED = 2**26  # points of the periodic grid of the circulant embedding
+ROUNDING_OF_VARIANCE = (1e-10, 1e-9, 1e-8)  # relative additions to the variance, tried one after the other
+SMALL = 1e-4  # largest relative change of the variance by setting negative eigenvalues to 0
+UNEVEN = 0.1  # times the spacing: tolerance for the rounding of printed coordinates
 
 
 def correlated_fields(
@@ -90,7 +90,7 @@ def correlated_fields(
     check_memory(f"draws={draws} fields of {earthquakes} earthquakes at {points} points", 40 * count * points, FEWER)
     eps = within_event_residuals(longitude, latitude, correlation, count, seed)
     eta = np.random.default_rng([whole_number("seed", seed, 0), Purpose.BETWEEN_EARTHQUAKES]).standard_normal(count)
-    # Each draw covers all earthquakes, so that the first draws do not depend on their number.
+    # Each draw covers all earthquakes, so that the first draws do not depend on the number of draws.
     residual = (tau * eta[:, None] + phi * eps).reshape(draws, earthquakes, points).swapaxes(0, 1)
     drawn = (values[:, None] * np.exp(residual)).reshape(count, points)
     names = [f"{name} {draw}" for name in median["earthquake"].values for draw in range(draws)]
@@ -103,7 +103,7 @@ def within_event_residuals(
 ) -> np.ndarray:
     """Draw spatially correlated standard normal residuals at grid points, shape [draw, point].
 
-    Points at the same place have the same residual.
+    Points at the same place (equal longitude and latitude) get the same residual.
 
     Args:
         longitude: Longitudes of the points [degree], shape [point].
@@ -140,7 +140,7 @@ def within_event_residuals(
 
 
 def _checked_places(longitude: ArrayLike, latitude: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return longitudes and latitudes as arrays, or raise a ValueError if they are invalid."""
+    """Return longitudes and latitudes as arrays of shape [point]; raise a ValueError if they are invalid."""
     lon, lat = (
         np.atleast_1d(finite_numbers(f"within_event_residuals: {name}", values))
         for name, values in (("longitude", longitude), ("latitude", latitude))
@@ -155,7 +155,10 @@ def _checked_places(longitude: ArrayLike, latitude: ArrayLike) -> tuple[np.ndarr
 
 
 def _distinct_places(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return longitudes and latitudes of the different places, in the order of the points, and each point's place."""
+    """Return longitudes and latitudes of the different places, in the order of points, and the place of each point.
+
+    The first two arrays have shape [place], the third has shape [point] and contains indices of places.
+    """
     _, first, place = np.unique(lon + 1j * lat, return_index=True, return_inverse=True)
     order = np.argsort(first)
     rank = np.empty_like(order)
@@ -164,10 +167,10 @@ def _distinct_places(lon: np.ndarray, lat: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 def _cholesky(covariance: np.ndarray) -> np.ndarray:
-    """Return the lower Cholesky factor of a correlation matrix, whose eigenvalues may be negative because of rounding.
+    """Return the lower Cholesky factor of a correlation matrix; raise a ValueError if an eigenvalue is negative.
 
-    If points are nearly at the same place, the matrix is nearly singular. Of ROUNDING_OF_VARIANCE, the smallest value
-    with which the factorisation succeeds is added to the diagonal.
+    If points are nearly at the same place, rounding may make an eigenvalue slightly negative. Therefore, the smallest
+    value of ROUNDING_OF_VARIANCE for which the factorisation succeeds is added to the diagonal.
     """
     variance = np.diag_indices_from(covariance)
     for added in ROUNDING_OF_VARIANCE:
@@ -182,7 +185,7 @@ def _cholesky(covariance: np.ndarray) -> np.ndarray:
 
 
 def _even_grid(longitude: np.ndarray, latitude: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[float, float]]:
-    """Return column and row of each point of an even grid, and the spacing between rows and between columns [m]."""
+    """Return the column and the row of each point of an even grid, and the spacings of rows and of columns [m]."""
     places, steps = [], []
     for values in (longitude, latitude):
         found = np.unique(values)
@@ -207,17 +210,25 @@ def _embedded(
     draws: int,
     random: np.random.Generator,
 ) -> np.ndarray:
-    """Return random fields on an even grid by circulant embedding, shape [draw, row, column]; `step` is in m."""
+    """Return random fields on an even grid by circulant embedding, shape [draw, row, column].
+
+    Args:
+        correlation: Spatial correlation model.
+        shape: Number of rows and of columns.
+        step: Spacing of rows and of columns [m].
+        draws: Number of fields.
+        random: Generator of the random numbers.
+    """
     for padding in (2, 3, 4, 6, 8, 12, 16):
         wide = tuple(padding * count for count in shape)
         if np.prod(wide) > MOST_EMBEDDED:
             break
         away = [np.minimum(np.arange(n), n - np.arange(n)) * h for n, h in zip(wide, step, strict=True)]
         spectrum = np.fft.fft2(correlation.correlation(np.hypot(away[0][:, None], away[1]))).real
-        if -spectrum[spectrum < 0].sum() <= SMALL * spectrum.size:  # the sum of all is the size, as the variance is 1
+        if -spectrum[spectrum < 0].sum() <= SMALL * spectrum.size:  # the sum of the spectrum is its size (variance 1)
             amplitude = np.sqrt(np.maximum(spectrum, 0.0) / spectrum.size)
             made = np.empty((draws, *shape))
-            for first in range(0, draws, 2):  # real and imaginary parts are two independent fields
+            for first in range(0, draws, 2):  # real and imaginary part are independent fields
                 noise = random.standard_normal((2, *wide))
                 field = np.fft.fft2(amplitude * (noise[0] + 1j * noise[1]))[: shape[0], : shape[1]]
                 made[first] = field.real

@@ -15,7 +15,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.files.text import check_names, existing_file, xml_root
 from warpdyn.model.sites.intensity_fields import field_dataset
 
-# Units in the versions of ShakeMap (ShakeMap manual, "Products and formats": grid.xml), with ours and the factor.
+# Units in files of all ShakeMap versions (ShakeMap manual, "Products and formats": grid.xml) -> (our unit, factor).
 UNITS = {
     "%g": ("g", 0.01),
     "pctg": ("g", 0.01),
@@ -27,19 +27,20 @@ UNITS = {
     "mmi": ("1", 1.0),
 }
 _SPECTRAL = re.compile(r"PSA(\d+)[P.]?(\d)", re.IGNORECASE)
-MOST_INTENSE = 12.0  # of the modified Mercalli scale
-# No earthquake is known to have exceeded these: the largest were 4.4 g at Ichinoseki-Nishi in 2008 (Aoi, Kunugi and
-# Fujiwara 2008, Science 322) and 3.2 m/s at Chi-Chi in 1999; spectral accelerations are up to three times the peak.
+MOST_INTENSE = 12.0  # largest value of the modified Mercalli scale
+# Values that no earthquake is known to have exceeded. The largest recorded values are 4.4 g at Ichinoseki-Nishi in 2008
+# (Aoi, Kunugi and Fujiwara 2008, Science 322) and 3.2 m/s at Chi-Chi in 1999. Spectral accelerations are up to three
+# times the peak acceleration.
 HIGHEST = {"PGA": (5.0, "g"), "PSA": (15.0, "g"), "PGV": (5.0, "m/s")}
-VS30 = "SVEL"  # m/s
-_LOGARITHM = re.compile(r"ln\(.*\)")
-OF_EVENTS = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", "event_description")
+VS30 = "SVEL"  # field of the shear-wave velocity Vs30 [m/s]
+_LOGARITHM = re.compile(r"ln\(.*\)")  # unit of standard deviations of logarithms
+OF_EVENTS = ("event_id", "magnitude", "depth", "lat", "lon", "event_timestamp", "event_description")  # of <event>
 
 
 def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
     """Read ShakeMaps: the file grid.xml of one earthquake, or the files of several earthquakes on the same grid.
 
-    If a value is above the largest value ever recorded, a warning is given.
+    If an intensity is larger than in any known earthquake, a warning is given, because its unit may be wrong.
 
     Args:
         *paths: XML files of intensities, as published by the USGS, with the fields LON, LAT, MMI, PGA, PGV, PSA03 and
@@ -91,7 +92,10 @@ def read_shakemap(*paths: str | os.PathLike) -> xr.Dataset:
 def _read_grid(
     path: Path,
 ) -> tuple[np.ndarray, np.ndarray, dict[str, tuple[np.ndarray, str]], dict[str, str]]:
-    """Return longitudes, latitudes, field name -> (values, unit), and the attributes of the earthquake."""
+    """Return the content of a ShakeMap file: longitudes, latitudes, fields, and attributes of the earthquake.
+
+    Longitudes and latitudes [degree] have shape [point]. Fields are a mapping from names to (values, unit).
+    """
     root = xml_root(path)
     parts: dict[str, list[ElementTree.Element]] = {}
     for element in root.iter():
@@ -139,7 +143,10 @@ def _read_grid(
 def _converted(
     path: Path, rows: dict[str, np.ndarray], units: dict[str, str]
 ) -> Iterator[tuple[str, tuple[np.ndarray, str]]]:
-    """Yield each field's name (for intensities that of OpenQuake), values and unit, in the units of `read_shakemap`."""
+    """Yield the name, values and unit of each field, converted to the units that `read_shakemap` returns.
+
+    Intensities get OpenQuake's names, such as "SA(0.3)"; other fields have the names in the file.
+    """
     for name, values in rows.items():
         if name in ("LON", "LAT"):
             continue
@@ -163,7 +170,7 @@ def _converted(
 
 
 def _check_values(path: Path, name: str, values: np.ndarray, factor: float) -> None:
-    """Raise a ValueError if an intensity is impossible; warn if it is above the largest ever recorded."""
+    """Raise a ValueError if a value of an intensity is impossible; warn if a value is above the largest known one."""
     most = MOST_INTENSE if name == "MMI" else np.inf
     bound = f"from 0 to {most:g}" if name == "MMI" else "finite and at least 0"
     _raise_for(path, name, values, ~((values >= 0) & (values <= most) & np.isfinite(values)), bound)
@@ -176,7 +183,7 @@ def _check_values(path: Path, name: str, values: np.ndarray, factor: float) -> N
 
 
 def _raise_for(path: Path, name: str, values: np.ndarray, bad: np.ndarray, bound: str) -> None:
-    """Raise a ValueError that counts bad values and shows the first bad value."""
+    """Raise a ValueError if a value is bad; the message gives the number of bad values and the first bad value."""
     if bad.any():
         point = int(bad.argmax())
         raise ValueError(
@@ -186,7 +193,7 @@ def _raise_for(path: Path, name: str, values: np.ndarray, bad: np.ndarray, bound
 
 
 def _whole(path: Path, element: ElementTree.Element, name: str) -> int:
-    """Return the attribute `name` of an element as a whole number; raise a ValueError if it is not one above 0."""
+    """Return the attribute `name` of an XML element as an integer; raise a ValueError if it is not a number above 0."""
     word = element.get(name, "")
     if not word.strip().isdecimal() or int(word) == 0:
         raise ValueError(
@@ -196,7 +203,7 @@ def _whole(path: Path, element: ElementTree.Element, name: str) -> int:
 
 
 def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndarray]) -> None:
-    """Raise a ValueError if longitudes or latitudes are outside the bounds of <grid_specification>."""
+    """Raise a ValueError if longitudes or latitudes of a map are outside the bounds in its <grid_specification>."""
     for axis, name in (("lon", "LON"), ("lat", "LAT")):
         try:
             low, high = (float(grid.get(f"{axis}_{end}", "nan")) for end in ("min", "max"))
@@ -204,7 +211,7 @@ def _check_extent(path: Path, grid: ElementTree.Element, rows: dict[str, np.ndar
             raise ValueError(
                 f"{path}: {axis}_min and {axis}_max of <grid_specification> must be numbers: download the map again"
             ) from None
-        # A tenth of the map is more than the rounding of printed coordinates and spacings.
+        # The tolerance is larger than the rounding of printed coordinates and spacings.
         tolerance = 0.1 * abs(high - low) + 1e-3
         if rows[name].min() < low - tolerance or rows[name].max() > high + tolerance:
             raise ValueError(

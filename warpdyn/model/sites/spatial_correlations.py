@@ -24,10 +24,10 @@ class SpatialCorrelation(ABC):
     @property
     @abstractmethod
     def correlation_range(self) -> float:
-        """Distance at which the correlation is exp(-3) = 0.05 [m]."""
+        """Range of the model [m]: the distance at which the correlation is exp(-3) = 0.05."""
 
     def correlation(self, distance: ArrayLike) -> np.ndarray:
-        """Return the correlation [1] at distances h [m]: exp(-3 h / b), with the range b.
+        """Return the correlation [1] of residuals at places with distance h: exp(-3 h / b), where b is the range.
 
         Args:
             distance: Distances between two places [m], any shape.
@@ -71,7 +71,7 @@ class JayaramBaker2009(SpatialCorrelation):
 
     @property
     def correlation_range(self) -> float:
-        """Distance at which the correlation is exp(-3) [m]."""
+        """Range b of the model [m]: the distance at which the correlation is exp(-3) = 0.05."""
         if self.period >= 1:
             return round(1000 * (22.0 + 3.7 * self.period), 6)
         return round(1000 * (40.7 - 15.0 * self.period if self.is_clustered else 8.5 + 17.2 * self.period), 6)
@@ -111,7 +111,7 @@ class EspositoIervolino2012(SpatialCorrelation):
 
     @property
     def correlation_range(self) -> float:
-        """Distance at which the correlation is exp(-3) [m]."""
+        """Range b of the model [m]: the distance at which the correlation is exp(-3) = 0.05."""
         is_italian = self.region == "Italy"
         if self.period == 0:
             return 11_500.0 if is_italian else 13_500.0

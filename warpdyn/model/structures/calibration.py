@@ -42,12 +42,12 @@ class CalibratedChain:
         """Return the shear building for one of the 36 Hazus types, after Lu's MDOF model.
 
         All storeys have the same mass (1,000 kg per m2 of floor area) and the same stiffness, chosen to give the
-        type's first period. Storey strengths are the storey shears of a triangular load, whose base shear is the
+        type's first period. The storey strengths are the storey shears of a triangular load. Its base shear is the
         type's yield spectral acceleration times the effective mass of the first mode. Beyond the ultimate strength of
         the capacity curve, laws with a yield force and a hardening ratio continue to harden; `trilinear`,
         `quadrilinear`, `pinching4` and `hysteretic` have constant strength. `hysteretic` is the storey law of
-        SimCenter's MDOF-LU, with its pinching and softer unloading. The type's period excludes P-Delta; a
-        `gravity_load` makes the period longer. `hazus_drift_limits` returns the drift limits of damage states.
+        SimCenter's MDOF-LU, with its pinching and its reduced unloading stiffness. The type's period excludes P-Delta;
+        a `gravity_load` makes the period longer. `hazus_drift_limits` returns the drift limits of damage states.
 
         Lu, Han, Hori, Xiong, Xu (2014), Advances in Engineering Software 70; Lu and Guan (2017), Earthquake Disaster
         Simulation of Civil Infrastructures; for MDOF-LU, Lu, McKenna, Cheng, Xu, Zeng, Mahin (2020), Earthquake Spectra
@@ -122,29 +122,29 @@ class CalibratedChain:
         force. Beyond the last point, a rising branch continues, unless `collapses_at_end` is True; a level branch
         stays level; a falling branch becomes level, or falls to zero force (IMK without residual strength).
 
-        The curve is distributed over the storeys, which reach its points together up to the peak:
+        The curve is distributed over the storeys. Up to the peak, all storeys reach the points of the curve together:
 
         - "triangular", after Lu: all storeys have the same stiffness. Strengths are the storey shears of floor loads
           in proportion to mass times height above the ground. The building has the period and base shear of a given
           capacity spectrum; if it is pushed by these loads, it has exactly a given pushover curve.
-        - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts are those of the first mode of
-          a chain with equal storey stiffnesses. This is also the first mode of the building, which has exactly the
-          given curve, whether a pushover curve or a spectrum.
-        - "frame" and "soft_storey", GEM's other shapes: as "first_mode", but the mode is the height to the power 0.6
-          (up to 12 storeys), or that of a chain whose first storey has 0.2 times the stiffness of the others.
+        - "first_mode", after GEM's Vulnerability Modellers ToolKit: strengths and drifts follow the first mode of a
+          chain with equal storey stiffnesses, which is then also the first mode of the building. The building has
+          exactly the given curve, whether it is a pushover curve or a spectrum.
+        - "frame" and "soft_storey", GEM's other shapes: as "first_mode", but the mode shape is the height to the power
+          0.6 (up to 12 storeys), or the first mode of a chain whose first storey has 0.2 times the stiffness of others.
 
         Beyond the peak, only one equilibrium is stable: one storey softens and the others unload. `softening` defines
         the falling branches of the storeys:
 
-        - "one_storey": if any one storey softens alone, the roof follows the curve. A `pushover` by the distribution's
-          loads then gives the curve up to its last point, exact to rounding. With damage, unloading is softer, and the
-          curve differs (by less than 1 % for GEM's damage).
-        - "every_storey", as in GEM's toolkit and Lu's model: each storey's backbone is the whole curve, scaled. The
-          roof follows the curve only if all storeys soften equally. In a pushover to the stable equilibrium, and in an
-          earthquake, one storey softens alone: the building's resistance falls more steeply than the curve. The
-          difference grows with the number of storeys.
+        - "one_storey": if any one storey softens alone, the roof follows the curve. A `pushover` by the loads of the
+          distribution then gives the curve up to its last point, exact to rounding. With damage, the other storeys
+          unload more softly, and the curve differs (by less than 1 % for GEM's damage).
+        - "every_storey", as in GEM's toolkit and Lu's model: the backbone of each storey is the whole curve, scaled.
+          The roof follows the curve only if all storeys soften equally. In a pushover to the stable equilibrium, and
+          in an earthquake, one storey softens alone, and the resistance of the building falls more steeply than the
+          curve. The difference grows with the number of storeys.
 
-        A warning is given if the building's period, strength or yield drift suggests a curve in mm, kN or g.
+        A warning is given if the building's period, strength or yield drift suggests that the curve is in mm, kN or g.
 
         The curve excludes P-Delta: a `gravity_load` lowers the building's curve.
 
@@ -218,9 +218,10 @@ class CalibratedChain:
     ) -> Self:
         """Return a shear building that has the given first periods.
 
-        With one period, the stiffness distribution over the height is scaled to it. With several periods, the
-        distribution is also modified, as smoothly as possible. With a `gravity_load`, the periods include P-Delta, and
-        `distribution` describes the stiffness minus the P-Delta stiffness W / h.
+        If one period is given, the stiffness distribution over the height is scaled to give this period. If several
+        periods are given, the distribution is also modified, as smoothly as possible. With a `gravity_load`, the
+        periods include P-Delta, and `distribution` describes the stiffness minus the P-Delta stiffness W / h (load on
+        the storey divided by its height).
 
         Args:
             period: First period [s], or the periods of the first modes in decreasing order, at most one per storey.
@@ -259,7 +260,10 @@ class CalibratedChain:
         damping: str,
         parameters: Mapping[str, ArrayLike],
     ) -> Self:
-        """Build the ShearBuilding from the values in `chain` that the law takes; `parameters` replace these values."""
+        """Return the ShearBuilding with the parameters of the law that `chain` and `parameters` contain.
+
+        Values in `parameters`, which the user gave, replace values in `chain`, which were computed.
+        """
         _refuse_several_laws(law)
         (law,), own = laws_and_values(law, parameters)
         taken = {"mass", "stiffness", "height", "drift_capacity", *law.parameters}
@@ -271,20 +275,20 @@ class CalibratedChain:
 
 
 def _warn_of_implausible_curve(chain: Mapping[str, Any]) -> None:
-    """Warn if period, strength or yield drift suggest that the capacity curve is not in m, N and m/s2."""
+    """Warn if the period, strength or yield drift of the chain suggest that the curve is not in m, N and m/s2."""
     findings = PlausibilityFindings()
     modes = modal_properties(chain["mass"], chain_stiffness_matrix(chain["stiffness"]))
     findings.add("capacity_period", float(modes["period"][0]))
     weight = STANDARD_GRAVITY * chain["mass"].sum()
     findings.add("capacity_base_shear_coefficient", chain["yield_force"][0] / weight)
-    # The yield drift of the roof, because upper storeys may be weak in some distributions.
+    # The yield drift ratio of the roof is checked, because upper storeys may be weak in some distributions.
     roof_drift = (chain["yield_force"] / chain["stiffness"]).sum()
     findings.add("capacity_yield_drift_ratio", float(roof_drift / chain["height"].sum()))
     findings.warn()
 
 
 def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dict[str, np.ndarray]:
-    """Return masses and heights as arrays with one value per storey, after checking them."""
+    """Return masses [kg] and heights [m] as arrays of shape [storey]; raise a ValueError if one is not above 0."""
     count = whole_number("storeys", storeys, 1, MAXIMUM_STOREYS)
     chain = {name: _one_per_storey(name, value, count) for name, value in {"mass": mass, "height": height}.items()}
     for name, array in chain.items():
@@ -294,7 +298,7 @@ def _masses_and_heights(storeys: int, mass: ArrayLike, height: ArrayLike) -> dic
 
 
 def _one_per_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
-    """Return an array with one finite number per storey, from one number or one per storey."""
+    """Return an array with one finite number per storey, from a single number or from one number per storey."""
     array = finite_numbers(name, value)
     if array.shape not in ((), (storeys,)):
         raise ValueError(f"{name} must be one value or one per storey ({storeys}), got shape {array.shape}")
@@ -302,7 +306,7 @@ def _one_per_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
 
 
 def _refuse_several_laws(law: object) -> None:
-    """Raise a ValueError if several laws are given."""
+    """Raise a ValueError if `law` is a list of laws, one per storey, which the constructors here do not accept."""
     if isinstance(law, list | tuple):
         raise ValueError(
             f"law must be one name here, such as 'bilinear', got {law!r}: for storeys with different laws use "
@@ -311,7 +315,7 @@ def _refuse_several_laws(law: object) -> None:
 
 
 def _refuse_determined(parameters: Mapping[str, ArrayLike], determined: tuple[str, ...], source: str) -> None:
-    """Raise a ValueError if the user gave a parameter that follows from `source`, such as the capacity curve."""
+    """Raise a ValueError if the user gave a parameter that is computed from `source`, such as the capacity curve."""
     for name in determined:
         if name in parameters:
             raise ValueError(f"{name} follows from {source}: remove {name}=, or use ShearBuilding({name}=...)")

@@ -1,4 +1,4 @@
-"""Shear chains of FEMA's Hazus building types, after Lu's MDOF model."""
+"""Parameters of shear buildings that represent FEMA's Hazus building types, after Lu's MDOF model."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 DESIGN_LEVELS = ("high", "moderate", "low", "pre")
 DAMAGE_STATES = ("slight", "moderate", "extensive", "complete")
 MASS_PER_AREA = 1000.0  # kg/m2 of floor
-GRAVITY_OF_LU = 9.8  # Lu's published strengths follow from this rounded value
-THIRD_CORNER = 1.0  # m: MDOF-LU ends the level branch of ultimate strength here, if it begins below
+GRAVITY_OF_LU = 9.8  # m/s2; Lu's published strengths are computed with this rounded value
+THIRD_CORNER = 1.0  # m; drift at which MDOF-LU ends the level branch of ultimate strength, if it begins at less
 
 
 @functools.cache
 def _hazus_table() -> Mapping[tuple[str, str], Mapping[str, float]]:
-    """Return the rows of hazus_buildings.csv: (building type, design level) -> values by column name."""
+    """Return the table hazus_buildings.csv as (building type, design level) -> values by column name."""
     table = {}
     for row in packaged_rows("hazus_buildings.csv"):
         key = row.pop("building_type"), row.pop("design_level")
@@ -33,12 +33,12 @@ def _hazus_table() -> Mapping[tuple[str, str], Mapping[str, float]]:
 
 
 def building_types() -> tuple[str, ...]:
-    """Return the names of the 36 model building types, such as "C1M"."""
+    """Return the names of the 36 model building types of Hazus, such as "C1M"."""
     return tuple(dict.fromkeys(building_type for building_type, _ in _hazus_table()))
 
 
 def building_class(building_type: str, design_level: str) -> Mapping[str, float]:
-    """Return capacity, period, height, damping and drift limits of a Hazus building type at a design level.
+    """Return the row of a Hazus building type at a design level: capacity, period, height, damping and drift limits.
 
     Args:
         building_type: One of the 36 model building types.
@@ -75,16 +75,16 @@ def hazus_drift_limits(building_type: str, design_level: str) -> dict[str, float
 def hazus_chain(
     building_type: str, design_level: str, storeys: int, floor_area: float, law: str
 ) -> dict[str, float | np.ndarray]:
-    """Return the parameters of the shear building for a Hazus type, after Lu.
+    """Return the parameters of the shear building that represents a Hazus type, after Lu.
 
-    All storeys have the same stiffness, which gives the type's first period. Strengths are the storey shears of floor
-    loads in proportion to the floor's number. As in SimCenter's MDOF-LU, g is 9.8 m/s2, and the share of the mass in
-    the first mode is a cubic polynomial of 1/N, within 2e-4 of the closed form.
+    All storeys have the same stiffness, chosen to give the type's first period. Storey strengths are the storey shears
+    of floor loads that are proportional to the floor number. As in SimCenter's MDOF-LU, g is 9.8 m/s2, and the share of
+    the mass that acts in the first mode is a cubic polynomial of 1/N, within 2e-4 of the closed form.
 
     Returns:
-        `mass` [kg], `stiffness` [N/m], `height` [m], `yield_force` [N], shape [storey], `hardening_ratio` and
-        `damping_ratio`. For laws with several corners also their parameters for a backbone that rises to the ultimate
-        strength and stays level; for "hysteretic" also pinching and `unloading_exponent`, as in MDOF-LU.
+        `mass` [kg], `stiffness` [N/m], `height` [m], `yield_force` [N] of shape [storey], `hardening_ratio` and
+        `damping_ratio`. Laws with several corners also get the parameters of a backbone that rises to the ultimate
+        strength and stays level; "hysteretic" also gets pinching parameters and `unloading_exponent`, as in MDOF-LU.
     """
     row = building_class(building_type, design_level)
     n = whole_number("storeys", storeys, 1)
@@ -97,7 +97,7 @@ def hazus_chain(
     mass = real_number("floor_area", floor_area, above=0) * MASS_PER_AREA
     real_number("floor_area times the mass of a floor [kg]", mass)
     period = n * row["period_per_storey_s"]
-    # The first frequency of a uniform chain is 2 sin(pi / (4N + 2)) sqrt(k / m).
+    # The first frequency of a chain with N equal masses and stiffnesses is 2 sin(pi / (4N + 2)) sqrt(k / m).
     stiffness = (np.pi / (period * np.sin(np.pi / (4 * n + 2)))) ** 2 * mass
     mass_share = 1.0 if n == 1 else 0.8106 + 0.402 / n - 0.3037 / n**2 + 0.09117 / n**3
     base_shear = row["yield_spectral_acceleration_g"] * GRAVITY_OF_LU * mass_share * mass * n

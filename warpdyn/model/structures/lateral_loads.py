@@ -50,5 +50,5 @@ def floor_loads(
 
 
 def storey_shears(loads: np.ndarray) -> np.ndarray:
-    """Return each storey's shear, the sum of the floor loads above it, shape [storey]."""
+    """Return the shear in each storey, which is the sum of the loads on the floors above it, shape [storey]."""
     return np.cumsum(loads[::-1])[::-1]

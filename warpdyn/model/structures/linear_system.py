@@ -25,7 +25,7 @@ class LinearSystem(Structure):
     """A linear system with full matrices and at most 32 degrees of freedom: M u'' + C u' + K u = F.
 
     The stiffness matrix may be singular, so that the system has rigid-body modes. Their periods are infinite; the
-    default step follows from the other modes.
+    default integration step is computed from the other modes.
 
     Args:
         mass: Mass matrix [kg], shape [dof, dof], or its diagonal, shape [dof].
@@ -64,14 +64,16 @@ class LinearSystem(Structure):
             if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
                 raise ValueError(f"{name} must be a square matrix [dof, dof], got shape {matrix.shape}")
             if matrix.shape != (expected := (matrices["mass"].shape if name != "mass" else matrix.shape)):
-                raise ValueError(f"{name} has shape {matrix.shape}, but mass has {expected}: the shapes must be equal")
+                raise ValueError(
+                    f"{name} has shape {matrix.shape}, but mass has {expected}: give matrices of one shape"
+                )
             difference = np.abs(matrix - matrix.T)
-            # Accept rounding in the assembly of a matrix.
+            # Accept differences that are due to rounding when a matrix was assembled.
             if difference.max() > 1e-12 * np.abs(matrix).max():
                 row, column = np.unravel_index(difference.argmax(), difference.shape)
                 raise ValueError(
                     f"{name} is not symmetric: [{row}, {column}] is {matrix[row, column]:g} but [{column}, {row}] is "
-                    f"{matrix[column, row]:g}; both must be equal"
+                    f"{matrix[column, row]:g}, but both must be equal: correct the matrix"
                 )
             matrix.flags.writeable = False
             matrices[name] = matrix
@@ -94,7 +96,7 @@ class LinearSystem(Structure):
                 "must be at least 0. Correct the matrix"
             )
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(matrices)
-        # Scatter can only scale a matrix: these are the bounds of the factor.
+        # Scatter can only multiply a matrix by a factor; the table contains the bounds of the factors.
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(
             {
                 "mass": Parameter("1", "factor on the mass matrix", low=0.0, low_open=True),
@@ -107,10 +109,10 @@ class LinearSystem(Structure):
             raise ValueError(
                 f"influence must have one value per degree of freedom, shape [{dofs}], got shape {self.influence.shape}"
             )
-        self.modal()  # raises an error if the stiffness has a negative eigenvalue
+        self.modal()  # raises an error if the stiffness matrix has a negative eigenvalue
 
     def modal(self) -> xr.Dataset:
-        """Return periods, shapes, participation factors and effective masses of the undamped system.
+        """Return a dataset with the periods, shapes, participation factors and effective masses of the undamped modes.
 
         The period of a rigid-body mode is infinite.
 
@@ -122,28 +124,28 @@ class LinearSystem(Structure):
 
     @property
     def dofs(self) -> int:
-        """Number of degrees of freedom."""
+        """Number of degrees of freedom of the system."""
         return len(self.parameters["mass"])
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """Factors of 1 on the matrices."""
+        """Nominal values that scatter changes: a factor of 1 for each matrix (mass, damping, stiffness)."""
         return dict.fromkeys(self.parameters, np.array(1.0))
 
     def is_by_storey(self, name: str) -> bool:
-        """Return False: a factor scales the whole matrix."""
+        """Return False for every parameter, because a factor scales the whole matrix."""
         return False
 
     def input_name(self, name: str) -> str:
-        """Return the name of the factor on a matrix."""
+        """Return the name of the factor on the matrix `name` in the dataset, such as "mass_factor"."""
         return f"{name}_factor"
 
     def chosen(self) -> dict[str, Any]:
-        """Return the names of the law and the damping, and the influence vector."""
+        """Return the names of the law and the damping, and the influence vector, for the JSON of the scene."""
         return {"law": self.law, "damping": self.damping, "influence": self.influence.tolist()}
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return the coordinate `dof`."""
+        """Return the coordinate `dof`, which numbers the degrees of freedom from 1."""
         return {"dof": count_along("dof", self.dofs, "degree of freedom")}
 
     @property
@@ -152,7 +154,7 @@ class LinearSystem(Structure):
         return float(self.modal()["period"][0])
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the system's table in notebooks: periods, masses and influence."""
+        """Return the rows of the table that notebooks show for the system: periods, masses and influence vector."""
         return [
             ("periods", "period", self.modal()["period"].values, "s"),
             ("diagonal of the mass matrix", "mass", np.diag(self.parameters["mass"]), "kg"),

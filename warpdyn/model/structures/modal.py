@@ -10,18 +10,21 @@ from warpdyn.engine.tracing.arrays import is_traced
 from warpdyn.foundations.core.checks import check_dataset, shortened, unmasked
 from warpdyn.foundations.core.description import Text
 
-ROUNDINGS = 16  # times the number of modes and the machine epsilon: rounding of a squared frequency over the highest
+# A squared frequency is rounding if it is below ROUNDINGS * number of modes * machine epsilon times the highest one.
+ROUNDINGS = 16
 
 
 def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return squared circular frequencies [rad2/s2], exactly 0 for rigid-body modes, and shapes of unit modal mass.
+    """Return the squared circular frequencies and the shapes of undamped modes, by increasing frequency.
+
+    Squared frequencies of rigid-body modes are exactly 0. Shapes are scaled to unit modal mass.
 
     Args:
         stiffness: Stiffness matrix [N/m], symmetric, shape [dof, dof].
         mass: Mass matrix [kg], symmetric and positive definite, shape [dof, dof].
 
     Returns:
-        Squared frequencies, shape [mode], and mode shapes, shape [dof, mode].
+        Squared circular frequencies [rad2/s2], shape [mode], and mode shapes, shape [dof, mode].
     """
     squared, shape = eigh(stiffness, mass)
     rounding = len(squared) * ROUNDINGS * np.finfo(float).eps * np.abs(squared).max()
@@ -33,7 +36,7 @@ def modal_properties(
 ) -> xr.Dataset:
     """Return periods, shapes, participation factors and effective masses of undamped modes, by increasing frequency.
 
-    Shapes are scaled so that their largest component is +1; participation factors are those of the scaled shapes.
+    Each shape is scaled so that its largest component is +1; participation factors refer to the scaled shapes. See
     Chopra, Dynamics of Structures, sections 10.2 and 13.2.
 
     Args:
@@ -43,7 +46,7 @@ def modal_properties(
         may_move_freely: Whether the stiffness may be singular, so that some periods (but not all) are infinite.
 
     Returns:
-        Dataset with the dimensions `mode` and `dof`.
+        Dataset with the dimensions `mode` and `dof`; periods in s, effective masses in kg.
 
     Raises:
         ValueError: If a shape is wrong, or a matrix is asymmetric, singular or not positive definite.
@@ -207,7 +210,7 @@ def modal_damping_matrix(mass: np.ndarray, stiffness_matrix: np.ndarray, ratio: 
 def rayleigh_coefficients(
     omega_i: np.ndarray | float, omega_j: np.ndarray | float, ratio: np.ndarray | float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the coefficients of C = a0 M + a1 K for one damping ratio at two frequencies (Chopra, equation 11.4.10).
+    """Return Rayleigh coefficients of C = a0 M + a1 K for a damping ratio at two frequencies (Chopra, eq. 11.4.10).
 
     Args:
         omega_i: Circular frequency of one mode [rad/s], shape [...].
@@ -225,8 +228,8 @@ def rayleigh_coefficients(
         ratio = np.asarray(ratio, dtype=np.float64)
         if not (np.isfinite(ratio) & (ratio >= 0)).all():
             raise ValueError(f"ratio must be finite and 0 or above, got {ratio}")
-    a1: np.ndarray = 2 * ratio / (omega_i + omega_j)  # type: ignore[assignment] # of arrays or recorded values
-    a0: np.ndarray = omega_i * omega_j * a1  # as above
+    a1: np.ndarray = 2 * ratio / (omega_i + omega_j)  # type: ignore[assignment] # arrays, or recorded values of a trace
+    a0: np.ndarray = omega_i * omega_j * a1  # arrays, or recorded values of a trace
     return a0, a1
 
 
@@ -246,4 +249,6 @@ def _check_symmetric(name: str, matrix: np.ndarray) -> None:
     gap = np.abs(matrix - np.swapaxes(matrix, -1, -2))
     if (gap > 1e-9 * np.abs(matrix).max(axis=(-2, -1), keepdims=True)).any():
         where = [int(i) for i in np.unravel_index(gap.argmax(), gap.shape)]
-        raise ValueError(f"{name} must be symmetric; {name}{where} differs from its mirror by {gap.max():.6g}")
+        raise ValueError(
+            f"{name} must be symmetric; {name}{where} differs from its mirror by {gap.max():.6g}: correct the matrix"
+        )

@@ -13,12 +13,15 @@ from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.model.structures.modal import chain_stiffness_matrix
 
 STIFFNESS_DISTRIBUTIONS = ("uniform", "linear_mode")
-PERIOD_TOLERANCE = 1e-9  # relative
-RESTARTS = 10
+PERIOD_TOLERANCE = 1e-9  # largest relative difference between a period and its given value
+RESTARTS = 10  # searches from further starting points, if the search ends in a local minimum
 
 
 def chain_of_periods(period: ArrayLike, mass: np.ndarray, height: np.ndarray, distribution: str) -> np.ndarray:
-    """Return the storey stiffnesses for `from_periods` [N/m]; mass, height and result have shape [storey]."""
+    """Return the storey stiffnesses of a chain with the given periods [N/m], shape [storey].
+
+    The arguments are those of `ShearBuilding.from_periods`; mass [kg] and height [m] have shape [storey].
+    """
     one_of("stiffness distribution", distribution, STIFFNESS_DISTRIBUTIONS)
     periods = np.atleast_1d(finite_numbers("period", period))
     storeys = len(mass)
@@ -36,7 +39,7 @@ def chain_of_periods(period: ArrayLike, mass: np.ndarray, height: np.ndarray, di
         )
     shape = np.ones(storeys)
     if distribution == "linear_mode":
-        # In a mode that is linear over the height every storey has the same drift ratio.
+        # If a mode shape is linear over the height, every storey has the same drift ratio.
         shape = storey_shears(floor_loads("triangular", mass, height)) / height
     stiffness = shape * _scale(shape, mass, periods[0])
     return stiffness if periods.size == 1 else _bent(stiffness, mass, periods)
@@ -47,21 +50,21 @@ def _scale(stiffness: np.ndarray, mass: np.ndarray, period: float) -> float:
 
 
 def _frequencies(stiffness: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Return all circular frequencies in increasing order [rad/s].
+    """Return the circular frequencies of all modes of a chain, in increasing order [rad/s], shape [mode].
 
-    This function uses NumPy, because building a scene must not import warp.
+    This function uses NumPy, because building a scene must not import the package warp, which takes longer.
     """
     root = np.sqrt(mass)
     return np.sqrt(np.linalg.eigvalsh(chain_stiffness_matrix(stiffness) / np.outer(root, root)))
 
 
 def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarray:
-    """Modify the storey stiffnesses `start` until the chain has the given first periods.
+    """Return storey stiffnesses [N/m] that give the chain the given first periods, modified from `start` [N/m].
 
-    ln(stiffness) is changed by a polynomial over the storeys. Terms of high order are scaled down, so that the change
-    is smooth if a few periods are given. With as many periods as storeys, the polynomial can change every stiffness.
+    A polynomial over the storeys is added to ln(stiffness). Terms of high order are scaled down, so that the change is
+    smooth if only a few periods are given. With as many periods as storeys, every stiffness can change separately.
     """
-    from scipy.optimize import least_squares  # its import takes a tenth of a second
+    from scipy.optimize import least_squares  # imported here, because the import takes 0.1 s
 
     count, storeys = periods.size, start.size
     place = np.linspace(-1, 1, storeys)
@@ -72,7 +75,7 @@ def _bent(start: np.ndarray, mass: np.ndarray, periods: np.ndarray) -> np.ndarra
         return np.log(_frequencies(start * np.exp(basis @ coefficients), mass)[:count]) - wanted
 
     def slope(coefficients: np.ndarray) -> np.ndarray:
-        # d(w^2) = drift^2 dk for a mode of unit modal mass, and dk = k times the basis.
+        # For a mode of unit modal mass, d(w^2) = drift^2 dk; here dk is k times the basis functions.
         stiffness = start * np.exp(basis @ coefficients)
         root = 1 / np.sqrt(mass)
         square, vectors = np.linalg.eigh(chain_stiffness_matrix(stiffness) * root[:, None] * root)

@@ -1,8 +1,8 @@
-"""Physical effects in storeys in addition to laws and damping, such as P-Delta; and drift capacities.
+"""Physical effects in storeys that are not part of laws or damping, such as P-Delta; and drift capacities.
 
-Each effect is a row of PHYSICS. To add an effect, write its row here, and a kernel part with the row's name in
-`warpdyn/engine/kernels/parts/`. A building has an effect if its parameters are given; kernels of buildings without the
-effect do not contain it.
+Each effect is a row of PHYSICS. To add an effect, add a row here and, in `warpdyn/engine/kernels/parts/`, a kernel part
+(a piece of kernel code) with the name of the row. A building has an effect if its parameters are given. Kernels of
+buildings without the effect do not contain its code.
 """
 
 from __future__ import annotations
@@ -20,14 +20,16 @@ Values = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True, kw_only=True)
 class Physics:
-    """A force between floors that is not part of a storey law.
+    """A physical effect: a force between neighbouring floors that is not part of a storey law.
 
     Args:
-        parameters: Parameters of the effect, one value per storey; a building has all of these parameters or none.
-        stiffness: Function from parameter values to the effect's stiffness [N/m], which is added to the storey's,
-            shape [..., storey]. The force must be linear in the drift, because exact methods use only this stiffness.
-        packed: Function from parameter values to the arrays that the kernel part reads, each of shape [..., storey].
-        problem: Function from parameter values to an error message if they are inconsistent, or None.
+        parameters: Parameters of the effect, one value per storey. A building has either all or none of them.
+        stiffness: Function that returns the stiffness of the effect [N/m], shape [..., storey], from parameter values.
+            It is added to the storey stiffness. The force must be linear in the drift, because methods that are exact
+            for linear systems use only this stiffness.
+        packed: Function that returns the arrays that the kernel part reads, each of shape [..., storey], from
+            parameter values.
+        problem: Function that returns an error message if parameter values are inconsistent, otherwise None.
     """
 
     parameters: Mapping[str, Parameter]
@@ -37,10 +39,10 @@ class Physics:
 
 
 def storey_weight_over_height(parameters: Values) -> np.ndarray:
-    """Return the load W that each storey carries, divided by the storey height h [N/m], shape [..., storey].
+    """Return the vertical load on each storey, divided by the storey height [N/m], shape [..., storey].
 
-    P-Delta: a storey of height h that carries the load W is pushed outward by W / h times its drift, like a parallel
-    spring of negative stiffness -W / h (Chopra, Dynamics of Structures, section 22.1).
+    P-Delta effect: the load W on a storey of height h pushes the storey outward by W / h times its drift, like a
+    parallel spring of negative stiffness -W / h (Chopra, Dynamics of Structures, section 22.1).
 
     Args:
         parameters: Parameter values of shear buildings, including `gravity_load`, each of shape [..., storey].
@@ -50,7 +52,7 @@ def storey_weight_over_height(parameters: Values) -> np.ndarray:
 
 
 def _buckling_problem(parameters: Values) -> str | None:
-    """Return an error message about the first storey that buckles under its gravity load, or None."""
+    """Return an error message that names the first storey that buckles under its gravity load; None: no storey does."""
     stiffness, leaning = parameters["stiffness"], storey_weight_over_height(parameters)
     bad = stiffness - leaning <= 0
     if not bad.any():
@@ -60,7 +62,7 @@ def _buckling_problem(parameters: Values) -> str | None:
     bound, carried = (np.broadcast_to(values, bad.shape)[place] for values in (bounds, loads))
     return (
         f"gravity_load adds up to {carried:g} N on {place_of(place)}, which buckles: the sum of the loads above the "
-        f"storey must be below its stiffness times its height, {bound:g} N"
+        f"storey must be below its stiffness times its height, {bound:g} N: reduce gravity_load= or increase stiffness="
     )
 
 
@@ -75,12 +77,17 @@ PHYSICS = {
 
 
 def physics_of(names: Mapping[str, object]) -> tuple[str, ...]:
-    """Return the names of the rows of PHYSICS whose parameters a building has."""
+    """Return the names of the physical effects (rows of PHYSICS) whose parameters are among the parameter names."""
     return tuple(row for row, physics in PHYSICS.items() if physics.parameters.keys() & names.keys())
 
 
 def effective_stiffness(parameters: Values, stiffness: np.ndarray | None = None) -> np.ndarray:
-    """Return the storey stiffness (None: initial) plus the stiffness of PHYSICS [N/m], shape [..., storey]."""
+    """Return storey stiffness plus the stiffness of physical effects such as P-Delta [N/m], shape [..., storey].
+
+    Args:
+        parameters: Parameter values of shear buildings.
+        stiffness: Storey stiffness [N/m]; None: the initial stiffness.
+    """
     stiffness = parameters["stiffness"] if stiffness is None else stiffness
     for row in physics_of(parameters):
         stiffness = stiffness + PHYSICS[row].stiffness(parameters)
@@ -88,27 +95,27 @@ def effective_stiffness(parameters: Values, stiffness: np.ndarray | None = None)
 
 
 def physics_problem(parameters: Values) -> str | None:
-    """Return the first error message of a PHYSICS row about inconsistent parameters, or None."""
+    """Return an error message if the parameters of a physical effect (row of PHYSICS) are inconsistent; else None."""
     problems = (PHYSICS[row].problem(parameters) for row in physics_of(parameters))
     return next((problem for problem in problems if problem), None)
 
 
-# A building may have both; the storey collapses at the smaller drift.
+# Capacities of a storey. If a building has both, the storey collapses at the smaller drift.
 DRIFT_CAPACITIES = {
     "drift_capacity": Parameter("m", "storey drift at collapse", low=0.0, low_open=True),
     "drift_ratio_capacity": Parameter("1", "storey drift ratio at collapse", low=0.0, low_open=True),
 }
-# Default for buildings with a gravity load: at this drift ratio a storey has fallen.
+# Default for buildings with a gravity load: a storey with this drift ratio has collapsed.
 COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY = 0.5
 
 
 def capacities_of(names: Mapping[str, object]) -> dict[str, Parameter]:
-    """Return the rows of DRIFT_CAPACITIES whose names are in `names`."""
+    """Return the drift capacities (rows of DRIFT_CAPACITIES) whose names are among the parameter names `names`."""
     return {name: parameter for name, parameter in DRIFT_CAPACITIES.items() if name in names}
 
 
 def inverse_drift_capacity(parameters: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Return 1 / (drift at which the storey collapses) [1/m], shape [..., storey].
+    """Return 1 / (drift at which a storey collapses) [1/m], shape [..., storey].
 
     Args:
         parameters: Parameter values of shear buildings, including one or both of DRIFT_CAPACITIES, each of shape

@@ -16,18 +16,18 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 ISOLATORS = ("lead_rubber_bearing", "friction_pendulum", "elastic", "bilinear", "bouc_wen")
-CAPACITY_RATIO = 0.1  # drift ratio of a storey of isolators, or of a tuned mass damper, at its displacement capacity
+CAPACITY_RATIO = 0.1  # drift ratio of the additional storey (isolators or damper) at its displacement capacity
 MASS_RATIO = Parameter(
     "1", "mass of the damper over that of the first mode", low=0.0, low_open=True, high=1.0, often_in_percent=True
 )
-STRENGTHS = ("slip_force", "contact_stiffness", "damper_coefficient")  # 0 in a storey without the device
-DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")
+STRENGTHS = ("slip_force", "contact_stiffness", "damper_coefficient")  # parameters of devices; 0: no device
+DAMPINGS = ("none", "storey", "rayleigh", "stiffness_proportional")  # allowed kinds of inherent damping
 
 
 class ProtectedChain:
-    """Methods of a ShearBuilding that add isolators or a tuned mass damper."""
+    """Base class of ShearBuilding with the methods that add isolators or a tuned mass damper."""
 
-    # Attributes of the ShearBuilding.
+    # Attributes that ShearBuilding sets.
     storeys: int
     storey_laws: tuple[str, ...]
     storey_law: BuildingLaw
@@ -36,10 +36,10 @@ class ProtectedChain:
     damped_storeys: tuple[int, int] | None
     parameters: Mapping[str, np.ndarray]
 
-    own_storeys: np.ndarray  # which storeys are not isolators or a tuned mass damper
+    own_storeys: np.ndarray  # whether each storey belongs to the building, not to isolators or a tuned mass damper
 
     def modal(self) -> xr.Dataset:
-        """Return the undamped modes; ShearBuilding implements this method."""
+        """Return the properties of the undamped modes; ShearBuilding implements this method."""
         raise NotImplementedError
 
     def on_isolators(
@@ -53,9 +53,9 @@ class ProtectedChain:
     ) -> Self:
         """Return the building with base isolation: the isolators are an additional first storey below a base mass.
 
-        Rayleigh damping and stiffness-proportional damping become damping in proportion to the stiffness of the
-        building's own storeys (`damped_storeys`), with the damping ratio in their first mode on a fixed base. The
-        isolators are damped only by their hysteresis and `damper_coefficient`.
+        Rayleigh damping and stiffness-proportional damping are replaced by damping that is proportional to the
+        stiffness of the building's own storeys (`damped_storeys`), with the damping ratio in the first mode of these
+        storeys on a fixed base. The isolators are damped only by their hysteresis and by `damper_coefficient`.
 
         Args:
             law: Law of the isolators, by name or as an object of its class: "lead_rubber_bearing" (`stiffness` before
@@ -106,7 +106,7 @@ class ProtectedChain:
         *,
         displacement_capacity: float = 10.0,
     ) -> Self:
-        """Return the building with a tuned mass damper on its roof, an additional elastic last storey with a dashpot.
+        """Return the building with a tuned mass damper on its roof: an additional elastic storey with a dashpot.
 
         The defaults are Den Hartog's optimum, which minimises the largest response of an undamped building to a
         harmonic force of any frequency. For the mass ratio mu, the frequency ratio is 1 / (1 + mu) and the damping
@@ -155,7 +155,14 @@ class ProtectedChain:
         return self._with_storey(self.storeys, Elastic.name, own, 2 * damping_ratio * omega * mass)
 
     def _with_storey(self, place: int, law: str, own: dict[str, float], dashpot: float) -> Self:
-        """Return the building with a storey inserted at index `place`; `own` are the storey's parameters."""
+        """Return the building with a storey added at index `place`.
+
+        Args:
+            place: Index of the added storey, from the ground up.
+            law: Name of its law.
+            own: Parameter name -> value of the added storey.
+            dashpot: Coefficient of the viscous damper in the added storey [N s/m].
+        """
         if self.damping not in DAMPINGS:
             raise ValueError(
                 f"a building with damping {self.damping!r} cannot have isolators or a tuned mass damper: this damping "
@@ -180,7 +187,7 @@ class ProtectedChain:
         laws = self.storey_law.of_storeys * (1 if len(self.storey_laws) > 1 else self.storeys)
         added = {"damping_coefficient": 0.0, "damper_coefficient": dashpot, "velocity_exponent": 1.0}
         added["gravity_load"] = STANDARD_GRAVITY * own["mass"]
-        # Devices of the building's storeys have zero strength here.
+        # Devices of the building's storeys are given zero strength in the added storey.
         added |= {name: 0.0 for name in STRENGTHS if name not in added}
         devices: tuple[Any, ...] = self.storey_law.devices
         values = dict(self.parameters)
@@ -194,7 +201,7 @@ class ProtectedChain:
             if new is None and name in LAWS[law].parameters:
                 new = LAWS[law].parameters[name].default
             elif new is None and name not in ("stiffness", "mass", "height"):
-                new = before[0]  # not used: it belongs to another law, or to a device of zero strength
+                new = before[0]  # has no effect: it is a parameter of another law, or of a device of zero strength
             if new is None:
                 raise ValueError(missing_at(name, place, law))
             values[name] = np.insert(before, place, new)
@@ -202,7 +209,7 @@ class ProtectedChain:
             values["damping_ratio"] = ratio
         damped, damping = None, self.damping
         if damping in ("rayleigh", "stiffness_proportional"):
-            damping = "rayleigh"  # with damped_storeys: in proportion to their stiffness
+            damping = "rayleigh"  # with damped_storeys: proportional to the stiffness of these storeys only
             first, last = self.damped_storeys or (1, self.storeys)
             damped = (first + (place == 0), last + (place == 0))
         laws = (*laws[:place], LAWS[law], *laws[place:])

@@ -36,7 +36,7 @@ from warpdyn.model.structures.structure import MAXIMUM_STOREYS, Structure, count
 
 __all__ = ["LinearSystem", "ShearBuilding"]
 
-BUILDING_PARAMETERS = ("damping_ratio",)  # the others have one value per storey
+BUILDING_PARAMETERS = ("damping_ratio",)  # parameters with one value for the building; others have one per storey
 
 
 @with_suggestions
@@ -81,7 +81,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         drift_capacity: Storey drift at which the building collapses [m], shape [storey], as in OpenSees' MinMax; None:
             no capacity.
         drift_ratio_capacity: Storey drift ratio at which the building collapses [1], shape [storey]. If both
-            capacities are given, a storey has the smaller one.
+            capacities are given, the smaller drift counts in each storey.
         **parameters: Parameters of the damping, and of laws and devices that are given by name: one value or one per
             storey, such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys whose
             law has the parameter; other storeys have NaN. If a storey has no friction damper, viscous damper or gap,
@@ -198,17 +198,17 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         if caution := self.storey_law.caution(arrays):
             warn_caller(caution)
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(arrays)
-        self.own_storeys = np.ones(self.storeys, dtype=bool)  # not isolators or a tuned mass damper
+        self.own_storeys = np.ones(self.storeys, dtype=bool)  # False: isolators or a tuned mass damper
         self.inherent_damping = kind.checked(damping, self.storeys, damping_modes, damped_storeys)
         self.damping_modes, self.damped_storeys = self.inherent_damping.modes, self.inherent_damping.storeys
 
     def _values(self, given: Mapping[str, ArrayLike], of_damping: Collection[str]) -> dict[str, ArrayLike]:
-        """Return each parameter's given value or its default; raise a ValueError that names all missing parameters."""
+        """Return the given value or the default of each parameter; a ValueError names all missing parameters."""
         several = len(self.storey_laws) > 1
         values: dict[str, ArrayLike] = {}
         missing = []
         for name, parameter in self.parameter_table.items():
-            # If laws differ, each law has its own default.
+            # If storeys have different laws, each law has a different default.
             by_law = several and any(name in each.parameters for each in self.storey_law.laws)
             value = given.get(name, np.nan if by_law else parameter.default)
             if value is None:
@@ -222,10 +222,15 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         names = ", ".join(f"{name} ({self.parameter_table[name].long_name})" for name in missing)
         verb, them = ("is", "it") if len(missing) == 1 else ("are", "them")
         needs = "need" if len(who) > 1 else "needs"
-        raise ValueError(f"{names} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}")
+        remedy = ", ".join(f"{name}=" for name in missing)
+        raise ValueError(f"{names} {verb} missing: {' and '.join(who) or 'a building'} {needs} {them}. Give {remedy}")
 
     def _where_taken(self, name: str, values: np.ndarray, *, is_given: bool) -> tuple[np.ndarray, np.ndarray | None]:
-        """Return a parameter's values, NaN in storeys whose law does not have it, and which storeys have it."""
+        """Return the values of a parameter if storeys have different laws, and whether each storey has the parameter.
+
+        Values are NaN in storeys whose law does not have the parameter. Both arrays have shape [storey]; the second is
+        None if no law has the parameter, so that it belongs to the building or to devices.
+        """
         laws = [law for law in self.storey_law.laws if name in law.parameters]
         if not laws:
             return values, None
@@ -240,24 +245,27 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     @property
     def dofs(self) -> int:
-        """Number of degrees of freedom, one per storey."""
+        """Number of degrees of freedom of the building, one per storey."""
         return self.storeys
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
-        """Values of the parameters."""
+        """Parameter name -> nominal values, which scatter multiplies or replaces, each of shape [storey] or []."""
         return self.parameters
 
     def is_by_storey(self, name: str) -> bool:
-        """Return whether a parameter has one value per storey."""
+        """Return whether the parameter `name` has one value per storey; only the damping ratio has one per building."""
         return name not in BUILDING_PARAMETERS
 
     def input_name(self, name: str) -> str:
-        """Return the parameter's name."""
+        """Return the name of a parameter's random values in the dataset: the unchanged name of the parameter."""
         return name
 
     def chosen(self) -> dict[str, Any]:
-        """Return laws, devices, damping, and the numbers of storeys that are isolators or a tuned mass damper."""
+        """Return the choices other than parameters, for the JSON of the scene.
+
+        They are laws, devices, damping, and the numbers of the storeys that are isolators or a tuned mass damper.
+        """
         found: dict[str, Any] = {"law": self.law, "damping": self.damping}
         found |= {"devices": list(self.devices)} if self.devices else {}
         added = np.flatnonzero(~self.own_storeys) + 1
@@ -269,29 +277,32 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         return found | ({"storey_laws": list(self.storey_laws)} if len(self.storey_laws) > 1 else {})
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the building's table in notebooks: first periods and parameters."""
+        """Return the rows of the table that notebooks show for the building: first three periods, and parameters."""
         periods = self.modal()["period"].values[:3]
         return [("first periods", "", periods, "s"), *super().told()]
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return the coordinates `storey`, `floor` if a recorder needs it, and storey kinds if storeys were added."""
+        """Return the coordinate `storey` and, if a recorder needs it, `floor`.
+
+        If the building has isolators or a tuned mass damper, the kind of each storey is also returned.
+        """
         of_kinds = {} if self.own_storeys.all() else {STOREY_KIND: ("storey", self.storey_kinds, KIND_ATTRIBUTES)}
         return numbered_storeys(self.storeys, recorders) | of_kinds
 
     @property
     def storey_kinds(self) -> np.ndarray:
-        """Kind of each storey, an index into STOREY_KINDS, shape [storey]."""
+        """Kind of each storey as an index into STOREY_KINDS (building, isolators, damper), shape [storey]."""
         place = np.arange(self.storeys)
         first = int(np.flatnonzero(self.own_storeys)[0])
         return np.where(self.own_storeys, 0, np.where(place < first, 1, 2)).astype(np.int8)
 
     def modal(self) -> xr.Dataset:
-        """Return periods, shapes, participation factors and effective masses of the undamped building."""
+        """Return a dataset of the undamped modes: periods, shapes, participation factors and effective masses."""
         return modal_properties(self.parameters["mass"], chain_stiffness_matrix(effective_stiffness(self.parameters)))
 
     @property
     def default_collapse_drift_ratio(self) -> float | None:
-        """0.5 for a building with a gravity load and without drift capacities; else None."""
+        """Default collapse drift ratio [1]: 0.5 for a building with a gravity load and no drift capacities, or None."""
         is_pulled = "gravity_load" in self.parameters and not capacities_of(self.parameters)
         return COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY if is_pulled else None
 
@@ -314,5 +325,5 @@ def numbered_storeys(storeys: int, recorders: tuple[str, ...]) -> dict[str, tupl
 
 
 def _unequal(name: str, values: int, other: str, others: int) -> str:
-    """Return an error message about two parameters with values for different numbers of storeys."""
+    """Return an error message about two arguments that have different numbers of values, one per storey."""
     return f"{name} has {values} values and {other} has {others}: lists with one value per storey must be equally long"

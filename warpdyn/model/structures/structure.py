@@ -19,18 +19,18 @@ class Structure(ABC):
     """Base class of the structures of scenes; arguments are checked when an object is made.
 
     Attributes:
-        family: The kind of kernels that integrate the structure: "chain" or "dense".
+        family: Family of the kernels that integrate the structure: "chain" (shear buildings) or "dense" (matrices).
         demand: Name of the recorder whose error the step control limits.
         can_yield: Whether an earthquake may cause residual drifts.
-        is_many: Whether the object is a portfolio of buildings of several kinds.
-        is_scaled: Whether parameters are matrices, which scatter can only multiply.
-        law: Names of storey laws and devices, joined; "elastic" for a linear structure.
-        storey_laws: Name of the law of each storey, or one name for all storeys.
+        is_many: Whether the object is a portfolio of several building types.
+        is_scaled: Whether parameters are matrices, which scatter can only multiply by a factor.
+        law: Names of the storey laws and devices, joined to one text; "elastic" for a linear structure.
+        storey_laws: Names of the laws, one per storey, or one name for all storeys.
         storey_law: The laws of all storeys as one object.
         devices: Names of the devices parallel to the storey springs.
         damping: Name of the kind of damping.
         parameters: Parameter name -> values.
-        parameter_table: Parameter name -> units, bounds and default.
+        parameter_table: Parameter name -> units, bounds and default value.
     """
 
     family: ClassVar[str]
@@ -49,7 +49,7 @@ class Structure(ABC):
     @property
     @abstractmethod
     def dofs(self) -> int:
-        """Number of degrees of freedom."""
+        """Number of degrees of freedom of the structure."""
 
     @property
     @abstractmethod
@@ -58,43 +58,43 @@ class Structure(ABC):
 
     @abstractmethod
     def is_by_storey(self, name: str) -> bool:
-        """Return whether a parameter has one value per storey."""
+        """Return whether the parameter `name` has one value per storey."""
 
     @abstractmethod
     def input_name(self, name: str) -> str:
-        """Return the name of a parameter's random values in the dataset."""
+        """Return the name that the random values of the parameter `name` have in the dataset of a run."""
 
     @abstractmethod
     def chosen(self) -> dict[str, Any]:
-        """Return the choices that are not parameters, such as the law, for the structure's JSON."""
+        """Return the choices that are not parameters, such as the law, as a dictionary for the JSON of the scene."""
 
     def description(self) -> dict[str, Any]:
-        """Return the structure as a dictionary, for its JSON."""
+        """Return the structure as a dictionary, for the JSON of the scene."""
         return {"type": type(self).__name__, **self.chosen(), **self.parameters}
 
     def _repr_html_(self) -> str:
         return html_table(repr(self), self.told(), ("", "name", "values, from the ground up", "units"))
 
     def told(self) -> list[tuple[object, ...]]:
-        """Return the rows of the structure's table in notebooks, one per parameter."""
+        """Return the rows of the table that notebooks show for the structure, one row per parameter."""
         known = self.parameter_table.items()
         return [(each.long_name, name, self.parameters[name], each.units) for name, each in known]
 
     @abstractmethod
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
-        """Return the coordinates along the dimensions of the recorded variables."""
+        """Return the coordinates, such as `storey`, along the dimensions of the variables that the recorders record."""
 
     @property
     def default_collapse_drift_ratio(self) -> float | None:
-        """Storey drift ratio of collapse if neither scene nor structure gives a collapse limit; None: no collapse."""
+        """Storey drift ratio at which samples collapse if no collapse limit is given [1]; None: no collapse."""
         return None
 
     @property
     def forgets(self) -> bool:
-        """Whether the structure's forces depend only on its present displacements and velocities."""
+        """Whether the forces depend only on the present displacements and velocities, not on the earlier response."""
         return self.storey_law.has_only_linear_springs
 
 
 def count_along(dim: str, count: int, text: str) -> tuple:
-    """Return a coordinate with the numbers 1 to `count` along dimension `dim`; `text` is its long name."""
+    """Return a coordinate of a dataset: the numbers 1 to `count` along dimension `dim`, with the long name `text`."""
     return dim, np.arange(1, count + 1, dtype=np.int32), {"long_name": text, "units": "1"}

@@ -14,8 +14,8 @@ from warpdyn.foundations.core.checks import one_of
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.plausibility.table import CHECKS
 
-MOST_FINDINGS = 5  # in full in one warning; the others usually follow from the first ones
-OUTSIDE = 1 + 1e-9  # a value beyond this many times a bound is outside the band
+MOST_FINDINGS = 5  # sentences in one warning; further implausible values usually follow from the first ones
+OUTSIDE = 1 + 1e-9  # a value is implausible if it is beyond a bound by more than this factor (rounding)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -36,7 +36,7 @@ class meant_as_given:  # lower case, because it reads as a keyword: `with meant_
         ...     machine = wd.ShearBuilding(mass=100.0, stiffness=4e4, height=0.2)
     """
 
-    _is_unused = False  # until the names are checked
+    _is_unused = False  # becomes True after the names are checked, and False once the object is used
 
     def __init__(self, *quantities: str) -> None:
         if not quantities:
@@ -73,14 +73,17 @@ class meant_as_given:  # lower case, because it reads as a keyword: `with meant_
 
 
 def _times_outside(values: np.ndarray, low: float, high: float) -> np.ndarray:
-    """Return value / `high` or `low` / value, the larger of both: above 1 outside of the bounds. NaN for NaN."""
+    """Return how many times each value is outside of its bounds: the larger of value / `high` and `low` / value.
+
+    The result is above 1 for values outside of the bounds, also for zero and negative values, and NaN for NaN.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         outside = np.fmax(values / high, low / values if low > 0 else -np.inf)
-    return np.where(values < low, np.fmax(outside, 2.0), outside)  # also for zero and negative values
+    return np.where(values < low, np.fmax(outside, 2.0), outside)  # zero and negative values: at least 2
 
 
 class PlausibilityFindings:
-    """Collects the implausible values of one input, with one sentence per quantity."""
+    """Collects implausible values of one input, such as a scene; each quantity gets one sentence in the warning."""
 
     def __init__(self) -> None:
         self._found: dict[str, str] = {}
@@ -94,7 +97,7 @@ class PlausibilityFindings:
             values: Values of the quantity; NaN values are not checked.
             where: Words that follow the quantity in the sentence, such as " of motion 'A'".
             along: Name of the last dimension, such as "storey", if the sentence gives its number (from 1); "": no.
-            high: Largest usual value; None: that of CHECKS.
+            high: Largest usual value; None: the value in CHECKS.
 
         Returns:
             Whether a value is implausible.
@@ -115,7 +118,7 @@ class PlausibilityFindings:
         return True
 
     def add_each(self, name: str, values: Sequence[float], where: Callable[[int], str]) -> None:
-        """Call `add` for every implausible value, with the words `where(index)`."""
+        """Add a sentence for every implausible value. `where(index)` returns its place, such as " of motion 'A'"."""
         outside = _times_outside(np.asarray(values, dtype=np.float64), CHECKS[name].low, CHECKS[name].high)
         for place in np.flatnonzero(outside > OUTSIDE).tolist():
             self.add(name, values[place], where(place))
@@ -139,7 +142,7 @@ class PlausibilityFindings:
 
 
 def warn_of_implausible_limits(limits: Mapping[str, float], of: str = "drift_limit") -> None:
-    """Give one warning of implausible limits.
+    """Give one warning that lists all implausible limits, such as drift limits of damage states.
 
     Args:
         limits: Words that follow the quantity, such as " of 'slight'" -> limit. Infinite limits, which only a collapse

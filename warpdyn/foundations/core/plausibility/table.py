@@ -1,8 +1,8 @@
 """The table of plausibility checks: usual values of quantities, and mistakes that lead to unusual values.
 
-Impossible values are errors. A plausibility check warns of possible values that users rarely intend; most of them are
-in a wrong unit. The range of usual values is wider than in practice; comments give sources. For quantities of a
-building, the table also has a function that computes it from a `BuildingView` (warpdyn/model/scene).
+Impossible values are errors. A plausibility check warns of possible values that users rarely intend, mostly because of
+a wrong unit. The range of usual values is wider than in practice; comments give sources. A check of a building also has
+a function that computes the checked quantity from a `BuildingView` (warpdyn/model/scene), the table of its parameters.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import numpy as np
 
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
-MOST_MISTAKES = 2  # named in a warning, each with the value that it explains
-MOST_NAMED = 3  # named if no mistake explains the value
-LEAST_YIELD_DRIFT_RATIO = 7e-5  # top storeys of old Hazus buildings: 9.5e-5; forces in kN lead to 5e-5 at most
+MOST_MISTAKES = 2  # likely mistakes in one warning, each with the value that would be meant
+MOST_NAMED = 3  # mistakes that a warning excludes if no mistake explains the value
+LEAST_YIELD_DRIFT_RATIO = 7e-5  # top storeys of old Hazus buildings: 9.5e-5; forces in kN lead to at most 5e-5
 HIGHEST_HAZARD_SLOPE = 1.7  # of the highest hazard of any site, ln(rate) over ln(intensity)
 LARGEST_RECORDED = 2 * STANDARD_GRAVITY  # exceeded only rarely: 2.7 g at Tsukidate in 2011 (K-NET, MYG004)
 
 # Clause that describes a likely mistake -> factor from the given to the intended value. None: no factor corrects the
-# mistake. A function: neither, and it returns whether the mistake may lead to a value.
+# mistake. A function: no factor corrects it, and the function returns whether a value may be due to the mistake.
 Mistakes = dict[str, float | Callable[[float], bool] | None]
 G = STANDARD_GRAVITY
 # Units that users give in place of SI units, each with its size in SI units.
@@ -40,14 +40,14 @@ DASHPOT = {"kN s/m": 1e3, "MN s/m": 1e6}
 
 @dataclass(frozen=True)
 class Check:
-    """The check of one quantity.
+    """The plausibility check of one quantity, such as the storey height.
 
     Args:
         words: The quantity in words.
         units: Unit of the quantity in warpdyn.
         low: Smallest usual value.
         high: Largest usual value.
-        mistakes: Likely mistakes.
+        mistakes: Likely mistakes, as clause -> factor from the given to the intended value.
         typical: Typical value; the mistakes whose corrected values are nearest to it are named first. None: the
             geometric mean of `low` and `high`.
         of_building: Function that computes the quantity from a `BuildingView`, shape [row]; None: the value is passed
@@ -84,27 +84,27 @@ class Check:
 
 
 def given_in(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes "the quantity itself was given in another unit"."""
+    """Return the mistakes "the checked quantity itself was given in another unit", one per unit."""
     return {f"if given in {unit}": size for unit, size in units.items()}
 
 
 def with_units(name: str, units: Mapping[str, float], power: float = 1.0) -> Mistakes:
-    """Return the mistakes "argument `name` was given in another unit", for a quantity in proportion to name^power."""
+    """Return the mistakes "argument `name` was given in another unit"; the quantity is proportional to name^power."""
     return {f"with {name} given in {unit}": size**power for unit, size in units.items()}
 
 
 def _one_in(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes "one of several values is in another unit", for the ratio of the larger to the smaller."""
+    """Return the mistakes "one of several values is in another unit"; the quantity is the larger over the smaller."""
     mistakes: Mistakes = {f"with one given in {unit}": 1 / size for unit, size in units.items() if size > 10}
     return mistakes | {"one of them may be in another unit than the others": None}
 
 
 def _over_highest(units: Mapping[str, float], power: float = 1.0) -> Check:
-    """Return the check of a hazard curve against the highest known hazard.
+    """Return the check that compares the rates of a hazard curve with the highest known seismic hazard.
 
     Args:
         units: Units in which the intensities may have been given by mistake, with their sizes.
-        power: The intensity measure is in proportion to this power of the acceleration.
+        power: The intensity measure is proportional to this power of the ground acceleration.
     """
     mistakes = with_units("intensities", units, HIGHEST_HAZARD_SLOPE / power)
     mistakes |= {"with probabilities in 50 years given as annual rates (see HazardCurve.from_probabilities)": 1 / 50}
@@ -130,7 +130,7 @@ _IN_MANY_YEARS: Mistakes = {
     "they may be return periods: give 1 / period": lambda value: value > 10,
 }
 
-# In the order of warnings: first arguments, then quantities that follow from them.
+# In the order in which a warning lists them: first arguments, then quantities that are computed from arguments.
 CHECKS: Mapping[str, Check] = {
     "random_factor": Check(
         *("random factor", "1", 0.1, 10.0),
@@ -159,7 +159,7 @@ CHECKS: Mapping[str, Check] = {
         *("gravity load on a storey over that on a neighbouring one", "1", 0.0, 100.0, _one_in(FORCE)),
         of_building=lambda b: b.over_neighbour("gravity_load"),
     ),
-    # The pendulum's period 2 pi sqrt(R / g) is then 1.3 to 7.8 s; bearings are made for 2 to 6 s.
+    # A pendulum with these radii has a period 2 pi sqrt(R / g) of 1.3 to 7.8 s; bearings are made for 2 to 6 s.
     "pendulum_radius": Check(
         *("radius of the friction pendulum", "m", 0.4, 15.0, given_in(LENGTH)),
         of_storeys=lambda b: b["radius"],
@@ -170,7 +170,7 @@ CHECKS: Mapping[str, Check] = {
         *("friction coefficient of the bearings", "1", 0.005, 0.3, given_in(PERCENT)),
         of_storeys=lambda b: b.above_0("friction_coefficient"),
     ),
-    # Bearings carry the building; the band allows for vertical accelerations and partial sets of bearings.
+    # Bearings carry the building; the range allows for vertical accelerations and for partial sets of bearings.
     "bearing_weight_over_weight": Check(
         *("weight on the bearings over the weight above", "1", 0.1, 3.0, with_units("weight", FORCE) | _PER_MASS),
         of_storeys=lambda b: b["weight"] / b.weight_above,
@@ -185,7 +185,7 @@ CHECKS: Mapping[str, Check] = {
         *("displacement at which the isolators yield", "m", 1e-5, 0.15, _PER_STIFFNESS | _YIELD_FORCE),
         of_storeys=lambda b: b.in_isolators(b["yield_force"]) / b["stiffness"],
     ),
-    # From the stiffness after yield: isolated buildings have 1.5 to 5 s, machines on springs less.
+    # Computed from the stiffness after yield. Isolated buildings have 1.5 to 5 s, machines on springs less.
     "isolated_period": Check(
         *("period of the rigid building on its isolators", "s", 0.3, 15.0),
         with_units("stiffness after yield", STIFFNESS, -0.5) | _MASS,
@@ -201,13 +201,13 @@ CHECKS: Mapping[str, Check] = {
         with_units("brace_stiffness", STIFFNESS, -1) | with_units("slip_force", FORCE),
         of_storeys=lambda b: b.above_0("slip_force") / b.above_0("brace_stiffness") / b["height"],
     ),
-    # Makers name 0.15 to 1 (linear); below 0.1 a damper is a friction damper.
+    # Manufacturers give 0.15 to 1 (1: linear); below 0.1 a viscous damper acts like a friction damper.
     "velocity_exponent": Check(
         *("velocity exponent of the viscous damper", "1", 0.1, 1.0),
         {"dampers of buildings have exponents of 0.15 to 1": None},
         of_storeys=lambda b: np.where(b["damper_coefficient"] > 0, b["velocity_exponent"], np.nan),
     ),
-    # It only rounds the force near rest. Far above the band dampers have little effect; far below, steps get short.
+    # It only smooths the force near zero velocity. Above the range dampers have little effect; below, steps get short.
     "linear_velocity": Check(
         *("linear_velocity of the viscous damper", "m/s", 1e-4, 0.1, given_in(VELOCITY)),
         of_storeys=lambda b: np.where(b.is_power_damper, b["linear_velocity"], np.nan),
@@ -258,7 +258,7 @@ CHECKS: Mapping[str, Check] = {
         _PERIOD | given_in(TIME) | {"mass and stiffness may be swapped": lambda period: period > 20},
         of_building=lambda b: b.period,
     ),
-    # Not of a single storey: it may be an oscillator, whose height only divides its drift.
+    # Buildings with one storey are not checked: they may be oscillators, whose height only divides the drift.
     "first_period_over_height": Check(
         *("first period over height", "s/m", 5e-3, 1.0, _PERIOD | _PER_HEIGHT),
         of_building=lambda b: b.period_over_height,

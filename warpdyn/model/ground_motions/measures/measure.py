@@ -13,8 +13,8 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 
 ACCELERATION = "m s-2"
-SAME = 0.01  # relative difference of two periods or damping ratios that are equal except for printed digits
-# OpenQuake's unit of each kind of measure (openquake.hazardlib.imt), and its size in SI units.
+SAME = 0.01  # two periods or damping ratios are equal up to printed digits if their relative difference is at most this
+# Kind of measure -> its unit in OpenQuake (openquake.hazardlib.imt), and the size of this unit in SI units.
 OPENQUAKE_UNITS = {
     **dict.fromkeys(("PGA", "SA", "AvgSA"), ("g", STANDARD_GRAVITY)),
     "PGV": ("cm s-1", 0.01),
@@ -41,29 +41,29 @@ class IntensityMeasure(ABC):
     @property
     @abstractmethod
     def name(self) -> str:
-        """Name of this measure in results and figures."""
+        """Name of the intensity measure in results and figures."""
 
     @property
     def kind(self) -> str:
-        """OpenQuake's name without the period, such as "PGA" or "SA"; "" if OpenQuake has no such measure."""
+        """OpenQuake's name of the measure without period, such as "PGA" or "SA"; "" if OpenQuake does not have it."""
         return ""
 
     @property
     def components(self) -> str:
-        """Combination of two components, such as "geometric mean" or "RotD50"; "" for a single component."""
+        """How two components are combined, such as "geometric mean" or "RotD50"; "" for a single component."""
         return ""
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and periods [s], if the measure has them; otherwise ()."""
+        """Damping ratio [%] followed by periods [s], if the measure has them; otherwise ()."""
         return ()
 
     @abstractmethod
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion [units]."""
+        """Return the value of the intensity measure for a ground motion [units]."""
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion [units], shape [motion]."""
+        """Return the value of the intensity measure for each ground motion [units], shape [motion]."""
         return np.array([self.value(motion) for motion in motions])
 
     @property
@@ -72,15 +72,15 @@ class IntensityMeasure(ABC):
         return "g" if self.units == ACCELERATION else self.units
 
     def level_values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion [level_units], shape [motion]."""
+        """Return the value of the intensity measure for each motion [level_units], shape [motion]."""
         return self.values(motions) / self.unit_size(self.level_units)
 
     def scale_factors(self, levels: np.ndarray, intensities: np.ndarray) -> np.ndarray:
-        """Return the factors that scale motions with these intensities to the levels; both have the same units."""
+        """Return the factors that scale motions from `intensities` to `levels`; both have the same units."""
         return (levels / intensities) ** (1 / self.power)
 
     def scaled_levels(self, factors: np.ndarray, intensities: np.ndarray) -> np.ndarray:
-        """Return the intensities after the motions are multiplied by the factors."""
+        """Return the intensities after motions with `intensities` are multiplied by `factors`."""
         return factors**self.power * intensities
 
     def unit_size(self, units: object) -> float:
@@ -94,24 +94,24 @@ class IntensityMeasure(ABC):
         if units == self.level_units:
             return STANDARD_GRAVITY
         allowed = " or ".join(map(repr, dict.fromkeys((self.level_units, self.units))))
-        raise ValueError(f"{self.name} must be in {allowed}, got {units!r}")
+        raise ValueError(f"{self.name} must be in {allowed}, got {units!r}: convert the values, and correct the unit")
 
     def from_openquake(self) -> tuple[str, float]:
-        """Return `level_units` and the factor from OpenQuake's unit to it; the measure must have a `kind`."""
+        """Return `level_units` and the factor from OpenQuake's unit to them; the measure must have a `kind`."""
         return self.level_units, OPENQUAKE_UNITS[self.kind][1] / self.unit_size(self.level_units)
 
     def is_like(self, other: IntensityMeasure) -> bool:
-        """Return whether two measures are the same, except for the combination of components.
+        """Return whether two measures are equal, except for the combination of components.
 
         The combination is not compared, because names in hazard files do not contain it. Periods are compared only if
-        both names contain them.
+        both measures have them.
         """
         pairs = zip(self.parameters, other.parameters, strict=False)
         is_of_one_kind = (self.kind or self.name) == (other.kind or other.name)
         return is_of_one_kind and all(abs(a - b) <= SAME * max(a, b) for a, b in pairs)
 
     def attributes(self) -> dict[str, object]:
-        """Return this measure's attributes in a dataset: name and, if it has them, period and damping ratio."""
+        """Return the attributes that describe the measure in a dataset: name, and period and damping if it has them."""
         known = {PERIOD: "period", PERIODS: "periods", DAMPING: "damping_ratio"}
         found = {key: getattr(self, name) for key, name in known.items() if hasattr(self, name)}
         return {MEASURE: self.name} | {key: np.asarray(value, dtype=float)[()] for key, value in found.items()}

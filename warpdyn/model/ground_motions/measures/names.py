@@ -50,7 +50,7 @@ _USGS_PERIOD = re.compile(r"SA(\d+)P(\d+)")
 
 
 class NamedMeasure(IntensityMeasure):
-    """A measure that is known only by its name, such as an average over periods that the name does not contain.
+    """A measure that is known only by its name, such as an average over periods that are not in the name.
 
     Args:
         name: The name.
@@ -69,12 +69,12 @@ class NamedMeasure(IntensityMeasure):
         vars(self).update(name=name, units=units, kind=kind, components=components, parameters=tuple(parameters))
 
     def value(self, motion: GroundMotion) -> float:
-        """Raise a ValueError, because the name does not define the value of a motion."""
+        """Raise a ValueError: the name alone does not define how the value of a motion is computed."""
         raise ValueError(f"warpdyn cannot compute {self.name!r}: give a measure such as wd.SpectralAcceleration(1.0)")
 
 
 def measure_named(name: str) -> IntensityMeasure | None:
-    """Return the intensity measure with this name, or None if warpdyn does not know the name.
+    """Return the intensity measure that has a given name; None if warpdyn does not know the name.
 
     Args:
         name: A name in the notation of OpenQuake, the USGS or warpdyn, such as "PGA", "SA(0.3)", "SA0P3" or
@@ -102,21 +102,21 @@ def _of_one_component(text: str) -> IntensityMeasure | None:
         return _BY_NAME.get(text.casefold())
     try:
         return SpectralAcceleration(float(spectral["period"]), float(spectral["damping"] or 5) / 100)
-    except ValueError:  # a period of 0 or a damping ratio of 100 %
+    except ValueError:  # the name contains a period of 0 or a damping ratio of 100 %
         return None
 
 
 def spectral_name(name: str) -> str:
-    """Return "SA(0.2)" for the USGS's "SA0P2", and other names unchanged."""
+    """Return the name with a spectral acceleration of the USGS, such as "SA0P2", converted to the form "SA(0.2)"."""
     found = _USGS_PERIOD.fullmatch(name)
     return f"SA({float(f'{found[1]}.{found[2]}'):g})" if found else name
 
 
 def same_measure(one: str, other: str) -> bool | None:
-    """Return whether two names are names of the same intensity measure; None if this is unknown.
+    """Return whether two names denote the same intensity measure; None if warpdyn does not know one of the names.
 
     Args:
-        one: The first name; "" if a dataset does not name its measure.
+        one: The first name; "" if a dataset does not name the intensity measure.
         other: The second name.
     """
     if one.strip() == other.strip():

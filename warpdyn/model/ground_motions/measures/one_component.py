@@ -27,8 +27,8 @@ def spectral_acceleration(
 ) -> float | np.ndarray:
     """Return the pseudo-spectral acceleration: peak displacement of an oscillator times its squared circular frequency.
 
-    It is exact up to rounding, as in `response_spectra`. It is always computed on the CPU, so that the scale factors of
-    stripes do not depend on the device of a run.
+    The result is exact up to rounding, as in `response_spectra`. It is always computed on the CPU, so that the scale
+    factors of stripes do not depend on the device of a run.
 
     Args:
         motion: The ground motion.
@@ -48,18 +48,18 @@ def spectral_acceleration(
 
 
 def _accelerations(motions: Sequence[GroundMotion], periods: np.ndarray, damping_ratio: float) -> np.ndarray:
-    """Return pseudo-spectral accelerations [m/s2], shape [motion, period]."""
+    """Return the pseudo-spectral acceleration of each motion at each period [m/s2], shape [motion, period]."""
     _check_damping_ratio(damping_ratio)
     return (2 * np.pi / periods) ** 2 * spectral_displacements(motions, periods, np.array([damping_ratio]))[:, 0]
 
 
 class _WithoutPeriod(IntensityMeasure):
-    """Base class of measures without a period."""
+    """Base class of intensity measures that have no period, such as PGA."""
 
-    compute: ClassVar[Any]  # a function of the motion
+    compute: ClassVar[Any]  # function from a motion to the value of the measure
 
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion [units]."""
+        """Return the value of the intensity measure for a ground motion [units]."""
         _check_motion(motion)
         return float(type(self).compute(motion))
 
@@ -166,17 +166,17 @@ class SignificantDuration(IntensityMeasure):
 
     @property
     def name(self) -> str:
-        """Name of this measure in results and figures."""
+        """Name of the intensity measure in results and figures, such as "D5-95"."""
         return f"D{100 * self.start:.4g}-{100 * self.end:.4g}"
 
     @property
     def kind(self) -> str:
-        """OpenQuake's name, such as "RSD595"; "" for fractions that OpenQuake lacks."""
+        """OpenQuake's name of the measure, such as "RSD595"; "" if OpenQuake does not have these fractions."""
         kind = f"RS{self.name.replace('-', '')}"
         return kind if kind in OPENQUAKE_UNITS else ""
 
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion [s]."""
+        """Return the significant duration of a ground motion [s]."""
         _check_motion(motion)
         return integrals.significant_duration(motion, self.start, self.end)
 
@@ -212,16 +212,16 @@ class SpectralAcceleration(IntensityMeasure):
 
     @property
     def name(self) -> str:
-        """Name of this measure in results and figures."""
+        """Name of the intensity measure in results and figures, such as "Sa(1 s, 5 %)"."""
         return f"Sa({self.period:.4g} s, {100 * self.damping_ratio:.4g} %)"
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and period [s]."""
+        """Damping ratio [%] and period [s] of the spectral acceleration."""
         return 100 * self.damping_ratio, self.period
 
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion [m/s2].
+        """Return the pseudo-spectral acceleration of a ground motion [m/s2].
 
         Args:
             motion: The motion.
@@ -233,7 +233,7 @@ class SpectralAcceleration(IntensityMeasure):
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion [m/s2], shape [motion]; one kernel computes all motions.
+        """Return the pseudo-spectral acceleration of each motion [m/s2], shape [motion]; one kernel computes all.
 
         Args:
             motions: The motions.
@@ -282,29 +282,29 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     @property
     def name(self) -> str:
-        """Name of this measure in results and figures."""
+        """Name of the intensity measure in results and figures, with the range and number of periods."""
         row = np.asarray(self.periods)
         span = f"{row.min():.4g} to {row.max():.4g} s, {row.size} periods"
         return f"Sa_avg({span}, {100 * self.damping_ratio:.4g} %)"
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%], and the shortest and the longest period [s]."""
+        """Damping ratio [%], and the shortest and the longest period of the average [s]."""
         return 100 * self.damping_ratio, float(np.min(self.periods)), float(np.max(self.periods))
 
     def value(self, motion: GroundMotion) -> float:
-        """Return the measure of a motion [m/s2]."""
+        """Return the average spectral acceleration of a ground motion [m/s2]."""
         _check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return the measure of each motion [m/s2], shape [motion], by one launch of a kernel."""
+        """Return the average spectral acceleration of each motion [m/s2], shape [motion]; one kernel computes all."""
         values = _accelerations(motions, np.array(self.periods), self.damping_ratio)
         with np.errstate(divide="ignore"):  # the mean of a motion that is zero throughout is zero
             return np.exp(np.log(values).mean(axis=1))
 
 
-# Variables of the dataset that intensity_measures returns.
+# Variables of the dataset that `intensity_measures` returns: name -> (measure, long name).
 _TABLE = {
     "peak_ground_acceleration": (PeakGroundAcceleration(), "peak ground acceleration"),
     "peak_ground_velocity": (PeakGroundVelocity(), "peak ground velocity"),
@@ -319,8 +319,8 @@ _TABLE = {
 def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dataset:
     """Return the intensity measures without a period: peaks, integrals and durations of ground motions.
 
-    They are exact for accelerations that are linear between samples. Velocities and displacements start from zero and
-    are computed over the duration of the record, without baseline correction.
+    The measures are exact for accelerations that are linear between samples. Velocities and displacements start from
+    zero and are computed over the duration of the record, without baseline correction.
 
     Args:
         motions: One ground motion or several.

@@ -1,4 +1,4 @@
-"""Intensity measures of pairs of horizontal components; both components have the value of the pair."""
+"""Intensity measures of pairs of horizontal components; both components of a pair get the same value."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.components.pairing import instrument_of, pairs
 
-ANGLES = np.arange(180)  # degrees; a turn by 180 degrees changes only the sign
+ANGLES = np.arange(180)  # degrees; rotating a motion by 180 degrees changes only its sign
 
 
 class PairMeasure(IntensityMeasure):
-    """Base class of measures of pairs of motions; two motions with the same `record` are a pair."""
+    """Base class of intensity measures of pairs. Two motions with the same name of the record are a pair."""
 
     def value(self, motion: GroundMotion) -> float:
-        """Raise a ValueError, because the measure needs both components."""
+        """Raise a ValueError, because a single motion is not sufficient: the measure needs both components."""
         raise ValueError(f"{self.name} needs both components of motion {motion.name!r}: call values([first, second])")
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
-        """Return for each motion the measure of its pair, shape [motion]."""
+        """Return, for each motion, the measure of the pair to which it belongs [units], shape [motion]."""
         both = pairs(motions)
         values = self.pair_values(both)
         of_instrument = {instrument_of(each): value for pair, value in zip(both, values, strict=True) for each in pair}
@@ -40,7 +40,7 @@ class PairMeasure(IntensityMeasure):
         return np.array([of_instrument[instrument_of(motion)] for motion in motions])
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
-        """Return the measure of each pair, shape [pair]."""
+        """Return the value of the measure for each pair of motions [units], shape [pair]."""
         raise NotImplementedError
 
 
@@ -77,30 +77,30 @@ class GeometricMean(PairMeasure):
 
     @property
     def name(self) -> str:
-        """Name of this measure in results and figures."""
+        """Name of the intensity measure in results and figures, such as "geometric mean of PGA"."""
         return f"{self.components} of {self.measure.name}"
 
     @property
     def components(self) -> str:
-        """Combination of the two components."""
+        """How two components are combined: "geometric mean"."""
         return "geometric mean"
 
     @property
     def kind(self) -> str:
-        """OpenQuake's name of the measure of one component."""
+        """OpenQuake's name of the measure whose mean is computed, such as "PGA"."""
         return self.measure.kind
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and periods [s] of the measure of one component."""
+        """Damping ratio [%] and periods [s] of the measure whose mean is computed."""
         return self.measure.parameters
 
     def attributes(self) -> dict[str, object]:
-        """Return the attributes that name this measure in a dataset, with period and damping of `measure`."""
+        """Return the attributes that describe this measure in a dataset: its name, and period and damping ratio."""
         return self.measure.attributes() | {MEASURE: self.name}
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
-        """Return the measure of each pair, shape [pair]."""
+        """Return the geometric mean of the measure over the components of each pair [units], shape [pair]."""
         values = self.measure.values([motion for pair in both for motion in pair])
         return np.sqrt(values[::2] * values[1::2])
 
@@ -111,8 +111,8 @@ class RotatedSpectralAcceleration(PairMeasure):
     """A percentile, over all horizontal directions, of the pseudo-spectral acceleration (RotD50, RotD100) [m/s2].
 
     The motion is computed in the directions 0, 1, ..., 179 degrees from the first component; zeros are added to the
-    shorter component. If the azimuths are known and not 90 degrees apart, the component perpendicular to the first one
-    is computed before.
+    shorter component. If the azimuths of the components are known and not 90 degrees apart, the second component is
+    first replaced by the component perpendicular to the first one.
 
     Source: Boore (2010), "Orientation-independent, nongeometric-mean measures of seismic intensity from two horizontal
     components of motion".
@@ -142,23 +142,23 @@ class RotatedSpectralAcceleration(PairMeasure):
     kind = "SA"
 
     def __post_init__(self) -> None:
-        _ = self._of_one  # checks the period and the damping ratio
+        _ = self._of_one  # raises an error if the period or the damping ratio is invalid
         if real_number("percentile", self.percentile, least=0) > 100:
             raise ValueError(f"percentile must be at most 100, got {self.percentile!r}")
 
     @property
     def name(self) -> str:
-        """Name of this measure in results and figures."""
+        """Name of the intensity measure in results and figures, such as "RotD50 Sa(1 s, 5 %)"."""
         return f"{self.components} {self._of_one.name}"
 
     @property
     def components(self) -> str:
-        """Combination of the two components, such as "RotD50"."""
+        """How two components are combined, such as "RotD50"."""
         return f"RotD{self.percentile:02.4g}"
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and period [s]."""
+        """Damping ratio [%] and period [s] of the spectral acceleration."""
         return self._of_one.parameters
 
     @property
@@ -166,13 +166,13 @@ class RotatedSpectralAcceleration(PairMeasure):
         return SpectralAcceleration(self.period, self.damping_ratio)
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
-        """Return the measure of each pair, shape [pair]."""
+        """Return the percentile over directions of each pair's spectral acceleration [m/s2], shape [pair]."""
         rotated = [motion for first, second in both for motion in _rotated(first, second)]
         return np.percentile(self._of_one.values(rotated).reshape(len(both), ANGLES.size), self.percentile, axis=1)
 
 
 def _rotated(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
-    """Return the motions in the directions ANGLES."""
+    """Return the motion of a pair of components in each direction of ANGLES, one motion per degree."""
     if first.step != second.step:
         raise ValueError(
             f"record {first.record!r}: {first.name!r} has a step of {first.step:g} s and {second.name!r} one of "
@@ -184,7 +184,7 @@ def _rotated(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
     first_azimuth, second_azimuth = (orientation(motion.component).azimuth for motion in (first, second))
     if first_azimuth is not None and second_azimuth is not None:
         apart = np.radians(second_azimuth - first_azimuth)
-        if abs(np.cos(apart)) > 1e-9:  # not perpendicular
+        if abs(np.cos(apart)) > 1e-9:  # the components are not perpendicular
             rows[1] = (rows[1] - np.cos(apart) * rows[0]) / np.sin(apart)
     angles = np.radians(ANGLES)
     return [GroundMotion(row, first.step, first.name) for row in np.c_[np.cos(angles), np.sin(angles)] @ rows]

@@ -12,7 +12,7 @@ from warpdyn.model.ground_motions.records.units import ALLOWED_UNITS, checked_st
 
 
 def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "motion") -> GroundMotion:
-    """Return the ground motion with the accelerations in an array.
+    """Return the ground motion whose accelerations are in an array.
 
     Args:
         acceleration: Ground acceleration [`unit`], shape [time]; the first value acts at t = 0.
@@ -39,14 +39,14 @@ def from_array(acceleration: np.ndarray, step: float, unit: str, name: str = "mo
 
 
 def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -> list[GroundMotion]:
-    """Return the ground motions in a labelled array with a coordinate `time` [s] and an attribute `units`.
+    """Return the ground motions in an xarray object with a coordinate `time` [s] and an attribute `units`.
 
     Args:
         data: An array with dimension `time` and at most one more, such as `record`, or a dataset that contains it.
         variable: Name of the variable in a dataset; None: the only variable with the dimension `time`.
 
     Returns:
-        One motion [m/s2] for each element of the other dimension; its name is the element's coordinate. If `time` is
+        One motion [m/s2] per element of the other dimension, named by the coordinate of this dimension. If `time` is
         the only dimension, one motion with the name of the array.
 
     Raises:
@@ -93,7 +93,7 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
             f"{label}: has no attribute 'units': set it, such as data.attrs['units'] = 'm/s2'; "
             f"it must be one of {ALLOWED_UNITS}"
         )
-    time = data["time"] if "time" in data.coords else None  # without the coordinate, data["time"] returns positions
+    time = data["time"] if "time" in data.coords else None  # without the coordinate, data["time"] is 0, 1, 2, ...
     if time is None or time.dtype.kind not in "iuf":
         found = "is missing" if time is None else f"has dtype {time.dtype}"
         raise ValueError(f"{label}: the coordinate 'time' must contain numbers [s], but it {found}")
@@ -108,5 +108,5 @@ def from_dataset(data: xr.Dataset | xr.DataArray, variable: str | None = None) -
     rows = data.transpose(..., "time").values
     if not others:
         return [from_array(rows, step, data.attrs["units"], label)]
-    names = data[others[0]].values  # positions, if this dimension has no coordinate
+    names = data[others[0]].values  # numbers 0, 1, ... if this dimension has no coordinate
     return [from_array(row, step, data.attrs["units"], str(name)) for name, row in zip(names, rows, strict=True)]

@@ -17,7 +17,7 @@ from warpdyn.model.ground_motions.records.parsing.not_a_record import NotARecord
 from warpdyn.model.ground_motions.records.text import number
 from warpdyn.model.ground_motions.records.units import ALLOWED_UNITS, checked_step, unit_factor
 
-# The name of the unit ends at the end of the line or of a sentence, or before words about a filter.
+# In the header, the name of the unit ends at the end of a line or sentence, or before words about a filter.
 _UNITS = re.compile(r"UNITS\s+OF\s+(.*?)\s*(?:[.,;:(]|\bFILTER|\bHP\b|$)", re.IGNORECASE)
 _OTHER_QUANTITY = re.compile(r"\b(VELOCITY|DISPLACEMENT)\b", re.IGNORECASE)
 _SIZES = (
@@ -33,22 +33,23 @@ _STEP_UNITS = {"": 1.0, "S": 1.0, "SEC": 1.0, "SECS": 1.0, "SECOND": 1.0, "SECON
 def read_at2(path: str | Path) -> GroundMotion:
     """Read a record in the PEER .AT2 format, with either style of header.
 
-    The third of the four header lines names the unit ("... IN UNITS OF G"), the fourth the number of values and the
-    step ("NPTS= 1000, DT= .0200 SEC", or "4096 0.0100 NPTS, DT" in older files). Any number of values per line follows.
+    The third of the four header lines names the unit ("... IN UNITS OF G"). The fourth line contains the number of
+    values and the step ("NPTS= 1000, DT= .0200 SEC", or "4096 0.0100 NPTS, DT" in older files). The values follow, with
+    any number of values per line.
 
     Args:
         path: The file; its name without the suffix names the motion.
 
     Returns:
-        The motion [m/s2]. `record` and `component` are those in line 2 of the file, otherwise those in the file's name;
+        The motion [m/s2]. `record` and `component` are read from line 2 of the file, otherwise from the file's name;
         "" if neither contains them.
 
     Raises:
         FileNotFoundError, IsADirectoryError: If the file does not exist, or is a directory.
         ValueError: If the file is empty or contains velocities or displacements; if the header lacks a known unit, the
             number of values or the step; if a value is not a finite number, or has another form than all other values
-            (a decimal point or digit may be lost); if the number of values is not that in the header; or if the last
-            value is incomplete.
+            (a decimal point or digit may be lost); if the number of values differs from the number in the header; or if
+            the last value is incomplete.
         TypeError: If `path` is not the name of a file.
 
     Warns:
@@ -66,7 +67,7 @@ def read_at2(path: str | Path) -> GroundMotion:
 
 
 def read_at2_and_header(path: str | PathLike) -> GroundMotion:
-    """Return the motion in a file, with record and component from line 2 only, not from the file's name."""
+    """Return the motion in an AT2 file, with record and component as in line 2 of the file ("" if they are missing)."""
     record = RecordText.of(path)
     if len(record.lines) < 4:
         raise damaged(f"{path}: an AT2 file has 4 header lines, this file ends at line {len(record.lines)}")
@@ -82,7 +83,7 @@ def read_at2_and_header(path: str | PathLike) -> GroundMotion:
 
 
 def _unit_of(line: str, place: str) -> float:
-    """Return the factor to m/s2 for the unit that a header line names."""
+    """Return the factor that converts the unit named in a header line to m/s2; raise an error if it has no unit."""
     quantity = _OTHER_QUANTITY.search(line)
     if quantity and not re.search(r"\bACC", line, re.IGNORECASE):
         raise NotARecordError(
@@ -96,7 +97,7 @@ def _unit_of(line: str, place: str) -> float:
 
 
 def _sizes_of(line: str, place: str) -> tuple[str, float]:
-    """Return the number of values, as text, and the step [s] from the header line that states both."""
+    """Return the number of values (as text) and the step [s] that the fourth header line contains."""
     sizes = next(filter(None, (style.search(line) for style in _SIZES)), None)
     if not sizes:
         raise damaged(f"{place}: expected 'NPTS= 9, DT= .02 SEC' or '9 .02 NPTS, DT', got {line.strip()!r}")

@@ -34,11 +34,11 @@ from warpdyn.model.ground_motions.records.text import (
 from warpdyn.model.ground_motions.records.units import TIME_TOLERANCE, checked_step, step_of_times, unit_factor
 
 TIME_UNITS = {"s": 1.0, "ms": 1e-3}
-# Mean difference of successive values in a line over that of successive lines: below this, a line contains successive
-# values of one record. For columns that are different quantities, the ratio is 1 or more.
+# Ratio of the mean difference of successive values in a line to that of successive lines. Below this ratio, a line
+# contains successive values of one record. If columns are different quantities, the ratio is 1 or more.
 SUCCESSIVE_VALUES = 0.7
 SLOWEST_STEP = 0.5  # s; records have steps of .001 to .05 s, and times in milliseconds differ by 1 to 50
-# A letter, two letters in sequence, or a unit such as "m/s2": not "1.5E-3", nor "O.5".
+# Pattern of a word in a header: one letter, two successive letters, or a unit such as "m/s2"; not "1.5E-3" or "O.5".
 _HEADER_WORD = re.compile(r"[^\W\d_]$|.*[^\W\d_]{2}|[^\W\d_]/[^\W\d_]")
 # Text that spreadsheets and programs write for a missing number.
 _MISSING = re.compile(
@@ -81,8 +81,8 @@ def read_text(
         header_lines: Number of lines to skip before the first number; None: lines of words are skipped.
 
     Returns:
-        The motion [m/s2]. `component` is that in the column's name ("NS", "acc_EW (gal)"), otherwise that in the
-        header, otherwise that in the file's name. If the component is unknown, `record` and `component` are "".
+        The motion [m/s2]. `component` is read from the column's name ("NS", "acc_EW (gal)"), otherwise from the header,
+        otherwise from the file's name. If no component is found, `record` and `component` are "".
 
     Raises:
         FileNotFoundError, IsADirectoryError: If the file does not exist, or is a directory.
@@ -109,7 +109,7 @@ def read_text(
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """The arguments of `read_text` that define the columns."""
+    """The arguments of `read_text` that define which columns are read, and how."""
 
     acceleration_column: int | str | None = None
     time_column: int | str | None = None
@@ -120,9 +120,9 @@ class ColumnChoice:
 
 
 def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: ColumnChoice) -> GroundMotion:
-    """Return the motion in a text file, with the component from the column's name or the header.
+    """Return the motion in a text file, with the component that the column's name or the header contains.
 
-    If the column's name contains the component, `record` is the file's name without suffix; otherwise it is "".
+    If the component is in the column's name, `record` is the file's name without suffix; otherwise it is "".
     """
     factor = unit_factor(unit, "unit")
     if step is not None:
@@ -166,13 +166,13 @@ def read_columns(path: str | PathLike, unit: str, step: float | None, chosen: Co
 
 @dataclass(frozen=True)
 class _Table:
-    """The numbers of a file, its header, and the names of its columns."""
+    """The content of a text file: lines of numbers, header lines, and names of the columns."""
 
     path: str | PathLike
     text: str
     numbers: NumberLines
-    names: list[str]  # names of the columns; empty if the header has none
-    header: list[str]  # other lines before the first number, and comments
+    names: list[str]  # names of the columns; empty if the header does not contain names
+    header: list[str]  # comments, and lines before the first number except the line of names
     count: int  # number of columns
 
 
@@ -183,7 +183,7 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
     if delimiter is not None and not (isinstance(delimiter, str) and re.fullmatch(r"[^\w.+\-\n]", delimiter)):
         raise ValueError(f"delimiter must be one character that is not part of a number, got {delimiter!r}")
     if decimal_comma and delimiter == ",":
-        raise ValueError("delimiter is ',', so numbers cannot have decimal commas: decimal_comma must be False")
+        raise ValueError("delimiter is ',', so numbers cannot have decimal commas: remove decimal_comma=")
     first = whole_number("header_lines", header_lines, 0) if header_lines is not None else 0
     while first < len(lines) and (_is_skipped(lines[first]) or (header_lines is None and _is_header(lines[first]))):
         first += 1
@@ -227,13 +227,16 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
 
 
 def _names_of(line: str, count: int, mark: str | None) -> list[str]:
-    """Return the names of the columns in a line; an empty list if the number of names differs from `count`."""
+    """Return the names of columns in a header line; an empty list if the line does not have `count` names.
+
+    Columns are separated by the character `mark` or, if it is None, by white space.
+    """
     if re.match(r"\W*\w[\w ]*[:=]", line):
-        return []  # "units: cm/s2"
+        return []  # a statement such as "units: cm/s2" is not a name
     if mark is not None:
         ways = [[name.strip(" \t\"'") for name in line.split(mark)]]
     else:
-        # "t a", "Time [s]  Velocity [m/s]" and "Time (s) Velocity (m/s)".
+        # Examples of lines: "t a", "Time [s]  Velocity [m/s]" and "Time (s) Velocity (m/s)".
         ways = (
             [line.split()]
             if count == 1
@@ -248,13 +251,13 @@ def _is_skipped(line: str) -> bool:
 
 
 def _is_header(line: str) -> bool:
-    """Return whether a line contains only words, and no number or damaged number."""
+    """Return whether a line contains only words, i.e. neither a number nor a damaged number."""
     words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
     return not _MISSING.fullmatch(line) and all(_HEADER_WORD.match(word) for word in words)
 
 
 def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated: bool) -> None:
-    """Raise a ValueError if commas may be decimal commas."""
+    """Raise a ValueError if commas may be decimal commas; `is_stated`: it is known that commas separate columns."""
     place, first = numbers.place(0), numbers.lines[0].strip()
     if mark != ",":
         if any(map(_DECIMAL_COMMA.fullmatch, numbers.tokens(0))):
@@ -267,10 +270,10 @@ def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated:
 
 
 def _refuse_successive_values(table: _Table, acceleration: int | None) -> None:
-    """Raise a ValueError if each line contains several successive values of one record, as in many formats.
+    """Raise a ValueError if each line seems to contain several successive values of one record, as in many formats.
 
-    This is so if values differ less from the next value (in the same line, or at the start of the next line) than from
-    the value below.
+    This is assumed if the mean difference to the next value (in the same line, or at the start of the next line) is
+    much smaller than the mean difference to the value below.
     """
     if table.count < (3 if acceleration is None else 2) or len(table.numbers) < FEWEST_ALIKE:
         return
@@ -287,7 +290,7 @@ def _refuse_successive_values(table: _Table, acceleration: int | None) -> None:
 
 
 def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | str | None) -> tuple[int | None, int]:
-    """Return the numbers of the columns of times, or None, and of accelerations."""
+    """Return the index of the column of times (or None) and the index of the column of accelerations, from 0."""
     count = table.count
     named = f" ({', '.join(table.names)})" if table.names else ""
     if acceleration is None:
@@ -319,16 +322,16 @@ def _chosen_columns(table: _Table, time: int | str | None, acceleration: int | s
 
 
 def _refuse_gaps(table: _Table) -> None:
-    """Raise a ValueError if a line between two values contains no value, because a sample may be missing.
+    """Raise a ValueError if a line between two values contains no value, because a sample may be missing there.
 
-    Spreadsheets write "#N/A" or an empty cell for a missing sample. Without a column of times, this line is the only
-    sign that all later samples would be read one step too early. If every second line is blank, no sample is missing.
+    Spreadsheets write "#N/A" or an empty cell for a missing sample. In a file without times, all later samples would be
+    read one step too early. If every second line is blank, no sample is missing.
     """
     at = np.array(table.numbers.line_numbers)
     steps = np.diff(at)
     if steps.max(initial=1) == 1 or (steps.min() == steps.max() and not _lines_between(table)):
         return
-    i = int(at[int(np.argmax(steps > steps.min()))])  # the line before the first gap, from 1
+    i = int(at[int(np.argmax(steps > steps.min()))])  # number (from 1) of the line before the first gap
     found = table.text.split("\n")[i].strip()
     what = f"{found[:40]!r} is" if found else "a blank line is"
     raise ValueError(
@@ -338,14 +341,14 @@ def _refuse_gaps(table: _Table) -> None:
 
 
 def _lines_between(table: _Table) -> bool:
-    """Return whether a line between the values is not blank."""
+    """Return whether any line between the first and the last value contains text that is not a value."""
     lines, at = table.text.split("\n"), table.numbers.line_numbers
     values = set(at)
     return any(lines[i - 1].strip() for i in range(at[0], at[-1]) if i not in values)
 
 
 def _check_damage(table: _Table, columns: list[int]) -> None:
-    """Raise a ValueError, or warn, if the text of a number seems to be damaged, such as by a lost digit."""
+    """Raise a ValueError or warn if the text of a number seems to be damaged, for example by a lost digit."""
     numbers = table.numbers
     is_ended = table.text.endswith("\n")
     last = [] if is_ended else [numbers.tokens(i)[-1] for i in range(len(numbers))]
@@ -359,12 +362,17 @@ def _check_damage(table: _Table, columns: list[int]) -> None:
             )
     moved, end = numbers.other_layouts, len(numbers)
     while moved and moved[-1] == end - 1 and len(numbers.lines[end - 1]) > len(numbers.lines[0]):
-        moved, end = moved[:-1], end - 1  # the last times may have one more digit
+        moved, end = moved[:-1], end - 1  # not damaged: the last times may have one more digit
     warn_of_layout(numbers, moved)
 
 
 def _step_of_column(table: _Table, column: int, times: np.ndarray, step: float | None, time_unit: str | None) -> float:
-    """Return the step of a column of times [s]; raise a ValueError if it contains an index and `step` is missing."""
+    """Return the step of the times in a column [s].
+
+    Raises:
+        ValueError: If the column contains sample numbers instead of times and `step` is missing, if times are uneven,
+            or if their step differs from `step`.
+    """
     tokens = [table.numbers.tokens(i)[column] for i in (0, 1)]
     is_index = all(map(str.isdigit, tokens)) and times[0] in (0, 1) and bool(np.all(np.diff(times) == 1))
     if is_index and time_unit is None:

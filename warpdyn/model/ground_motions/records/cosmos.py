@@ -29,31 +29,31 @@ _DATA = re.compile(
     re.IGNORECASE,
 )
 _END = re.compile(r"[\s/&-]*End[- ]of[- ]data", re.IGNORECASE)
-# Tables 2 and 6 of the specification, and positions of values in its headers, counted from 0.
+# Units from tables 2 and 6 of the specification, and indices (from 0) of values in the integer and real headers.
 _UNIT_CODES = {2: "g", 4: "cm/s2", 10: "gal"}
 _AZIMUTH, _STEP_IN_MS, _PEAK = 53, 61, 63
 _ORIENTATIONS = {400: "UP", 401: "DOWN", 402: "VERT", 600: "L", 601: "T", 700: "H1", 701: "H2"}
 _UNKNOWN = -999.0
-_PEAK_TOLERANCE = 1e-3  # of the peak in the header
+_PEAK_TOLERANCE = 1e-3  # times the peak in the header: largest difference from the peak of the values
 
 
 def read_cosmos(path: str | Path, components: str = "horizontal") -> list[GroundMotion]:
-    """Read the accelerations in a COSMOS file (.V1C, .V2C) with one or several channels; by default horizontal ones.
+    """Read the accelerations in a COSMOS file (.V1C, .V2C) with one or more channels; by default, horizontal channels.
 
     Source: COSMOS, "Strong Motion Data Format", version 1.20 (2001).
 
     Args:
-        path: The file; its name without the suffix and the channel's component name the motions.
-        components: "horizontal", "vertical" or "all", by the azimuths of the header.
+        path: The file. Motions are named by the file name without suffix and the component of the channel.
+        components: "horizontal", "vertical" or "all"; the azimuths in the header decide which channels are read.
 
     Returns:
         The motions [m/s2], with `record` and `component`; velocities and displacements are skipped.
 
     Raises:
         FileNotFoundError, IsADirectoryError: If there is no such file, or it is a directory.
-        ValueError: If a header is not as specified, the unit is not that of an acceleration (raw counts), a value is
-            not a finite number or does not fit the format that the file states, the number, the duration or the peak of
-            the values is not that of the headers, the file is cut, or has no such component.
+        ValueError: If a header is not as specified; if the unit is not a unit of acceleration (raw counts); if a value
+            is not a finite number or does not fit the format that the file states; if the number, the duration or the
+            peak of the values differs from the headers; if the file is truncated; or if it has no wanted component.
         TypeError: If `path` is not the name of a file.
 
     Example:
@@ -91,7 +91,7 @@ def read_cosmos(path: str | Path, components: str = "horizontal") -> list[Ground
 
 
 def _record_of(text: list[str]) -> str:
-    """Return the name of a record: station, earthquake and location, as far as the text header contains them."""
+    """Return the name of a record from the text header: station, earthquake and location, if they are stated."""
     station = re.search(r"Code:\s*(\S+)", " ".join(text[:6]))
     location = re.search(r"Location:[ \t]*(.*)", "\n".join(text))
     parts = (station[1] if station else "", text[1].strip(), location[1].strip() if location else "")
@@ -99,7 +99,7 @@ def _record_of(text: list[str]) -> str:
 
 
 def _header_values(record: RecordText, at: int, kind: str) -> tuple[np.ndarray, int]:
-    """Return the integers or reals of a header, and the number of the line after them."""
+    """Return the values of the integer or real header that starts at line `at`, and the index of the line after it."""
     stated = record.expected(at, _VALUES[kind], f"'100 {kind}-header values follow on 10 lines'")
     last = at + 1 + int(stated[2])
     lines = range(at + 1, min(last, len(record.lines)))
@@ -109,7 +109,10 @@ def _header_values(record: RecordText, at: int, kind: str) -> tuple[np.ndarray, 
 
 
 def _acceleration(record: RecordText, at: int, reals: np.ndarray) -> tuple[tuple[np.ndarray, float] | None, int]:
-    """Return values [m/s2] and step [s] of an acceleration, or None for another quantity, and the line after it."""
+    """Return the acceleration whose values start at line `at`, and the index of the line after the values.
+
+    The acceleration is a tuple of values [m/s2] and step [s]; it is None for another quantity, such as velocity.
+    """
     stated = record.expected(at, _DATA, "'9000 acceleration pts, approx 90 secs, units=cm/sec2(04), Format='")
     place, unit, count = record.place(at), stated["unit"], int(stated["count"])
     layout = Layout.of(stated["format"])

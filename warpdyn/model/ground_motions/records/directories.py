@@ -28,9 +28,9 @@ def read_directory(
 ) -> list[GroundMotion]:
     """Read the record files of a directory whose names match a pattern; by default only horizontal components.
 
-    Files may have any format of `read`. A file's component is that in its header (", UP", ", 180" in line 2 of an AT2
-    file), otherwise that in its name ("-UP", "DWN", "-V1"), which is compared with the names of all other files. Hidden
-    files, "._" files of macOS and backup copies of editors are skipped.
+    Files may have any format of `read`. The component of a file is read from its header (", UP", ", 180" in line 2 of
+    an AT2 file), otherwise from its name ("-UP", "DWN", "-V1"), which is compared with the names of all other files.
+    Hidden files, "._" files of macOS and backup copies of editors are skipped.
 
     Args:
         path: The directory; subdirectories are not searched.
@@ -83,7 +83,7 @@ def read_directory(
 
 
 def _other_patterns(present: list[Path]) -> str:
-    """Return a hint with the most frequent suffix of the files in a directory; without such files, a general remedy."""
+    """Return the end of an error message: advice to use the most frequent suffix in the directory as pattern."""
     suffixes = Counter(file.suffix for file in present if file.suffix)
     if not suffixes:
         return ": correct path or pattern="
@@ -93,7 +93,7 @@ def _other_patterns(present: list[Path]) -> str:
 
 
 def _parts_of(file: Path, unit: str | None, step: float | None) -> list[FileOfMotions]:
-    """Return the motions of a file, or of each file in an archive."""
+    """Return the motions of a file as a list with one element, or one element for each file in an archive."""
     data = bytes_of(file)
     try:
         return read_archive(file, data, unit, step) if is_archive(data) else [read_file(file, data, unit, step)]
@@ -104,7 +104,12 @@ def _parts_of(file: Path, unit: str | None, step: float | None) -> list[FileOfMo
 
 
 def _with_names(files: list[FileOfMotions], folder: str) -> list[GroundMotion]:
-    """Return the motions of all files; records and components that headers do not contain are taken from names."""
+    """Return the motions of all files. A record or component that a header lacks is taken from the file name.
+
+    Args:
+        files: The files with their motions.
+        folder: Name of the folder, which names records whose file names are only components.
+    """
     single = [file for file in files if len(file.motions) == 1]
     found = records_and_components(
         [file.name for file in single],
@@ -119,7 +124,7 @@ def _with_names(files: list[FileOfMotions], folder: str) -> list[GroundMotion]:
             continue
         motion = file.named(*of_name[id(file)])
         if motion.component and not motion.record:
-            # Names that number the components, or a folder with "EW.AT2" and "NS.AT2".
+            # The file names are numbers of components, or the folder contains only files such as "EW.AT2" and "NS.AT2".
             motion = replace(motion, record=numbered_record(file.name) or folder)
         motions.append(motion)
     return motions

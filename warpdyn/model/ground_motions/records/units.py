@@ -1,4 +1,4 @@
-"""Units of acceleration, and steps of time."""
+"""Units of acceleration, and time steps."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ UNITS = {
     "ft/s2": 0.3048,
 }
 ALLOWED_UNITS = ", ".join(repr(unit) for unit in UNITS)
-# Lengths [m] and times [s] of a unit "length per time squared".
+# Names of lengths [m] in units of the form "length per second squared".
 _LENGTHS = {
     "m": 1.0, "meter": 1.0, "metre": 1.0, "meters": 1.0, "metres": 1.0, "cm": 0.01, "centimeter": 0.01,
     "centimetre": 0.01, "centimeters": 0.01, "centimetres": 0.01, "mm": 1e-3, "millimeter": 1e-3, "millimetre": 1e-3,
@@ -47,13 +47,14 @@ _GRAVITY = {
 _GALS = ("gal", "gals")
 _ASCII_SIGNS = str.maketrans("\u2212\u2013\u00b7\u22c5\u2219\u00d7\u2215\u2044\u2019", "--...*//'")
 
-# Times are printed with few digits (1/128 s as .0078, an error of 0.64 % of the step for one time and 1.28 % for the
-# difference of two), but a lost or doubled value moves the others by half a step or more. 2 % distinguishes the two.
+# Times are printed with few digits: 1/128 s is printed as .0078, so that a time is wrong by up to 0.64 % of the step
+# and a difference of two times by up to 1.28 %. A lost or repeated value shifts later times by half a step or more. A
+# tolerance of 2 % separates both cases.
 TIME_TOLERANCE = 0.02
 
 
 def unit_factor(unit: str, place: str) -> float:
-    """Return the factor from a unit to m/s2, or raise a ValueError that contains its place."""
+    """Return the factor that converts a unit of acceleration to m/s2; raise a ValueError that begins with `place`."""
     factor = factor_of_unit(unit)
     if factor is None:
         raise ValueError(f"{place}: unknown unit {unit!r}, allowed are {ALLOWED_UNITS}")
@@ -61,8 +62,8 @@ def unit_factor(unit: str, place: str) -> float:
 
 
 def factor_of_unit(unit: str) -> float | None:
-    """Return the factor from a unit of acceleration, in any usual spelling, to m/s2; None for another unit."""
-    # NFKC replaces superscripts by digits.
+    """Return the factor that converts a unit of acceleration, in any usual spelling, to m/s2; None for other units."""
+    # NFKC normalisation replaces superscripts by ordinary digits.
     text = unicodedata.normalize("NFKC", str(unit)).translate(_ASCII_SIGNS).strip(" \t.,;:").lower()
     text = re.sub(
         r"\s*([/*^.()-])\s*", r"\1", text.replace("**", "").replace("^", "").replace("{", "").replace("}", "")
@@ -87,9 +88,9 @@ def checked_step(step: float, place: str) -> float:
 
 
 def step_of_times(times: np.ndarray, step: float | None, place: str) -> float:
-    """Return `step`, or the step of the times if it is None [s]; raise a ValueError if times are not equally spaced."""
+    """Return the step of times [s], or `step` if it is given; raise a ValueError if times are not equally spaced."""
     if step is None:
-        # 12 digits, because the mean has rounding errors in its last digits.
+        # Rounded to 12 digits, because the mean has rounding errors in its last digits.
         step = float(f"{(times[-1] - times[0]) / (times.size - 1):.12g}")
     off = np.abs(times - times[0] - step * np.arange(times.size))
     if not (step > 0 and np.all(off <= TIME_TOLERANCE * step)):

@@ -1,7 +1,7 @@
-"""Parameters of laws that follow storey backbones with two to four corners.
+"""Parameters with which storey laws follow backbones with two to four corners.
 
-A backbone is given by the drifts [m] and forces [N] of its corners, shape [corner, storey]; the first is the yield
-point.
+A backbone is the curve of storey force over storey drift. It is given by the drifts [m] and forces [N] at its corners,
+shape [corner, storey]; the first corner is the yield point.
 """
 
 from __future__ import annotations
@@ -11,20 +11,20 @@ import numpy as np
 from warpdyn.engine.laws import LAWS, Hysteretic
 from warpdyn.engine.laws.backbone import LARGEST_LAST_RISE
 
-CORNERS = {name: law.corners for name, law in LAWS.items() if law.corners}
-# Kinematic hardening: these backbones cannot fall.
+CORNERS = {name: law.corners for name, law in LAWS.items() if law.corners}  # law -> number of corners of its backbone
+# Laws with kinematic hardening; their backbones cannot fall.
 KINEMATIC = tuple(name for name in CORNERS if "hardening_ratio" in LAWS[name].parameters)
-# These may rise to an ultimate strength and stay level.
+# Laws whose backbones may rise to an ultimate strength and then stay level.
 SHAPED = tuple(name for name in CORNERS if "ductility_2" in LAWS[name].parameters)
-# Drift at the end of a level branch over that at its beginning, as in SimCenter's MDOF-LU: it only affects the energy
-# by which damage is measured.
+# Ratio of the drifts at the end and at the beginning of a level branch, as in SimCenter's MDOF-LU. It only affects the
+# energy by which the law measures damage.
 LEVEL_END = 10.0
 
 Parameters = dict[str, np.ndarray]
 
 
 def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters with which a law follows a backbone, except stiffness and yield force.
+    """Return the parameters with which a storey law follows a backbone, except its stiffness and yield force.
 
     Args:
         law: Name of a law in `CORNERS`.
@@ -47,17 +47,20 @@ def law_parameters(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters
 
 
 def _over_yield(drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return drifts and forces of the corners after the first, divided by drift and force at yield."""
+    """Return the ratios of the drifts (forces) at the second and later corners to the drift (force) at yield.
+
+    The ratios have shape [storey], under the parameter names `ductility_2`, `force_ratio_2` and so on.
+    """
     numbers = range(2, len(drift) + 1)
     ductility = {f"ductility_{i}": drift[i - 1] / drift[0] for i in numbers}
     return ductility | {f"force_ratio_{i}": force[i - 1] / force[0] for i in numbers}
 
 
 def _with_more_corners(drift: np.ndarray, force: np.ndarray, corners: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a backbone with up to two additional corners, which divide its last branch into equal segments.
+    """Return a backbone with `corners` corners; missing corners divide its last branch into equal segments.
 
-    This is the rule of GEM's Vulnerability Modellers ToolKit. If the last branch rises after a falling branch, the
-    falling branch is divided instead.
+    This is the rule of GEM's Vulnerability Modellers ToolKit. If the last branch rises after a branch that falls, the
+    branch that falls is divided instead.
     """
     missing = corners - len(drift)
     if missing <= 0:
@@ -72,10 +75,10 @@ def _with_more_corners(drift: np.ndarray, force: np.ndarray, corners: int) -> tu
 
 
 def _kinematic(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters of a law whose backbone bends down at each corner and never falls.
+    """Return the parameters of a law with kinematic hardening: its backbone bends down at each corner and never falls.
 
-    If the backbone has one point more than the law has corners, this point gives the slope after the last corner;
-    otherwise the backbone is level after its last corner.
+    If the backbone has one more point than the law has corners, the last point defines the slope after the last corner.
+    Otherwise, the backbone is level after its last corner.
     """
     corners = CORNERS[law]
     slope = np.diff(force, axis=0, prepend=0.0) / np.diff(drift, axis=0, prepend=0.0)
@@ -98,7 +101,7 @@ def _kinematic(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
 
 
 def _capped(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
-    """Return the parameters of IMK laws, whose third branch falls to a constant residual force."""
+    """Return the parameters of an IMK law: after its second corner, the backbone falls to a constant residual force."""
     if np.any(force[1] < force[0]):
         raise ValueError(
             f"the capacity curve falls after its yield point, but law {law!r} needs a capping point that is not below "
@@ -127,7 +130,7 @@ def _capped(law: str, drift: np.ndarray, force: np.ndarray) -> Parameters:
 
 
 def _without_level_end(law: str, drift: np.ndarray, force: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a backbone without its last corner; the last but one gets the mean force of the last two corners."""
+    """Return a backbone without its last corner; the new last corner gets the mean force of the last two corners."""
     if np.any(np.abs(force[-1] - force[-2]) > (LARGEST_LAST_RISE - 1) * force[-2]):
         raise ValueError(
             f"the capacity curve has {len(drift)} points, but law {law!r} needs {len(drift) - 1}, or a last point of "

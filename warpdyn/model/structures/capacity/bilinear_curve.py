@@ -11,18 +11,19 @@ from numpy.typing import ArrayLike
 from warpdyn.foundations.core.checks import finite_numbers
 from warpdyn.foundations.core.messages import warn_caller
 
-LARGEST_DISPLACEMENT = 1e4  # [m]; displacements in mm are below it, forces in N are above it
-SECANT_SHARE = 0.6  # share of the yield strength at which the secant gives a curve's initial stiffness
+LARGEST_DISPLACEMENT = 1e4  # [m]; larger values are probably forces, given in the place of displacements
+SECANT_SHARE = 0.6  # the initial stiffness is the secant at this share of the yield strength
 
 
 def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float, float, float]:
     """Return yield displacement, yield strength and hardening ratio of the bilinear idealisation of a capacity curve.
 
-    The bilinear curve ends at the peak of the capacity curve, has the same area up to the peak, and its initial
+    The bilinear curve ends at the peak of the capacity curve and has the same area up to the peak. Its initial
     stiffness is the secant stiffness of the capacity curve at 0.6 times the yield strength (ASCE 41-17, section
-    7.4.3.2.4, up to the peak). A curve that consists of a yield and an ultimate point is returned unchanged. If several
-    bilinear curves fulfil these conditions, that with the lowest strength is returned. If none does, the result is an
-    elastic-perfectly-plastic curve with the strength of the peak, and a warning is given.
+    7.4.3.2.4, up to the peak). A curve that consists of a yield point and an ultimate point is used unchanged. If
+    several bilinear curves fulfil these conditions, the curve with the lowest strength is returned. If no bilinear
+    curve fulfils them, an elastic-perfectly-plastic curve with the strength of the peak is returned, and a warning is
+    given.
 
     Args:
         displacement: Displacements [m], increasing, with or without the origin, shape [point].
@@ -37,7 +38,7 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
         raise ValueError(
             "the capacity curve needs a yield point and, after it, another point that is not lower: add such a point"
         )
-    given_peak = peak - (x.size - np.size(displacement))  # index in the caller's curve, which may lack the origin
+    given_peak = peak - (x.size - np.size(displacement))  # index of the peak in the argument, which may lack the origin
     x, y = x[: peak + 1], y[: peak + 1]
     end, top = x[-1], y[-1]
     area = np.trapezoid(y, x)
@@ -49,7 +50,7 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
         return place / SECANT_SHARE
 
     def excess(strength: float) -> float:
-        """Return (bilinear area - area of the capacity curve) * 2 / (displacement * strength of the peak)."""
+        """Return (area below the bilinear curve - area below the capacity curve) * 2 / (end * top), up to the peak."""
         return strength / top - yield_displacement(strength) / end + 1 - 2 * area / (top * end)
 
     straight = 0.5 * top * end
@@ -76,30 +77,30 @@ def bilinear_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[float,
 
 
 def _first_root(excess: Callable[[float], float], capacity: np.ndarray, top: float) -> float | None:
-    """Return the lowest strength at which `excess` is zero, or None.
+    """Return the lowest yield strength at which the function `excess` is zero; None if it has no zero up to `top`.
 
-    `excess` may rise and fall again. As a function of the strength it is linear in segments, which end at 1 / 0.6 times
-    the capacities of the curve's points. If the curve falls before its peak, `excess` jumps at such an end.
+    `excess` is linear in the strength between breakpoints at 1 / 0.6 times the capacities of the curve's points. It
+    may rise and fall again. If the capacity curve falls before its peak, `excess` jumps at a breakpoint.
     """
-    from scipy.optimize import brentq  # its import takes a tenth of a second, and few scenes need it
+    from scipy.optimize import brentq  # imported here, because the import takes 0.1 s and few scenes need it
 
     ends = np.unique(capacity / SECANT_SHARE)
     ends = np.append(ends[(ends > 0) & (ends < top)], top)
     for begin, end in pairwise([0.0, *ends]):
-        begin += 1e-9 * (end - begin)  # after a jump
+        begin += 1e-9 * (end - begin)  # start after a jump of `excess`
         if excess(begin) * excess(end) <= 0:
             return brentq(excess, begin, end, xtol=1e-15 * top, rtol=1e-14)
-    # Because of rounding, the root of an elastic-perfectly-plastic curve may be missed at the end.
+    # Because of rounding, the zero of an elastic-perfectly-plastic curve, which is at `top`, may be missed above.
     return top if abs(excess(top)) <= 1e-12 else None
 
 
 def _peak(capacity: np.ndarray) -> int:
-    """Return the index of the largest capacity; of several equal ones, the last."""
+    """Return the index of the largest capacity; if several points have the largest capacity, the index of the last."""
     return int(np.flatnonzero(capacity == capacity.max())[-1])
 
 
 def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curve, with the origin as its first point.
+    """Return the displacements and capacities of a curve as arrays, with the origin as first point, shape [point].
 
     Raises:
         ValueError: If the curve starts below zero, a displacement does not increase or is above LARGEST_DISPLACEMENT,
@@ -123,10 +124,10 @@ def checked_curve(displacement: ArrayLike, capacity: ArrayLike) -> tuple[np.ndar
     for point in np.flatnonzero(np.diff(x) <= 0) + 1:
         raise ValueError(
             f"the capacity curve folds back at point {point}: its displacement {x[point]:g} is not above "
-            f"{x[point - 1]:g} before it. Displacements must increase"
+            f"{x[point - 1]:g} before it. Displacements must increase: sort the points, or remove this point"
         )
     for point in np.flatnonzero(y < 0):
-        raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0")
+        raise ValueError(f"the capacity at point {point} is {y[point]:g}; it must be at least 0: correct it")
     if x[0] > 0:
         x, y = np.append(0.0, x), np.append(0.0, y)
     if y.max() == 0 or y.size < 3:

@@ -1,4 +1,4 @@
-"""Shear buildings from a capacity curve: how displacements and forces are distributed over the storeys."""
+"""Parameters of shear buildings from a capacity curve, whose displacements and forces are distributed over storeys."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from warpdyn.model.structures.modal import chain_stiffness_matrix, modal_propert
 CURVES = ("pushover", "spectrum")
 DISTRIBUTIONS = ("triangular", "first_mode", "frame", "soft_storey")
 SOFTENING = ("one_storey", "every_storey")
-# GEM's Vulnerability Modellers ToolKit: exponent of the height in the first mode of frames, most storeys of a frame,
-# and stiffness of a soft first storey over that of the others.
+# From GEM's Vulnerability Modellers ToolKit: exponent of the height in the first mode of frames, largest number of
+# storeys of a frame, and ratio of the stiffness of a soft first storey to the stiffness of the other storeys.
 FRAME_EXPONENT, MOST_FRAME_STOREYS = 0.6, 12
 SOFT_STOREY_STIFFNESS = 0.2
-MOST_POINTS = 4
-LARGEST_EXCESS = 0.01  # of a bilinear curve above the given one beyond its peak, over the peak
+MOST_POINTS = 4  # of a curve for laws with a backbone
+LARGEST_EXCESS = 0.01  # times the peak; a bilinear curve may be this much above the given curve beyond the peak
 
 
 @dataclass(frozen=True)
 class Pushed:
-    """A pushover curve, and the distribution of shears and stiffnesses over the storeys.
+    """A pushover curve of a chain (shear building), and the distribution of shears and stiffnesses over its storeys.
 
     Args:
         displacement: Roof displacements [m], shape [point].
@@ -54,10 +54,10 @@ def capacity_chain(
     softening: str,
     unloading_exponent: ArrayLike = 0.0,
 ) -> tuple[dict[str, np.ndarray | float], np.ndarray]:
-    """Return the parameters for `from_capacity`, and the storey drifts at the end of the curve [m], shape [storey].
+    """Return parameters for `from_capacity`, and the storey drifts at the end of the curve [m], shape [storey].
 
-    The parameters are `stiffness` [N/m] and `yield_force` [N] of shape [storey], and those of the law's backbone. For
-    the arguments see `from_capacity`; `mass` and `height` have shape [storey].
+    The parameters are `stiffness` [N/m], `yield_force` [N], both of shape [storey], and the parameters of the backbone
+    of the law. The arguments are those of `ShearBuilding.from_capacity`; `mass` and `height` have shape [storey].
     """
     one_of("capacity curve", curve, CURVES)
     one_of("distribution over the storeys", distribution, DISTRIBUTIONS)
@@ -84,7 +84,7 @@ def capacity_chain(
 def _distributed(
     x: np.ndarray, y: np.ndarray, mass: np.ndarray, height: np.ndarray, curve: str, distribution: str
 ) -> Pushed:
-    """Return the pushover curve of a given pushover curve or spectrum, and its distribution over the storeys."""
+    """Return a pushover curve, converted from a spectrum if necessary, with its distribution over the storeys."""
     storeys = len(mass)
     uniform = modal_properties(mass, chain_stiffness_matrix(np.ones(storeys))).isel(mode=0)
     if distribution == "frame":
@@ -98,7 +98,7 @@ def _distributed(
         relative = np.array([SOFT_STOREY_STIFFNESS, *np.ones(storeys - 1)])
         shape = modal_properties(mass, chain_stiffness_matrix(relative))["shape"].values[0]
     else:
-        # Lu's and GEM's other chains convert spectra with the first mode of a chain of equal stiffness.
+        # Lu's chains and GEM's "first_mode" chains convert spectra with the first mode of equal storey stiffnesses.
         shape = uniform["shape"].values
     period = 2 * np.pi * np.sqrt(x[0] / y[0])
     if curve == "spectrum":
@@ -111,15 +111,15 @@ def _distributed(
         return Pushed(x, y, shear, stiffness)
     shear = storey_shears(floor_loads("triangular", mass, height))
     equal = (float(uniform["period"]) / period) ** 2 if curve == "spectrum" else shear.sum() * y[0] / x[0]
-    # The chain that has a spectrum's period yields at a roof displacement that differs by some percent.
+    # A chain with the period of the spectrum yields at a roof displacement that differs by some percent from the curve.
     return Pushed(x * (shear.sum() * y[0] / equal / x[0]), y, shear, np.full(storeys, equal))
 
 
 def _storey_drifts(pushed: Pushed, softening: str, unloading_exponent: ArrayLike) -> np.ndarray:
     """Return the storey drifts at the points of the curve [m], shape [point, storey].
 
-    Up to the peak, storey drifts are in proportion to the roof displacement. Beyond the peak (with softening
-    "one_storey"), a storey's drifts are those that it has if it softens alone: the roof displacement minus the drifts
+    Up to the peak, storey drifts are proportional to the roof displacement. Beyond the peak, with softening
+    "one_storey", the drift of each storey is computed as if it softened alone: the roof displacement minus the drifts
     of the other storeys, which unload with their unloading stiffness. The roof then follows the curve, whichever storey
     softens.
     """
@@ -138,7 +138,7 @@ def _storey_drifts(pushed: Pushed, softening: str, unloading_exponent: ArrayLike
 
 
 def _peak(capacity: np.ndarray) -> int:
-    """Return the index of the last point before the capacity falls, or of the last point."""
+    """Return the index of the first point after which the capacity falls; if it never falls, of the last point."""
     falls = np.flatnonzero(np.diff(capacity) < 0)
     return int(falls[0]) if falls.size else len(capacity) - 1
 
@@ -146,7 +146,7 @@ def _peak(capacity: np.ndarray) -> int:
 def _refuse_falling_branch(
     displacement: ArrayLike, capacity: ArrayLike, bilinear: tuple[float, float, float], law: str
 ) -> None:
-    """Raise a ValueError if the curve falls below `bilinear` (yield displacement, yield strength, hardening ratio)."""
+    """Raise a ValueError if the curve falls more than 1 % below `bilinear` (yield point, strength, hardening ratio)."""
     x, y, (at, strength, ratio) = np.asarray(displacement, float), np.asarray(capacity, float), bilinear
     peak = int(np.flatnonzero(y == y.max())[-1])
     force = strength * (1 + ratio * (x / at - 1))
@@ -160,14 +160,14 @@ def _refuse_falling_branch(
 
 
 def _checked_points(displacement: ArrayLike, capacity: ArrayLike, law: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curve's points without the origin, as corners of a backbone.
+    """Return the points of a capacity curve without the origin, which become corners of a backbone, shape [point].
 
     Raises:
         ValueError: If there are not two to four points, a branch is stiffer than the first branch, or a branch rises
             after the peak.
     """
     x, y = (values[1:] for values in checked_curve(displacement, capacity))
-    given = np.size(displacement) - len(x)  # 1 if the origin was given: messages count the caller's points
+    given = np.size(displacement) - len(x)  # 1 if the user gave the origin; messages count points as the user does
     if len(x) > MOST_POINTS:
         raise ValueError(
             f"the capacity curve has {len(x)} points without the origin, but law {law!r} needs two to {MOST_POINTS}, "

@@ -1,1 +1,1 @@
-"""Components of a record: labels of directions, names of files, and pairs of horizontal components."""
+"""Components of a record: labels of directions, labels in file names, and pairs of horizontal components."""

@@ -1,9 +1,10 @@
-"""Record and component in the names of files.
+"""Find the record and the component in the names of files.
 
-A name may contain the component after a separator ("ELC-UP", "STA.HNZ"), directly after a station's code ("ELC180",
-"05C00EW", "CHY074V"), in the middle ("IV.ACER..HNE.D.20161030.ACC") or as the suffix ("AKT0131103111446.EW2"). Each
-possible label is a candidate. Candidates are ranked by the distinctiveness of the label, its position, and whether
-other files of the folder have the same name with another direction.
+A file name may contain the component after a separator ("ELC-UP", "STA.HNZ"), directly after the code of a station
+("ELC180", "05C00EW", "CHY074V"), in the middle ("IV.ACER..HNE.D.20161030.ACC") or as the suffix
+("AKT0131103111446.EW2"). Each part that may be a label is a candidate. Candidates are ranked by three criteria: how
+distinctive the label is, its position, and whether other files of the folder have the same name except for a label of
+another direction.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ _PEER_NUMBER = re.compile(r"(?:NGA[A-Z]*)?RSN_?\d+", re.IGNORECASE)
 _PACKED = re.compile(r"\.(?:gz|bz2|xz|zip)$", re.IGNORECASE)
 _SUFFIX = re.compile(r"\.(?P<suffix>[A-Za-z][A-Za-z0-9]{0,5})$")
 _TOKEN = re.compile(r"[^\s\-_.,;()\[\]{}+#=~]+")
-# Words that programs add after the component: "ELC180_acc", "HNE.D.20161030.064018.C.ACC", "ELC180-hor1".
+# Words that programs add after the component, such as "acc" in "ELC180_acc" or "hor1" in "ELC180-hor1".
 _PROCESSING = re.compile(
     r"ACC\w{0,10}|RAWACC|A|AT2?|VT2|DT2|C|COR\w*|UNCOR\w*|UNC|RAW|PROC\w*|FILT\w*|BP|BPF|SCALED?|FINAL|ORIG\w*|TH|TS|TXT|"
     r"DAT|CSV|COMP|COMPONENT|DIR|G|GAL|CMS2|MS2|SEC|DT\w*|COPY|NEW|HOR\d?|BASELINE|BLC|DETREND\w*|RESAMPLED?|\d+|--",
     re.IGNORECASE,
 )
-# Programs repeat the kind of component after PEER's names: "ELC180-hor1", "PULDWN-up".
+# Kinds of component that programs add after PEER's file names, such as "-hor1" in "ELC180-hor1", "-up" in "PULDWN-up".
 _ADDED_KIND = re.compile(r"[-_](?:HOR\d?|UP|VER)", re.IGNORECASE)
 _NAMES_NET_STATION = re.compile(
     r"(?P<net>[A-Z0-9]{1,2})\.(?P<station>[A-Z0-9]{1,7})\.(?P<location>[A-Z0-9-]{0,2})\.$", re.I
@@ -40,19 +41,19 @@ _GLUED_WORD = re.compile(
 )
 _GLUED_LETTER = re.compile(r"(?P<code>.+)(?P<label>[NSEWVZULTXY]|[LTV][1-9])$", re.IGNORECASE)
 _YEAR_OR_DATE = re.compile(r"(?:19|20)\d\d(?:\d\d){0,5}$|\d{7,}$")
-# Distinctiveness of a label.
+# How distinctive a label is: surely a component, usually, possibly, or only if other files have matching labels.
 _SURE, _USUAL, _POSSIBLE, _ONLY_IN_SETS = 3, 2, 1, 0
 
 
 @dataclass(frozen=True)
 class _Candidate:
-    """A part of a file's name that may be the label of a component."""
+    """A part of a file name that may be the label of a component."""
 
     orientation: Orientation
     before: str
     after: str
     distinctive: int
-    is_last: bool  # only words that programs add follow
+    is_last: bool  # whether no other text follows, except words that programs add
 
     @property
     def key(self) -> tuple[str, str]:
@@ -69,17 +70,17 @@ class _Candidate:
 
 
 def record_and_component(name: str, header: str = "", among: Iterable[str] = (), place: str = "") -> tuple[str, str]:
-    """Return record and component of a file; "" for each that neither the header nor the file's name contains.
+    """Return the record and the component of a file; each is "" if neither the header nor the file name contains it.
 
     For example, `record_and_component("RSN6_IMPVALL.I_I-ELC180")` is `("RSN6", "180")`; the record is PEER's number
     alone, because it is unique.
 
     Args:
         name: Name of the file, with or without folder and suffix, such as "RSN6_IMPVALL.I_I-ELC180.AT2".
-        header: Label of the component in the file's header; "" if the header contains no component. The header's label
-            is used; the label in the name is used if the header's label is not a direction, or if the name clearly
-            marks a vertical record.
-        among: Names of other files of the same set, from which the varying part of the names is found.
+        header: Label of the component in the file's header; "" if the header has no label. The label in the header is
+            preferred. The label in the file name is used if the label in the header is not a direction, or if the file
+            name clearly marks a vertical component.
+        among: Names of other files of the same set. Parts of the name that vary within the set may be labels.
         place: Name of the file, for a warning if header and name contradict each other; "": no warning.
     """
     return records_and_components([name, *among], [header], [place])[0]
@@ -92,8 +93,8 @@ def records_and_components(
 
     Args:
         names: Names of the files.
-        headers: Labels in the headers of the files; may be shorter than `names`.
-        places: The files, for warnings; may be shorter than `names`.
+        headers: Labels of components in the headers of the files; the list may be shorter than `names`.
+        places: Paths of the files, for warnings; the list may be shorter than `names`.
     """
     stems = [_stem(name) for name in names]
     found = [list(_candidates(stem)) for stem in stems]
@@ -101,7 +102,7 @@ def records_and_components(
     for candidates in found:
         for candidate in candidates:
             directions[candidate.key].add(candidate.orientation)
-    # An ending of all names, such as ".T1", does not distinguish them.
+    # An ending that all names have, such as ".T1", is not the label of a component.
     endings = [{each.ending for each in candidates} for candidates in found]
     common = set.intersection(*endings) if len(endings) > 1 else set()
     answers = []
@@ -116,7 +117,14 @@ def records_and_components(
 
 
 def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) -> str:
-    """Return the header's label, or the name's label if the header has no direction or the name is surely vertical."""
+    """Return the label in the header, or the label in the file name if the header has none or the name is vertical.
+
+    Args:
+        header: Direction in the header.
+        name: Direction in the file name.
+        is_sure: Whether the label in the file name is clear enough to contradict the header.
+        place: Name of the file for a warning if both contradict each other; "": no warning.
+    """
     if header.kind == "unknown":
         return name.label or (header.label if header.family else "")
     if name.kind == "unknown" or not is_sure:
@@ -134,13 +142,16 @@ def _settled(header: Orientation, name: Orientation, is_sure: bool, place: str) 
 
 
 def numbered_record(name: str) -> str:
-    """Return a file's name without suffix and without the component's number or letter: "0111" for "0111b.smc"."""
+    """Return a file name without suffix and without the number or letter of the component: "0111" for "0111b.smc".
+
+    The result is "" if the name itself is a label of a component.
+    """
     stem = _stem(name)
     return "" if orientation(stem).family else re.sub(r"[-_. ]?(?:0?[1-9]|[a-c])$", "", stem, flags=re.IGNORECASE)
 
 
 def _stem(name: str) -> str:
-    """Return a file's name without folder and suffix, unless the suffix is a component, such as ".EW" of K-NET."""
+    """Return a file name without folder and suffix; a suffix that is a component, such as ".EW" of K-NET, is kept."""
     stem = _PACKED.sub("", PurePath(name).name)
     suffix = _SUFFIX.search(stem)
     if suffix is None or len(suffix[0]) == len(stem):
@@ -152,7 +163,7 @@ def _stem(name: str) -> str:
 def _candidates(stem: str) -> Iterator[_Candidate]:
     tokens = list(_TOKEN.finditer(stem))
     for i, token in enumerate(tokens):
-        # "N-S" and "FAULT_NORMAL" are two tokens.
+        # Some labels consist of two tokens, such as "N-S" and "FAULT_NORMAL".
         for last in (i + 1, i):
             if last < len(tokens):
                 before, label, after = (
@@ -163,7 +174,7 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
                 distinctive = _of_whole(label, before, last - i)
                 is_volume = re.fullmatch(r"V[1-4]", label, re.IGNORECASE) and not before.endswith("-")
                 if (distinctive == _POSSIBLE and label == stem) or is_volume:
-                    distinctive = _ONLY_IN_SETS  # "x.csv", and "90_V2" of volume 2
+                    distinctive = _ONLY_IN_SETS  # such as "x" in "x.csv", or "V2" (volume 2) in "90_V2"
                 if distinctive is not None:
                     yield _Candidate(orientation(label), before, after, distinctive, _is_added(after))
         before, after = stem[: token.start()], stem[token.end() :]
@@ -174,19 +185,25 @@ def _candidates(stem: str) -> Iterator[_Candidate]:
 
 
 def _letters_within(stem: str) -> Iterator[_Candidate]:
-    """Yield single letters next to a digit, such as x, y and z in "000055xa", "000055ya" and "000055za"."""
+    """Yield candidates: single letters next to a digit, such as x, y and z in "000055xa", "000055ya", "000055za"."""
     for found in re.finditer(r"(?<=\d)[NSEWVZULTXY](?=[A-Z])|(?<=[A-Z])[NSEWVZULTXY](?=\d)", stem, re.IGNORECASE):
         before, after = stem[: found.start()], stem[found.end() :]
         yield _Candidate(orientation(found[0]), before, after, _ONLY_IN_SETS, False)
 
 
 def _is_added(after: str) -> bool:
-    """Return whether the text after a label consists only of words that programs add to names."""
+    """Return whether a text after a label consists only of words that programs add to file names, such as "acc"."""
     return all(_PROCESSING.fullmatch(token[0]) for token in _TOKEN.finditer(after))
 
 
 def _of_whole(label: str, before: str, separators: int) -> int | None:
-    """Return the distinctiveness of a label between separators; None if it is not a label."""
+    """Return how distinctive a label between separators is, from _ONLY_IN_SETS to _SURE; None if it is not a label.
+
+    Args:
+        label: The text that may be a label.
+        before: The part of the file name before it.
+        separators: Number of separators within the label, 0 or 1.
+    """
     found = orientation(label)
     if found.kind == "unknown" and found.family != "seed":
         return None
@@ -197,7 +214,7 @@ def _of_whole(label: str, before: str, separators: int) -> int | None:
     if found.family == "azimuth":
         digits = re.sub(r"\D", "", label)
         if letters or not label.isdigit():
-            return _SURE  # "N26W" and "90deg"
+            return _SURE  # such as "N26W" and "90deg"
         return _USUAL if len(digits) == 3 else _ONLY_IN_SETS
     if found.family == "seed":
         return _SURE if _NAMES_NET_STATION.search(before) else _USUAL
@@ -207,9 +224,14 @@ def _of_whole(label: str, before: str, separators: int) -> int | None:
 
 
 def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
-    """Yield labels that may follow a station's code without separator at the end of a token; and distinctiveness."""
+    """Yield labels that follow the code of a station without separator, each with a measure of its distinctiveness.
+
+    Args:
+        token: The part of the file name, between separators, that may end with a label.
+        stem: The file name without suffix.
+    """
     if (found := _GLUED_AZIMUTH.match(token)) and int(found["label"]) <= 360:
-        # "H-E06140" is a station and an azimuth; longer numbers are dates.
+        # "E06140" in "H-E06140" is a station (E06) and an azimuth (140); longer numbers are dates.
         digits = len(token) - len(token.rstrip("0123456789"))
         if digits <= 6:
             yield found["label"], _USUAL if digits == 3 or _PEER_NUMBER.match(stem) else _POSSIBLE
@@ -220,7 +242,7 @@ def _glued(token: str, stem: str) -> Iterator[tuple[str, int]]:
             yield token[-3:], _ONLY_IN_SETS
     if found := _GLUED_WORD.match(token):
         behind_digit = found["code"][-1].isdigit()
-        # Names of places end with "VER" and "UP", but not with "DWN".
+        # Many names of places end with "VER" or "UP", but hardly any with "DWN".
         is_known = found["label"] == "DWN" or found["label"][1].isdigit() or bool(_PEER_NUMBER.match(stem))
         yield found["label"], _USUAL if behind_digit else _POSSIBLE if is_known else _ONLY_IN_SETS
     if found := _GLUED_LETTER.match(token):
@@ -235,14 +257,25 @@ def _best(
     header: Orientation,
     common: set[tuple[str, str]],
 ) -> tuple[_Candidate | None, bool]:
-    """Return the most likely candidate or None, and whether it is clear enough to contradict the header."""
+    """Return the most likely candidate for the label of a component, and whether it may contradict the header.
+
+    Args:
+        stem: The file name without suffix.
+        candidates: Parts of the file name that may be labels.
+        directions: Rest of a file name (without a label) -> directions of the labels that files of the set have there.
+        header: Direction in the header.
+        common: Labels with the text after them that all file names of the set have.
+
+    Returns:
+        The candidate, or None if no part can be a label; and whether it is clear enough to contradict the header.
+    """
     ranked: list[tuple[tuple[float, ...], _Candidate, bool]] = []
     for i, candidate in enumerate(candidates):
         present = directions[candidate.key]
         others = {each for each in present if _is_other_direction(each, candidate.orientation)}
         kinds = {each.kind for each in others} | {candidate.orientation.kind}
         is_triple = len(others) >= 2 and "vertical" in kinds
-        # "219_90" and "219_360", but not records that are numbered from 1 to 100.
+        # A pair, such as "219_90" and "219_360", but not records that are numbered from 1 to 100.
         is_pair = candidate.orientation.family == "azimuth" and bool(others) and len(present) <= 3
         is_text_of_header = candidate.orientation.label == header.label
         agrees = is_text_of_header or (
@@ -253,7 +286,7 @@ def _best(
             continue
         is_bare = candidate.orientation.family == "azimuth" and not others and not _PEER_NUMBER.match(stem)
         if is_bare and len(present) > 1:
-            continue  # numbers of stations, such as TCU045 and TCU052
+            continue  # such numbers identify stations, as in TCU045 and TCU052
         is_common = candidate.ending in common and not others
         place = 3 * candidate.is_last - 4 * is_common
         rank = (3 * agrees + 3 * min(len(others), 2) + candidate.distinctive + place, float(i))
@@ -271,7 +304,7 @@ def _best(
 
 
 def _is_same_direction(one: Orientation, other: Orientation) -> bool:
-    """Return whether two labels mean the same direction."""
+    """Return whether two labels describe the same direction, with azimuths at most 15 degrees apart."""
     if one.kind != other.kind or one.kind == "unknown":
         return False
     if one.azimuth is not None and other.azimuth is not None:
@@ -280,7 +313,7 @@ def _is_same_direction(one: Orientation, other: Orientation) -> bool:
 
 
 def _is_other_direction(one: Orientation, other: Orientation) -> bool:
-    """Return whether two labels may be different directions of one sensor (perpendicular, or axes of one system)."""
+    """Return whether two labels may be different directions of one sensor: perpendicular, or axes of one system."""
     if one.sensor != other.sensor:
         return False
     if one.kind == other.kind == "vertical" or "unknown" in (one.kind, other.kind):

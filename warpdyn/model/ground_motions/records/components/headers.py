@@ -1,4 +1,4 @@
-"""Component and record in the lines of a file's header."""
+"""Find the component and the record in header lines of files."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import re
 
 from warpdyn.model.ground_motions.records.components.orientations import Orientation, orientation
 
-# "COMP S00E", "Component S16W  Longitudinal", "component=   up", "Chan  1: 90 Deg", "CHANNEL 2, N-S", "Dir. E-W".
+# Such as "COMP S00E", "Component S16W  Longitudinal", "component=   up", "Chan  1: 90 Deg", "CHANNEL 2, N-S".
 _NAMED = re.compile(
     r"\b(?:COMP(?:ONENTE?)?|CMP|CHAN(?:NEL)?\s*\d+|DIR(?:ECTION)?|ORIENTATION|AZIMUTH)\b\s*[.:=,]*\s*(?P<label>[^\s,;:=].*)$",
     re.IGNORECASE,
 )
 _REMARK = re.compile(r"\([^()]*\)|\[[^\[\]]*\]")
 _NUMBER_OF = re.compile(r"(?:STATION|STA|STN|SITE|NO|NUMBER|NR|EVENT|RECORD|ARRAY|CHAN|CHANNEL)\W*$|#$", re.IGNORECASE)
-_MOST_WORDS = 3  # words of a label, such as "N 26 W"
+_MOST_WORDS = 3  # largest number of words in a label, such as "N 26 W"
 
 
 def component_of_header(line: str) -> str:
-    """Return the label of the component in a header line, such as "Kobe, 1/16/1995, KJMA, 000", or "".
+    """Return the label of the component in a header line such as "Kobe, 1/16/1995, KJMA, 000"; "" without a label.
 
-    The label is the last field between commas, or follows "COMP", "CHAN 1:" or "Dir.", or is the last word.
+    The label follows "COMP", "CHAN 1:" or "Dir.", or is the last field between commas, or is the last word.
     """
     if label := named_component(line):
         return label
@@ -27,20 +27,20 @@ def component_of_header(line: str) -> str:
     if len(fields) > 1:
         for i, field in enumerate(reversed(fields[1:])):
             found = _whole(field)
-            # Before the last field, a short number or a letter may be something else.
+            # In earlier fields, a short number or a single letter may have another meaning.
             if found and (i == 0 or (found.family != "azimuth" and len(found.label) > 1)):
                 return found.label
     return _at_end(fields[-1])
 
 
 def named_component(line: str) -> str:
-    """Return the label that follows "COMP", "CHAN 1:" or "Dir." in a header line, or ""."""
+    """Return the label that follows "COMP", "CHAN 1:" or "Dir." in a header line; "" if there is no such label."""
     named = _NAMED.search(line)
     return _at_start(named["label"]) if named else ""
 
 
 def record_of_header(line: str) -> str:
-    """Return a header line without the component, such as "Kobe, 1/16/1995, KJMA"; "" if it has no component."""
+    """Return a header line without its component, such as "Kobe, 1/16/1995, KJMA"; "" if it has no component."""
     if not component_of_header(line):
         return ""
     named = _NAMED.search(line)
@@ -49,7 +49,7 @@ def record_of_header(line: str) -> str:
 
 
 def _whole(field: str) -> Orientation | None:
-    """Return the orientation of a whole field, with or without a remark in brackets, or None."""
+    """Return the direction if a whole field (apart from remarks in brackets) is a label; otherwise None."""
     for text in (field, _REMARK.sub(" ", field)):
         found = orientation(text)
         if found.kind != "unknown" or found.family == "seed":
@@ -66,7 +66,7 @@ def _at_start(text: str) -> str:
 
 
 def _at_end(text: str) -> str:
-    """Return the label at the end of a text, or ""; single letters and short numbers are not labels."""
+    """Return the label at the end of a text; "" without a label. Single letters and short numbers are not labels."""
     words = _REMARK.sub(" ", text).split()
     for count in range(min(_MOST_WORDS, len(words) - 1), 0, -1):
         label = " ".join(words[-count:])

@@ -1,4 +1,4 @@
-"""Direction of a sensor: vertical or horizontal, and its azimuth, from a label such as "N26W" or "UD2"."""
+"""Directions of sensors: vertical or horizontal, and the azimuth, from labels such as "N26W" or "UD2"."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Orientation:
-    """The direction that a sensor measures, from a label.
+    """The direction that a sensor measures, as described by the label of a component.
 
     Args:
         label: The label in the form of `GroundMotion.component`, such as "090", "EW2" or "UP".
         kind: "vertical", "horizontal", or "unknown" if the label does not contain a direction.
         azimuth: Azimuth of a horizontal sensor [degrees clockwise from north]; None if the label does not contain it.
-            Opposite directions have the same azimuth: "EW" and "WE" have 90.
+            Opposite directions have the same azimuth: "EW" and "WE" both have 90.
         sensor: Part of the label that identifies the sensor, not the direction: "2" in "EW2", "HN" in "HNE".
         family: Name of a system of labels, such as "seed" (HNE, HNN, HNZ) or "axes" (L, T).
     """
@@ -29,11 +29,11 @@ class Orientation:
 
     @property
     def known_label(self) -> str:
-        """The label, or "" if its direction is unknown."""
+        """The label; "" if the direction is unknown."""
         return self.label if self.kind != "unknown" else ""
 
 
-# Words of the orientation, in the languages of agencies that publish records. Accents are removed before the look-up.
+# Words for vertical in the languages of agencies that publish records. Accents are removed before a word is looked up.
 _VERTICAL = frozenset(
     """
     U UP UPDN UPDO UPDOWN UPWARD UPWARDS UD DU DN DOW DWN DOWN DOWNWARD V VT VR VRT VER VERT
@@ -47,7 +47,7 @@ _COMPASS = {
     270.0: "W WEST OESTE OVEST OUEST VEST BATI 西",
 }
 _AZIMUTHS = {word: azimuth for azimuth, words in _COMPASS.items() for word in words.split()}
-# Two opposite directions name an axis. "O" is west in Romance languages and east in German: only in a pair it is clear.
+# Axes named by two opposite directions. "O" is west in Romance languages and east in German; in a pair it is clear.
 _AXES_OF_COMPASS = {"NS": 0.0, "SN": 0.0, "EW": 90.0, "WE": 90.0, "EO": 90.0, "OE": 90.0, "OW": 90.0, "WO": 90.0}
 _AXES_OF_COMPASS |= {"南北": 0.0, "北南": 0.0, "东西": 90.0, "東西": 90.0}
 _AXES = frozenset(
@@ -57,9 +57,9 @@ _AXES = frozenset(
     STRIKENORMAL STRIKEPARALLEL FAULTNORMAL FAULTPARALLEL MAJOR MINOR 水平
     """.split()  # noqa: SIM905
 )
-# Numbered directions, as opposed to numbered sensors: H1 and H2 are the two horizontal directions.
+# Numbers of directions, not of sensors: H1 and H2 are the two horizontal directions.
 _NUMBERED = re.compile(r"(?:H|HOR|HORIZ|HORIZONTAL|水平)(?P<axis>[123])$")
-# Band, instrument and orientation of the SEED manual, appendix A; R and T are rotated to the source.
+# Letters for band, instrument and direction (SEED manual, appendix A); the directions R and T refer to the source.
 _SEED = re.compile(r"(?P<sensor>[BCDEFGHLMSV][HLNGPM])(?P<axis>[ZNE123RTXYUVW])(?P<location>\d\d)?$")
 _BEARING = re.compile(r"(?P<from>[NS])(?P<angle>\d{1,2}(?:\.\d+)?)(?P<to>[EW])$")
 _ANGLE = re.compile(r"(?:\+|(?:H|HOR|A)(?=\d{3}$))?(?P<angle>\d{1,3}(?:\.\d*)?)$")
@@ -70,7 +70,7 @@ _WORDS_AROUND = re.compile(
 
 
 def orientation(label: str) -> Orientation:
-    """Return the direction that the label of a component describes.
+    """Return the direction (vertical or horizontal, azimuth, sensor) that the label of a component describes.
 
     Args:
         label: Text from a header or a file name: an azimuth ("180", "90 DEG"), a bearing ("N26W", "S 00 E"), compass
@@ -90,12 +90,12 @@ def orientation(label: str) -> Orientation:
     if seed := _SEED.match(compact):
         return _of_channel(seed, compact)
     numbered = re.match(r"(?P<word>\D+)(?P<sensor>\d{1,2})$", compact)
-    if numbered and not re.search(r"\s\d+$", stripped):  # in "UP 9", the number does not belong to the sensor
+    if numbered and not re.search(r"\s\d+$", stripped):  # after a blank, as in "UP 9", the number is not the sensor's
         found = _of_word(numbered["word"] if not _NUMBERED.match(compact) else "")
         if found.kind != "unknown":
             return Orientation(compact, found.kind, found.azimuth, numbered["sensor"], found.family)
     words = stripped.split()
-    # In "Z (UP)" and "EW (EAST)", both words have one direction; not in "CHAN 1 UP" and "STATION N".
+    # In "Z (UP)" and "EW (EAST)", both words have the same direction; in "CHAN 1 UP" and "STATION N" they have not.
     if len(words) == 2 and (both := [orientation(word.strip("()[]")) for word in words])[0].kind == both[1].kind:
         return both[0]
     return Orientation(text.strip(), "unknown")
@@ -109,12 +109,12 @@ def azimuth_label(azimuth: float) -> str:
 
 
 def is_vertical(component: str) -> bool:
-    """Return whether a label is that of a vertical component."""
+    """Return whether a label, such as "UP" or "HNZ", describes a vertical component."""
     return orientation(component).kind == "vertical"
 
 
 def _capitals(label: str) -> str:
-    """Return a text in capital letters without accents."""
+    """Return a text in capital letters, without accents and without blanks at both ends."""
     letters = unicodedata.normalize("NFKD", str(label).replace("\u0131", "i").replace("ß", "ss"))
     return "".join(letter for letter in letters if not unicodedata.combining(letter)).upper().strip()
 
@@ -138,7 +138,7 @@ def _of_word(word: str) -> Orientation:
     if word in _VERTICAL or re.match(r"VERTI(?:C(?:AL(?:E|ES)?)?|K(?:AL)?)?$", word):
         return Orientation(word, "vertical", family="vertical")
     if word in _AXES_OF_COMPASS:
-        # "SN" may also be strike-normal, so its azimuth is unknown.
+        # "SN" may also mean strike-normal, so that its azimuth is unknown.
         azimuth = None if word == "SN" else _AXES_OF_COMPASS[word]
         return Orientation(word, "horizontal", azimuth, family="compass axes")
     if word in _AZIMUTHS:
@@ -165,6 +165,6 @@ def _of_channel(channel: re.Match[str], label: str) -> Orientation:
 
 
 def angle_between(one: float, other: float) -> float:
-    """Return the angle between two horizontal axes [degrees], from 0 to 90."""
+    """Return the angle between two horizontal axes with azimuths `one` and `other` [degrees], from 0 to 90."""
     apart = abs(one - other) % 180.0
     return min(apart, 180.0 - apart)

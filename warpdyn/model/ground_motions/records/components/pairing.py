@@ -8,17 +8,17 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.records.components.orientations import Orientation, angle_between, orientation
 
-# Agencies print azimuths in whole degrees, and sensors are installed within a few degrees of their nominal direction.
+# Azimuths in files are rounded to degrees, and sensors are installed within a few degrees of their nominal direction.
 SKEW_WITHOUT_WARNING = 15.0  # degrees
 LARGEST_SKEW = 45.0  # degrees
 
 
 def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:
-    """Return the pairs of horizontal components of each record, for runs in both directions.
+    """Return the pairs of horizontal components of each record, for runs with motions in both directions.
 
-    If a record contains several sensors, and labels identify them, each sensor has a pair: EW1 and NS1 in a borehole,
-    EW2 and NS2 at the surface; HNE and HNN of an accelerometer, BHE and BHN of a seismometer at the same station.
-    Azimuths need not be exactly 90 degrees apart.
+    If labels show that a record contains several sensors, each sensor has a pair: EW1 and NS1 in a borehole, EW2 and
+    NS2 at the surface; HNE and HNN of an accelerometer, BHE and BHN of a seismometer at the same station. The azimuths
+    of a pair need not be exactly 90 degrees apart.
 
     Args:
         motions: The motions, with `record` and `component`; vertical components are ignored.
@@ -43,7 +43,7 @@ def pairs(motions: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMot
 
 
 def instrument_of(motion: GroundMotion) -> tuple[str, str]:
-    """Return the record of a motion, and the part of its label that identifies the sensor."""
+    """Return the record of a motion and the part of its component label that identifies the sensor, such as "HN"."""
     return motion.record, orientation(motion.component).sensor
 
 
@@ -57,7 +57,7 @@ def _by_record(motions: Sequence[GroundMotion]) -> list[tuple[str, list[GroundMo
 
 
 def _checked_pair(record: str, members: Sequence[GroundMotion]) -> list[tuple[GroundMotion, GroundMotion]]:
-    """Return the pairs of one record, one per sensor; raise a ValueError if the motions are not pairs."""
+    """Return the pairs of horizontal components of a record, one per sensor; raise a ValueError for other motions."""
     labels = {id(motion): orientation(motion.component) for motion in members}
     remaining = [motion for motion in members if labels[id(motion)].kind != "vertical"]
     unknown = [motion for motion in remaining if labels[id(motion)].kind == "unknown"]

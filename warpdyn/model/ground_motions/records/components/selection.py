@@ -1,4 +1,4 @@
-"""Selection of horizontal or vertical records in a set, in which some components may be unknown."""
+"""Selection of horizontal or vertical motions from a set in which some components may be unknown."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import is_vertical, orientation
 
-# Which components are read, by their labels.
+# Value of the argument `components` -> whether a motion with a given component label is read.
 COMPONENTS: dict[str, Callable[[str], bool]] = {
     "horizontal": lambda component: not is_vertical(component),
     "vertical": is_vertical,
     "all": lambda component: True,
 }
-_MOST_NAMED = 3
+_MOST_NAMED = 3  # motions that a warning names
 
 
 def select_components(motions: Sequence[GroundMotion], components: str, path: str | PathLike) -> list[GroundMotion]:
-    """Return the horizontal, vertical or all motions of a file; raise a ValueError if there is no such motion."""
+    """Return the horizontal, the vertical or all motions of a file; raise a ValueError if there is no such motion."""
     labels, records = [motion.component for motion in motions], [motion.record for motion in motions]
     is_chosen = chosen_components(labels, components, [motion.name for motion in motions], records, str(path))
     chosen = [motion for motion, is_such in zip(motions, is_chosen, strict=True) if is_such]
@@ -33,10 +33,10 @@ def select_components(motions: Sequence[GroundMotion], components: str, path: st
 def chosen_components(
     labels: Sequence[str], components: str, names: Sequence[str], records: Sequence[str], place: str
 ) -> list[bool]:
-    """Return for each motion of a set whether it is one of the wanted components; warn of unknown components.
+    """Return, for each motion of a set, whether it is a wanted component; warn of motions with an unknown component.
 
-    A motion with an unknown component counts as horizontal only if the set has no vertical motion, and its record does
-    not have two other horizontal components.
+    A motion with an unknown component counts as horizontal only under two conditions: the set has no vertical motion,
+    and the record of the motion does not have two other horizontal components.
 
     Args:
         labels: Component of each motion; "" if it is unknown.
@@ -69,6 +69,6 @@ def chosen_components(
 
 
 def _some_names(names: Sequence[str], chosen: Sequence[int]) -> str:
-    """Return the first names and the number of the other names, as text."""
+    """Return the names of the first chosen motions and the number of further ones, as text."""
     more = f" and {len(chosen) - _MOST_NAMED} more" if len(chosen) > _MOST_NAMED else ""
     return ", ".join(repr(names[i]) for i in chosen[:_MOST_NAMED]) + more

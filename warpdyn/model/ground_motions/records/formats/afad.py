@@ -23,12 +23,12 @@ _PEAK = re.compile(r"\(([^)]+)\)\s*([-+]?\d*\.?\d+)")
 
 
 def is_afad(first_lines: list[str]) -> bool:
-    """Return whether a file begins like AFAD's files."""
+    """Return whether a file is a text file of AFAD, judging by its first lines."""
     return bool(_TITLE.match(first_lines[0]))
 
 
 def read_afad(path: str | PathLike) -> list[GroundMotion]:
-    """Read the three components of a text file of AFAD: a header of "NAME : value", then a column per component.
+    """Return the three components in a text file of AFAD: a header of "NAME : value", then one column per component.
 
     Source: AFAD, Turkish National Strong Motion Network, text files of the database TR-NSMN.
     """
@@ -63,5 +63,5 @@ def read_afad(path: str | PathLike) -> list[GroundMotion]:
 
 
 def _label(name: str) -> str:
-    """Return the label of a component, such as "NS" for "N-S"."""
+    """Return the label of a component without hyphens, such as "NS" for "N-S"."""
     return orientation(name.replace("-", "")).label

@@ -29,12 +29,12 @@ _DATA = re.compile(r"\s*datos\s+de\s+aceleracion", re.IGNORECASE)
 
 
 def is_asa(first_lines: list[str]) -> bool:
-    """Return whether a file begins like an ASA file."""
+    """Return whether a file has the format ASA, judging by its first lines."""
     return any(_TITLE.search(line) for line in first_lines[:12])
 
 
 def read_asa(path: str | PathLike) -> list[GroundMotion]:
-    """Read the channels of an ASA 2.0 file: a header of "NAME : value", then a column per channel.
+    """Return the motions in an ASA 2.0 file: a header of "NAME : value", then one column per channel.
 
     Source: Sociedad Mexicana de Ingenieria Sismica, "Base Mexicana de Datos de Sismos Fuertes", standard format 2.0.
     """
@@ -88,7 +88,10 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
 
 
 def _of_channel(header: Header, name: str, i: int, *, is_needed: bool = True) -> tuple[str, str]:
-    """Return the value of channel i in a line such as "/0.005/0.005/0.005", and its place; 12 values need two lines."""
+    """Return the value of channel i in header lines such as "/0.005/0.005/0.005", and its place for messages.
+
+    The values of 12 channels need two lines. If the value is missing and `is_needed` is False, both texts are "".
+    """
     lines = [value for key, value in header.items() if key.startswith(name.upper())]
     texts = [(each.strip(), place) for text, place in lines for each in text.split("/")[1:]]
     if i < len(texts) and (texts[i][0] or not is_needed):

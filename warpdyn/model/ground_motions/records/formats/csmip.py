@@ -1,4 +1,4 @@
-"""Reader of the V1 and V2 files of CSMIP and CESMD, and of agencies that write similar ones (BHRC, RENADIC, USC)."""
+"""Reader of V1 and V2 files of CSMIP and CESMD, and of agencies that write similar files (BHRC, RENADIC, USC)."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from warpdyn.model.ground_motions.records.units import unit_factor
 
 _CORRECTED = re.compile(r"\s*corrected\s+accelerogram\b", re.IGNORECASE)
 _UNCORRECTED = re.compile(r"\s*(file\s+\d+\s+of\s+)?uncorrected\s+accelerogram\b", re.IGNORECASE)
-_BHRC = re.compile(r"\*\s*VOL1DS\s+FILE\s*:\s*(?P<record>\S+)", re.IGNORECASE)  # of Iran: in g/10, without times
+_BHRC = re.compile(r"\*\s*VOL1DS\s+FILE\s*:\s*(?P<record>\S+)", re.IGNORECASE)  # files of Iran: g/10, without times
 _TEXT_LINES, _REAL_LINES = {"V1": 13, "V2": 25}, {"V1": 7, "V2": 13}
 _INTEGER_LINES = 7  # 100 whole numbers, 16 per line
 _END = re.compile(r"\s*/&", re.IGNORECASE)
-# "13200 Accelerogram points at 200 pts/sec in units of g .  Format: (8f9.6)" and
+# Lines before the values: "13200 Accelerogram points at 200 pts/sec in units of g .  Format: (8f9.6)" and
 # "3251 POINTS OF ACCEL DATA EQUALLY SPACED AT  .020 SEC.  (UNITS: CM/SEC/SEC)"
 _DATA = re.compile(
     r"\s*(?P<count>\d+)\s+(?:points\s+of\s+)?(?P<quantity>acc|vel|dis)\w*(?:\s+points|\s+data\s+equally\s+spaced)\s+at\s+"
@@ -49,19 +49,19 @@ _PEAK = {
 }
 _CHANNELS = re.compile(r"\((?P<count>\d+)\s*chns?\s+of\s", re.IGNORECASE)
 _CHANNEL = re.compile(r"\s*(?:chan(?:nel)?\s*(?P<number>\d+)\s*:|comp)\s*(?P<label>.*)", re.IGNORECASE)
-# "360 DegR" is measured from the reference north of a building.
+# Labels such as "360 DegR" are measured from the reference north of a building.
 _LABEL = re.compile(r"\s*(?P<label>\d{1,3}(?=\s*degr?\b)|[NS]\s*\d{1,2}\s*[EW]\b|[A-Z]+\d?\b)", re.IGNORECASE)
 _LOCATION = re.compile(r"location:\s*(?P<location>.*?)\s*$", re.IGNORECASE)
 _STATION = re.compile(r"station\s*(?:no\.|id\.?|usc#)\s*(?P<code>\w[\w-]*)(?![.\w])", re.IGNORECASE)
 
 
 def is_csmip(first_lines: list[str]) -> bool:
-    """Return whether a file begins like a V1 or V2 file."""
+    """Return whether a file is a V1 or V2 file, judging by its first line."""
     return any(pattern.match(first_lines[0]) for pattern in (_CORRECTED, _UNCORRECTED, _BHRC))
 
 
 def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMotion]:
-    """Read the accelerations of a V1 (uncorrected) or V2 (corrected) file, which has one channel or several.
+    """Return the accelerations in a V1 (uncorrected) or V2 (corrected) file, one motion per channel.
 
     Source: California Strong Motion Instrumentation Program, report OSMS 85-03, and its revisions.
     """
@@ -91,7 +91,14 @@ def read_csmip(path: str | PathLike, step: float | None = None) -> list[GroundMo
 
 
 def _channel(record: RecordText, first: int, volume: str, wanted_step: float | None) -> tuple[GroundMotion, int]:
-    """Return the acceleration of the channel that starts at a line, and the line after it."""
+    """Return the acceleration of the channel that starts at line `first` [m/s2], and the index of the line after it.
+
+    Args:
+        record: Lines of the file.
+        first: Index of the first line of the channel.
+        volume: "V1" (uncorrected) or "V2" (corrected).
+        wanted_step: Step [s] to which values at uneven times are interpolated; None: the user gave no step.
+    """
     data = first + _TEXT_LINES[volume] + _INTEGER_LINES + _REAL_LINES[volume]
     record.line(data, "the values of the channel")
     head = record.lines[first : first + _TEXT_LINES[volume]]
@@ -102,7 +109,7 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
                 f"{record.place(data)}: the channel begins with {found['quantity'].lower()}..., not with its "
                 "acceleration: take the file that contains the accelerations"
             )
-        # Some files of USC name the unit only after the peak.
+        # Some files of USC name the unit only in the line of the peak.
         peak = _found(_PEAK["V2"], head, record, first)
         values, step, after = _equal_steps(record, data, found, peak[0]["unit"] if peak else None)
         while (other := _DATA.match(record.lines[after]) if after < len(record.lines) else None) is not None:
@@ -130,7 +137,7 @@ def _channel(record: RecordText, first: int, volume: str, wanted_step: float | N
 
 
 def _check_numeric_header(record: RecordText, first: int, data: int) -> None:
-    """Raise a ValueError unless the lines between text and values are numbers; otherwise a line was lost or added."""
+    """Raise a ValueError if a line between text header and values is not numeric: a line was lost or added."""
     for i in range(first, data):
         if re.search(r"[^-+\d.\sEe*]", record.lines[i]) or not record.lines[i].strip():
             raise damaged(f"{record.place(i)}: expected numbers of the header, got {record.lines[i].strip()[:60]!r}")
@@ -141,7 +148,14 @@ def _check_numeric_header(record: RecordText, first: int, data: int) -> None:
 def _equal_steps(
     record: RecordText, at: int, found: re.Match[str], unit: str | None = None
 ) -> tuple[np.ndarray, float, int]:
-    """Return accelerations [m/s2] at equal steps, the step [s], and the line after the values."""
+    """Return accelerations at equal steps [m/s2], the step [s], and the index of the line after the values.
+
+    Args:
+        record: Lines of the file.
+        at: Index of the line that states number, step and unit of the values.
+        found: Match of the pattern _DATA in this line.
+        unit: Unit of the accelerations if the line does not state it.
+    """
     unit, place = found["unit"] or unit, record.place(at)
     count = stated_count(found["count"], place)
     step = stated_step(found["time"], place, is_rate=found["of_time"].lower() == "pts/sec")
@@ -156,7 +170,7 @@ def _equal_steps(
 
 
 def _values_of_bhrc(record: RecordText, head: list[str], first: int, data: int) -> tuple[np.ndarray, float, int]:
-    """Return accelerations [m/s2] at equal steps, the step [s], and the line after the values, of a file of BHRC."""
+    """Return accelerations of a BHRC file [m/s2], the step [s], and the index of the line after the values."""
     place = record.place(first + 10)
     counted, duration = _COUNT.search(head[10]), re.search(r"duration\s*=\s*(\d*\.?\d+)", head[10], re.IGNORECASE)
     if counted is None or duration is None or not re.search(r"seconds\s+and\s+g/10", head[11], re.IGNORECASE):
@@ -170,7 +184,7 @@ def _values_of_bhrc(record: RecordText, head: list[str], first: int, data: int) 
 
 
 def _pairs_of_values(record: RecordText, head: list[str], first: int, data: int) -> tuple[np.ndarray, np.ndarray, int]:
-    """Return the times [s] and accelerations [m/s2] that are written as pairs, and the line after them."""
+    """Return times [s] and accelerations [m/s2] that are written as pairs, and the index of the line after them."""
     unit = _found(_UNIT_OF_PAIRS, head, record, first)
     if unit is None:
         raise damaged(
@@ -188,13 +202,13 @@ def _pairs_of_values(record: RecordText, head: list[str], first: int, data: int)
 def _found(
     pattern: re.Pattern[str], head: list[str], record: RecordText, first: int
 ) -> tuple[re.Match[str], str] | None:
-    """Return the first match of a pattern in the text header, and its place; None if there is no match."""
+    """Return the first match of a pattern in the text header and its place for messages; None if there is no match."""
     places = ((pattern.search(line), record.place(first + i)) for i, line in enumerate(head))
     return next(((match, place) for match, place in places if match), None)
 
 
 def _factor(unit: str, place: str) -> float:
-    """Return the factor from a unit of these files to m/s2."""
+    """Return the factor that converts a unit, as written in these files (such as "cms/sec/sec"), to m/s2."""
     return unit_factor(unit.lower().replace("cms", "cm"), place)
 
 
@@ -209,9 +223,10 @@ def _check_header(
     *,
     is_pairs: bool = False,
 ) -> None:
-    """Raise a ValueError unless number, duration and peak of the values are those of the text header.
+    """Raise a ValueError if number, duration or peak of the values differ from the text header.
 
-    The time of the peak is compared only for values at equal steps: some agencies count other times from another zero.
+    The time of the peak is compared only for values at equal steps, because some agencies count the times of uneven
+    values from another zero.
     """
     for i, line in enumerate(head):
         place = record.place(first + i)
@@ -228,7 +243,7 @@ def _check_header(
 
 
 def _names(head: list[str]) -> tuple[str, str]:
-    """Return the name of the record, which the channels of one sensor share, and the component of a channel."""
+    """Return the name of the record, which all channels of one sensor share, and the component of the channel."""
     if file := _BHRC.match(head[0]):
         azimuths = re.search(r"azimuth\s+L\s*(?P<L>\d+)\s+T\s*(?P<T>\d+)", head[7], re.IGNORECASE)
         axis = head[6].strip().upper().removeprefix("COMP").strip()[:1]

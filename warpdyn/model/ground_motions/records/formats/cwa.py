@@ -13,12 +13,12 @@ from warpdyn.model.ground_motions.records.units import step_of_times, unit_facto
 
 
 def is_cwa(first_lines: list[str]) -> bool:
-    """Return whether a file begins like those of CWA."""
+    """Return whether a file is a text file of CWA, judging by its first line."""
     return first_lines[0].startswith("#Earthquake Information")
 
 
 def read_cwa(path: str | PathLike) -> list[GroundMotion]:
-    """Read the three components of a file of CWA: lines of "#NAME: value", then columns of times and accelerations.
+    """Return the three components in a file of CWA: lines of "#NAME: value", then columns of times and accelerations.
 
     Source: CWA, Geophysical Database Management System, text format of strong-motion records.
     """

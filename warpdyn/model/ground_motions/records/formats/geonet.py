@@ -24,8 +24,8 @@ from warpdyn.model.ground_motions.records.units import unit_factor
 
 _TEXT_LINES = 16
 _INTEGERS, _REALS = Layout(10, 8, 0), Layout(10, 8)
-_NUMBERS_OF_VALUES = slice(33, 36)  # of acceleration, velocity and displacement, from 0
-_ADDED_BEFORE = 31  # number of samples added before the record
+_NUMBERS_OF_VALUES = slice(33, 36)  # indices of the numbers of accelerations, velocities and displacements
+_ADDED_BEFORE = 31  # index of the number of samples that were added before the record
 _TITLE = re.compile(r"\s*(?P<volume>un)?corrected\s+accelerogram\s+(?P<record>\S+)", re.IGNORECASE)
 _SITE = re.compile(r"\s*site\s+(?P<site>\S+)\s+\d+\s+\d+\s+\d+[NS]", re.IGNORECASE)
 _COUNT = re.compile(r"number\s+of\s+points\s+(?P<count>\d+)\s+duration\s+(?P<duration>\d*\.?\d+)\s*s", re.IGNORECASE)
@@ -39,15 +39,15 @@ _PEAK = re.compile(
 
 
 def is_geonet(first_lines: list[str]) -> bool:
-    """Return whether a file begins like GeoNet's files: a title, then the site with its coordinates."""
+    """Return whether a file is a file of GeoNet: the first lines are a title, and the site with its coordinates."""
     return len(first_lines) > 1 and bool(_TITLE.match(first_lines[0]) and _SITE.match(first_lines[1]))
 
 
 def read_geonet(path: str | PathLike) -> list[GroundMotion]:
-    """Read the accelerations of a V1A (uncorrected) or V2A (corrected) file, which has three components in mm/s2.
+    """Return the accelerations in a V1A (uncorrected) or V2A (corrected) file, which has three components in mm/s2.
 
-    Source: GeoNet, "Strong motion file formats": 16 lines of text, 40 whole numbers, 60 decimal ones, then the values
-    of acceleration and, in V2A files, of velocity and displacement.
+    Source: GeoNet, "Strong motion file formats": 16 lines of text, 40 whole numbers and 60 decimal numbers. Then the
+    accelerations and, in V2A files, velocities and displacements follow.
     """
     record = RecordText.of(path)
     motions: list[GroundMotion] = []
@@ -64,7 +64,10 @@ def read_geonet(path: str | PathLike) -> list[GroundMotion]:
 
 
 def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
-    """Return the acceleration of the component that starts at a line, and the line after it."""
+    """Return the acceleration of the component that starts at line `first`, and the index of the line after it.
+
+    The acceleration is a ground motion in m/s2.
+    """
     record.line(first + _TEXT_LINES, "its values")
     title = record.expected(first, _TITLE, "'Uncorrected accelerogram' or 'Corrected accelerogram'")
     site = record.expected(first + 1, _SITE, "'Site', its code and its coordinates")
@@ -103,7 +106,7 @@ def _component(record: RecordText, first: int) -> tuple[GroundMotion, int]:
     factor = scale * unit_factor("mm/s2", place)
     place = record.place(first + 13)
     check_printed_peak(factor * values / unit_factor(peak["unit"], place), peak["peak"], place, precision=0.1 * scale)
-    # The times of corrected records are those of the uncorrected one, before which samples were added.
+    # Times in corrected records are counted from the start of the uncorrected record; samples were added before it.
     first_time = 0.0 if title["volume"] else float(integers[_ADDED_BEFORE]) * step
     check_time_of_peak(values, step, peak["time"], place, precision=0.1, first=first_time)
     component = orientation(oriented["component"]).known_label

@@ -22,14 +22,14 @@ from warpdyn.model.ground_motions.records.text import number
 
 _HEADER_LINES = 17
 _WIDTH_OF_NAMES, _WIDTH_OF_VALUES = 18, 9  # characters
-# KiK-net numbers its directions: 1 to 3 in the borehole, 4 to 6 at the surface.
+# KiK-net numbers components: 1 to 3 in the borehole, 4 to 6 at the surface.
 _DIRECTIONS = {"1": "NS1", "2": "EW1", "3": "UD1", "4": "NS2", "5": "EW2", "6": "UD2"}
 
 
 def read_knet(path: str | PathLike) -> list[GroundMotion]:
-    """Read a record of K-NET or KiK-net: 17 header lines, then whole numbers, which a factor converts to gal.
+    """Return the record of K-NET or KiK-net: 17 header lines, then whole numbers, which a factor converts to gal.
 
-    The mean is the offset of the instrument. It is removed, because the peak in the header does not include it.
+    The mean of the values is removed: it is the offset of the instrument, which the peak in the header excludes.
 
     Source: NIED, "Format of the strong-motion data (ASCII)".
     """
@@ -45,7 +45,7 @@ def read_knet(path: str | PathLike) -> list[GroundMotion]:
     rate, place = header["Sampling Freq(Hz)"]
     step = stated_step(re.sub(r"\s*Hz$", "", rate, flags=re.IGNORECASE), place, is_rate=True)
 
-    # NIED prints 8 characters and a blank, so that the first field of a line is one character shorter than the others.
+    # NIED prints a blank after 8 characters; a blank before the line makes all fields 9 characters wide.
     body = [f" {line}" if line.strip() else "" for line in record.lines[_HEADER_LINES:]]
     if len(record.line(_HEADER_LINES, "its values").rstrip()) % _WIDTH_OF_VALUES == 0:
         body = record.lines[_HEADER_LINES:]

@@ -53,11 +53,11 @@ _READERS: tuple[tuple[str, Callable[[list[str]], bool], Callable[..., list[Groun
     ("SMC", is_smc, read_smc),
     ("CSMIP", is_csmip, read_csmip),
 )
-FEWEST_RUNNING = 5  # values per line that are not columns: tables have a time and up to three components
-FEWEST_IN_ONE_LINE = 20  # values of a record that has only one line of numbers
-# Formats whose records may have uneven times; these are interpolated to a step.
+FEWEST_RUNNING = 5  # lines with this many values are not columns: tables have a time and up to three components
+FEWEST_IN_ONE_LINE = 20  # fewest values of a record that has only one line of numbers
+# Formats whose records may have uneven times; such records are interpolated to the argument `step`.
 _WITH_STEP = ("CSMIP", "SMC")
-# Text that contains no record: a pattern of its first line, what it is, and what to do.
+# Text files that contain no record: pattern of the first line, what the file is, and what the user can do.
 _OTHERS = (
     (
         r"(?i)\s*(response|fourier)\b.*\bspectr",
@@ -70,10 +70,11 @@ _OTHERS = (
 
 @dataclass(frozen=True)
 class FileOfMotions:
-    """The motions of one file, with records and components from its header.
+    """The motions of one file, with the records and components that its header contains.
 
-    Line 2 of AT2 files and headers of text files are typed by people: their component is compared with the component in
-    the file's name, and the record is taken from the name. Headers of other formats are written by programs.
+    People type line 2 of AT2 files and the headers of text files. Therefore, the component in such a header is compared
+    with the component in the file name, and the record is taken from the file name. Programs write the headers of other
+    formats.
 
     Args:
         path: The file, or the member of an archive.
@@ -87,21 +88,21 @@ class FileOfMotions:
 
     @property
     def name(self) -> str:
-        """The name of the file without its folder."""
+        """Name of the file without its folder."""
         return Path(self.path).name
 
     @property
     def is_typed(self) -> bool:
-        """Whether the component comes from a header that a person typed."""
+        """Whether the component was read from a header that a person typed."""
         return self.format == "AT2" or (self.format == "text" and not self.motions[0].record)
 
     @property
     def uses_name(self) -> bool:
-        """Whether record and component in the file's name must be read."""
+        """Whether record and component must be read from the file name."""
         return len(self.motions) == 1 and (self.is_typed or not self.motions[0].component)
 
     def named(self, record: str, component: str) -> GroundMotion:
-        """Return the file's only motion with this component, and with this record or that of the header."""
+        """Return the only motion of the file with `component`, and with `record` or the record in the header."""
         (motion,) = self.motions
         order = (record, motion.record) if self.is_typed else (motion.record, record)
         return replace(motion, record=order[0] or order[1], component=component)
@@ -120,7 +121,7 @@ def read(
         path: The file. Motions are named by the file's name and the component.
         unit: Unit of the accelerations, one of `UNITS`, for files that do not contain it: text, SAC and MiniSEED.
         step: Step [s] for text without times, and for records that were digitised at uneven times (some V1 and SMC
-            files), which are interpolated linearly. For other files it is compared with the step in the file.
+            files) and are interpolated linearly. For other files, `step` is compared with the step in the file.
         components: "horizontal", "vertical" or "all".
 
     Returns:
@@ -145,7 +146,14 @@ def read(
 
 
 def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[FileOfMotions]:
-    """Return the motions of each file in an archive, as `read_file` does; warn of files that are not records."""
+    """Return the motions of each file in an archive, as `read_file` returns them; warn of files that are not records.
+
+    Args:
+        path: The archive, for messages.
+        data: Content of the archive.
+        unit: Unit of the accelerations, as in `read`.
+        step: Step [s], as in `read`.
+    """
     files: list[FileOfMotions] = []
     others: dict[str, str] = {}
     for member in members(path, data):
@@ -167,7 +175,7 @@ def read_archive(path: str | PathLike, data: bytes, unit: str | None, step: floa
 
 
 def _with_names(file: FileOfMotions) -> list[GroundMotion]:
-    """Return the motions of a file; a component that the file does not contain is taken from the file's name."""
+    """Return the motions of a file. If the header contains no component, it is read from the file name."""
     if not file.uses_name:
         return list(file.motions)
     record, component = record_and_component(file.name, file.motions[0].component, place=str(file.path))
@@ -177,7 +185,7 @@ def _with_names(file: FileOfMotions) -> list[GroundMotion]:
 
 
 def read_file(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> FileOfMotions:
-    """Read one file with the reader of its format; records and components are those of its header."""
+    """Return the motions of one file, read by the reader of its format, with record and component of its header."""
     if is_miniseed(data) or is_sac(data):
         return FileOfMotions(path, tuple(read_seismic(path, data, unit, step)), "seismic")
     record = RecordText.of(path)
@@ -203,7 +211,7 @@ def read_file(path: str | PathLike, data: bytes, unit: str | None, step: float |
 
 
 def _from_text(record: RecordText, unit: str | None, step: float | None) -> list[GroundMotion]:
-    """Return the motion of text without a known header: in columns, or with several successive values per line."""
+    """Return the motion in a text without a known header: in columns, or with several successive values per line."""
     path = record.path
     header = header_of(record)
     rows = [line for line in record.lines[header.lines :] if line.strip()]
@@ -214,13 +222,13 @@ def _from_text(record: RecordText, unit: str | None, step: float | None) -> list
             "For text in columns use wd.records.read_text(path, unit=...)"
         )
     if unit is None:
-        # Archives of PEER also contain a table of spectra.
+        # For example, archives of PEER contain a table of spectra, which is such a text.
         raise NotARecordError(
             f"{path}: text without a known header does not state the unit of its values: give unit=, such as unit='g'"
         )
     widths = [len(tokens_of(line)) for line in rows]
     usual, alike = Counter(widths).most_common(1)[0]
-    is_full = len(set(widths[:-1])) == 1  # all lines but the last
+    is_full = len(set(widths[:-1])) == 1  # all lines except the last have the same number of values
     is_running = usual > 1 and (
         (usual >= FEWEST_RUNNING and alike >= 0.5 * len(widths)) or (is_full and widths[-1] < widths[0])
     )

@@ -1,4 +1,4 @@
-"""Reader of text with several successive values per line, without a known format."""
+"""Reader of text with several successive values per line, in an unknown format."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from warpdyn.model.ground_motions.records.quantities import check_statements, st
 from warpdyn.model.ground_motions.records.text import NumberLines, warn_of_layout
 from warpdyn.model.ground_motions.records.units import checked_step, unit_factor
 
-FEWEST_LINES = 3  # that define the layout of a file's lines
+FEWEST_LINES = 3  # lines of one layout, so that lines of other layouts may be damaged
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([EeDd][-+]?\d+)?")
-_WORD = re.compile(r"(?<![\w.])[^\W\d_]{2,}")  # not after a digit, where a damaged number may have letters
-_NO_WORDS = ("nan", "inf", "infinity", "na", "null", "none")  # written for missing numbers
+_WORD = re.compile(r"(?<![\w.])[^\W\d_]{2,}")  # not after a digit, because a damaged number may contain letters
+_NO_WORDS = ("nan", "inf", "infinity", "na", "null", "none")  # texts that are written instead of missing numbers
 _ERRORS = re.compile(r"#(N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!)", re.IGNORECASE)
-_TOUCHING = re.compile(r"(?<=[\d.])(?=[-+]\d*\.)")  # 0.123-0.456: a sign after a digit, not after an E
+_TOUCHING = re.compile(r"(?<=[\d.])(?=[-+]\d*\.)")  # between touching numbers, as in 0.123-0.456; not after an E
 
 
 @dataclass(frozen=True)
 class Header:
-    """Number of lines before the values, and the number of values and the step [s] in these lines."""
+    """Content of a header: its number of lines, and the number of values and the step [s] that it states."""
 
     lines: int
     count: int | None
@@ -35,9 +35,10 @@ class Header:
 
 
 def header_of(record: RecordText) -> Header:
-    """Return the header of text without a known format: lines of words, and a line with the number of values or step.
+    """Return the header of a text in an unknown format.
 
-    If a line of one or two numbers before longer lines contains neither, a ValueError is raised.
+    A header consists of lines of words, and may end with a line of one or two numbers: the number of values and the
+    step. If these numbers can be neither, a ValueError is raised.
     """
     first = next((i for i, line in enumerate(record.lines) if not _is_words(line)), len(record.lines))
     words = record.lines[:first]
@@ -63,7 +64,7 @@ def header_of(record: RecordText) -> Header:
 
 
 def check_against_header(motion: GroundMotion, header: Header) -> None:
-    """Raise a ValueError if a header states another number of values or another step than a motion has."""
+    """Raise a ValueError if a header states another number of values or another step than the motion has."""
     if header.count is not None:
         check_count(motion.acceleration.size, str(header.count), motion.source)
     if header.step is not None and abs(motion.step - header.step) > 1e-3 * header.step:
@@ -71,7 +72,10 @@ def check_against_header(motion: GroundMotion, header: Header) -> None:
 
 
 def _is_words(line: str) -> bool:
-    """Return whether a line is blank, a comment, or begins with a word or has at most as many numbers as words."""
+    """Return whether a line belongs to the header: it is blank, a comment, or has words.
+
+    A line has words if it begins with a word or contains at least as many words as numbers.
+    """
     text = line.strip()
     if not text or (text[0] in "#%" and not _ERRORS.match(text)):
         return True
@@ -88,10 +92,10 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
     Args:
         path: The file; its name without the suffix names the motion.
         unit: Unit of the values.
-        step: Step [s]; None for the step that the header states.
+        step: Step [s]; None: the step that the header states.
 
     Returns:
-        The motion, with the component that the header states; the file's name is not used.
+        The motion [m/s2], with the component that the header states; the file name is not searched for a component.
     """
     factor = unit_factor(unit, "unit")
     record = RecordText.of(path)
@@ -125,7 +129,12 @@ def read_running_values(path: str | PathLike, *, unit: str, step: float | None =
 
 
 def _check_separators(record: RecordText, places: list[int]) -> None:
-    """Raise a ValueError if separators differ, commas may be decimal commas, or asterisks replace a number."""
+    """Raise a ValueError if separators vary, commas may be decimal commas, or asterisks replace a number.
+
+    Args:
+        record: Lines of the file.
+        places: Indices of the lines of values.
+    """
     for i in places:
         if "**" in record.lines[i]:
             raise ValueError(
@@ -151,7 +160,10 @@ def _check_separators(record: RecordText, places: list[int]) -> None:
 
 
 def _lines_of_other_layout(lines: list[str]) -> list[int]:
-    """Return lines whose numbers end at other positions than in most lines, if they are few; a sign may be lost."""
+    """Return the indices of lines whose numbers end at other positions than in most lines; a sign may be lost there.
+
+    The result is empty if there are many such lines, because the layout then varies intentionally.
+    """
     ends = [tuple(match.end() for match in re.finditer(r"[\d.](?=[-+\s,;]|$)", line)) for line in lines]
     common, alike = Counter(ends).most_common(1)[0]
     others = [
@@ -161,7 +173,7 @@ def _lines_of_other_layout(lines: list[str]) -> list[int]:
 
 
 def tokens_of(line: str) -> list[str]:
-    """Return the numbers of a line as text; numbers that touch each other are separated at their signs."""
+    """Return the numbers in a line as texts; numbers without a separator, as in "0.1-0.2", are divided at the sign."""
     return re.sub(r"[,;]", " ", _TOUCHING.sub(" ", line)).split()
 
 

@@ -17,13 +17,13 @@ from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 
 
 def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: float | None) -> list[GroundMotion]:
-    """Return the motions of a SAC or MiniSEED file.
+    """Return the motions in a SAC or MiniSEED file, which obspy reads.
 
     Args:
         path: The file.
         data: The bytes of the file.
         unit: Unit of the accelerations, which these files do not state.
-        step: Step [s], which must be that of the file; None to use the step of the file.
+        step: Step [s], which must equal the step in the file; None: the step in the file.
 
     Raises:
         ModuleNotFoundError: If obspy is not installed.
@@ -68,7 +68,7 @@ def read_seismic(path: str | PathLike, data: bytes, unit: str | None, step: floa
 
 
 def _check_sac(path: str | PathLike, trace: Any) -> None:
-    """Raise a ValueError if a SAC file has uneven times or extrema that differ from its header."""
+    """Raise a ValueError if a SAC file has uneven times, or its largest or smallest value differs from the header."""
     header = trace.stats.sac
     if not int(header.get("leven", 1)):
         raise ValueError(
@@ -76,7 +76,7 @@ def _check_sac(path: str | PathLike, trace: Any) -> None:
             f"equal steps first, and give the values to wd.records.from_array"
         )
     for stated, found in ((header.get("depmin"), trace.data.min()), (header.get("depmax"), trace.data.max())):
-        # Extrema and values are in float32; -12345 is SAC's mark for an unknown number.
+        # Extreme values in header and data are float32 numbers; SAC writes -12345 for an unknown number.
         if stated is not None and stated != -12345 and np.isfinite(stated) and abs(stated - found) > 1e-5 * abs(stated):
             raise damaged(
                 f"{path}: the header of this SAC file states an extremum of {stated:g}, but the values have {found:g}"

@@ -21,7 +21,7 @@ _TITLE = re.compile(
 _TEXT_LINES = 11
 _INTEGERS, _REALS = Layout(8, 10, 0), Layout(5, 15)
 _VALUES = Layout(8, 10, 4, is_scientific=True)
-# Positions in the headers, from 0, and the number that is written for an unknown value.
+# Indices (from 0) of values in the integer and real headers, and numbers that are written for unknown values.
 _UP_ANGLE, _AZIMUTH, _COMMENTS, _COUNT, _RATE = 12, 13, 15, 16, 1
 _MAXIMUM, _MINIMUM = 29, 31
 _UNKNOWN_REAL, _LARGEST_KNOWN = 1.7e38, 1e30
@@ -30,12 +30,12 @@ _KINDS = {"1": "acceleration", "2": "acceleration", "3": "velocity", "4": "displ
 
 
 def is_smc(first_lines: list[str]) -> bool:
-    """Return whether a file begins like an SMC file: its kind, and a line that starts with an asterisk."""
+    """Return whether a file is an SMC file: the first lines are its kind, and a line with an asterisk."""
     return bool(_TITLE.match(first_lines[0])) and len(first_lines) > 1 and first_lines[1].strip() == "*"
 
 
 def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMotion]:
-    """Read the acceleration of an SMC file: 11 lines of text, 98 numbers of the header, comments, values in cm/s2.
+    """Return the acceleration in an SMC file: 11 lines of text, 98 header numbers, comments, values in cm/s2.
 
     Source: U.S. Geological Survey, "SMC-format data files".
     """
@@ -59,7 +59,7 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
     count = int(integers[_COUNT])
     if count < 2:
         raise damaged(f"{path}: value 17 of the whole numbers, the number of values, must be at least 2, got {count}")
-    is_uneven = reals[_RATE] == _UNKNOWN_REAL  # then the file contains pairs of a time and an acceleration
+    is_uneven = reals[_RATE] == _UNKNOWN_REAL  # the file then contains pairs of time and acceleration
     values, end = block(record, after, count, _VALUES)
     if is_uneven and len(record.lines) == end + 1:
         warn_caller(
@@ -82,9 +82,9 @@ def read_smc(path: str | PathLike, step: float | None = None) -> list[GroundMoti
 
 
 def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, reals: np.ndarray) -> None:
-    """Raise a ValueError unless the largest and smallest value, and their times, are those of the header.
+    """Raise a ValueError if the largest or smallest value, or its time, differs from the header.
 
-    Values have 5 digits, and the times of the header are those of a sample.
+    The tolerances allow for values with 5 digits, and for times in the header that are rounded to a sample.
     """
     precision = 1e-4 * float(np.abs(values).max())
     for at, found in ((_MAXIMUM, values.max()), (_MINIMUM, values.min())):
@@ -105,7 +105,7 @@ def _check_extrema(record: RecordText, values: np.ndarray, times: np.ndarray, re
 
 
 def _names(record: RecordText, integers: np.ndarray) -> tuple[str, str]:
-    """Return the name of the record, which the components of one sensor share, and the component."""
+    """Return the name of the record, which all components of one sensor share, and the label of the component."""
     up, azimuth = int(integers[_UP_ANGLE]), int(integers[_AZIMUTH])
     found = next((match for line in record.lines[:_TEXT_LINES] if (match := _STATION.search(line))), None)
     label = orientation(found["component"].strip() if found else "")

@@ -12,15 +12,15 @@ from fnmatch import fnmatchcase
 from os import PathLike
 from pathlib import Path, PurePath, PurePosixPath
 
-LARGEST_FILE = 500_000_000  # bytes; records have less than 100 MB, and a damaged archive must not fill the memory
-DEEPEST = 3  # archives inside archives: CESMD packs one zip per station into a zip
+LARGEST_FILE = 500_000_000  # bytes; records have less than 100 MB, and a damaged archive must not exhaust the memory
+DEEPEST = 3  # levels of archives inside archives; CESMD puts one zip file per station into a zip file
 
 _LITTER = ("._*", ".*", "~$*", "*~", "#*#", "*.bak", "*.swp", "*.swo", "*.tmp", "*.orig", "*.part", "*.crdownload")
 _LITTER_OF_SYSTEMS = ("thumbs.db", "ehthumbs.db", "desktop.ini", "icon\r", "__macosx", "$recycle.bin")
 
 
 class Member(PathLike):
-    """A file inside an archive; its path is that of the archive, a slash, and its name in the archive."""
+    """A file inside an archive. Its path consists of the path of the archive, a slash, and the name in the archive."""
 
     def __init__(self, archive: str | PathLike, name: str, data: bytes) -> None:
         self.path, self.data = f"{archive}/{name}", data
@@ -33,9 +33,10 @@ class Member(PathLike):
 
 
 def is_litter(name: str | PurePath) -> bool:
-    """Return whether a file, by its path in a folder or archive, is an auxiliary file of a file manager or an editor.
+    """Return whether a file is an auxiliary file that a file manager or an editor made, judging by its path.
 
-    macOS adds "._X.AT2" to each file X.AT2 on disks of other systems and in archives (folder "__MACOSX").
+    For example, macOS adds a file "._X.AT2" to each file X.AT2 on disks of other systems, and a folder "__MACOSX" to
+    archives.
     """
     parts = [part.lower() for part in PurePath(name).parts]
     if not parts:
@@ -44,17 +45,17 @@ def is_litter(name: str | PurePath) -> bool:
 
 
 def is_gzip(data: bytes) -> bool:
-    """Return whether a file is compressed by gzip."""
+    """Return whether a file, given by its bytes, is compressed by gzip."""
     return data[:2] == b"\x1f\x8b"
 
 
 def is_tar(data: bytes) -> bool:
-    """Return whether a file is a tar archive."""
+    """Return whether a file, given by its bytes, is a tar archive."""
     return data[257:262] == b"ustar"
 
 
 def zip_names(data: bytes) -> list[str] | None:
-    """Return the names of the files in a zip archive, or None if the file is not a zip archive."""
+    """Return the names of the files in a zip archive, given by its bytes; None if it is not a zip archive."""
     if data[:4] not in (b"PK\x03\x04", b"PK\x05\x06"):
         return None
     try:
@@ -65,7 +66,10 @@ def zip_names(data: bytes) -> list[str] | None:
 
 
 def is_archive(data: bytes) -> bool:
-    """Return whether a file is an archive that `members` opens; Excel and NumPy files (also zip archives) are not."""
+    """Return whether a file, given by its bytes, is an archive that `members` opens.
+
+    Excel files and NumPy files are zip archives, too, but are not opened.
+    """
     names = zip_names(data)
     if names is not None:
         return not ("[Content_Types].xml" in names or (names and all(name.endswith(".npy") for name in names)))
@@ -73,12 +77,12 @@ def is_archive(data: bytes) -> bool:
 
 
 def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Member]:
-    """Return the files in an archive and in archives inside it, without folders, empty and auxiliary files.
+    """Yield the files in an archive and in archives inside it, except folders, empty files and auxiliary files.
 
     Args:
         path: The archive.
-        data: Its bytes.
-        depth: Level of the archive, 1 for an archive that is not inside another.
+        data: Bytes of the archive.
+        depth: Level of the archive; 1: it is not inside another archive.
 
     Raises:
         ValueError: If the archive is damaged, encrypted, too large or nested too deeply.
@@ -87,7 +91,7 @@ def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Membe
         raise ValueError(f"{path}: archives inside archives, more than {DEEPEST} deep: unpack the outer ones first")
     try:
         for name, content in _unpacked(path, data):
-            # The file in a gzip file has the name that the user gave.
+            # A file in a gzip file is not skipped as auxiliary, because the user chose its name.
             if not content or (not is_gzip(data) and is_litter(PurePosixPath(name.replace("\\", "/")))):
                 continue
             member = Member(path, name, content)
@@ -100,7 +104,7 @@ def members(path: str | PathLike, data: bytes, depth: int = 1) -> Iterator[Membe
 
 
 def _unpacked(path: str | PathLike, data: bytes) -> Iterator[tuple[str, bytes]]:
-    """Return names and bytes of the files of one archive."""
+    """Yield the name and the bytes of each file in one archive."""
     if is_gzip(data):
         with gzip.GzipFile(fileobj=io.BytesIO(data)) as file:
             content = file.read(LARGEST_FILE + 1)

@@ -16,7 +16,7 @@ _OBSPY = "read it with wd.records.from_obspy(obspy.read(path), unit=...)"
 _AGAIN = "download the file again; the web site may need a login first"
 _SHEET = "save its sheet as CSV and read it with wd.records.read_text(path, unit=...)"
 
-# First bytes of files that are not text, the kind of file, and what to do.
+# First bytes of files that are not text, the kind of file, and the remedy for the message.
 _FIRST_BYTES: tuple[tuple[bytes, str, str], ...] = (
     (b"BZh", "a file compressed with bzip2", "unpack it first: bunzip2 FILE"),
     (b"\xfd7zXZ\x00", "a file compressed with xz", "unpack it first: unxz FILE"),
@@ -41,7 +41,7 @@ _FIRST_BYTES: tuple[tuple[bytes, str, str], ...] = (
     (b"\xc3\x40\xf1", "a SEG-Y file", _OBSPY),
     (b"SQLite format 3", "an SQLite database", _ARRAY),
 )
-# Patterns at the start of text files that are not records, the kind of file, and what to do.
+# Patterns at the start of text files that are not records, the kind of file, and the remedy for the message.
 _FIRST_TEXT = (
     (r"\s*(<!--.*?-->\s*)*<(!doctype\s+html|html|head|body)\b", "an HTML page, such as an error page", _AGAIN),
     (r"\s*<(\?xml|!doctype|\w+[\s>])", "an XML file", "download the file with the values of the record instead"),
@@ -51,11 +51,11 @@ _FIRST_TEXT = (
     (r"WID2 ", "a GSE2 file", _OBSPY),
     (r"TIMESERIES \w+_", "an SLIST or TSPAIR file of seismic data", _OBSPY),
 )
-_LARGEST_HEAD = 4096  # characters that are compared with these patterns
+_LARGEST_HEAD = 4096  # number of characters at the start of a file that are compared with these patterns
 
 
 def bytes_of(path: str | PathLike) -> bytes:
-    """Return the bytes of a file or of a member of an archive; raise an error if it does not exist or is empty."""
+    """Return the bytes of a file, or of a file in an archive; raise an error if it does not exist or is empty."""
     if isinstance(path, Member):
         return path.data
     if not isinstance(path, str | PathLike):
@@ -77,7 +77,7 @@ def bytes_of(path: str | PathLike) -> bytes:
 
 
 def refuse_other_content(path: str | PathLike, data: bytes) -> None:
-    """If a file is not text, raise a ValueError with its kind and a remedy."""
+    """Raise a ValueError that names the kind of file and a remedy, if a file is not text."""
     names = zip_names(data)
     found: tuple[str, str] | None = None
     if names is not None:
@@ -106,7 +106,7 @@ def refuse_other_content(path: str | PathLike, data: bytes) -> None:
 
 
 def refuse_other_text(path: str | PathLike, text: str) -> None:
-    """If a text is of a kind that contains no record, raise a ValueError with its kind and a remedy."""
+    """Raise a ValueError that names the kind of file and a remedy, if a text file contains no record."""
     for pattern, what, remedy in _FIRST_TEXT:
         if re.match(pattern, text[:_LARGEST_HEAD], re.IGNORECASE):
             raise _refusal(path, what, remedy)
@@ -117,12 +117,12 @@ def _refusal(path: str | PathLike, what: str, remedy: str) -> NotARecordError:
 
 
 def is_miniseed(data: bytes) -> bool:
-    """Return whether a file is in MiniSEED, version 2 or 3."""
+    """Return whether a file, given by its bytes, has the format MiniSEED, version 2 or 3."""
     return re.match(rb"\d{6}[DRQM][ \x00]|MS\x03", data) is not None
 
 
 def is_sac(data: bytes) -> bool:
-    """Return whether a file is a binary SAC file: word 77 of its header is the version, 6 or 7."""
+    """Return whether a file, given by its bytes, is a binary SAC file: word 77 of its header is the version, 6 or 7."""
     if len(data) < 632:
         return False
     return any(
@@ -132,7 +132,7 @@ def is_sac(data: bytes) -> bool:
 
 
 def _is_utf_16(data: bytes) -> bool:
-    """Return whether a text is in UTF-16: it starts with the mark, or every second byte is 0."""
+    """Return whether the bytes of a text are UTF-16: they begin with its byte order mark, or every second byte is 0."""
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
         return True
     head = data[: _LARGEST_HEAD - _LARGEST_HEAD % 2]
@@ -144,10 +144,11 @@ def _is_utf_16(data: bytes) -> bool:
 
 
 def decoded(data: bytes) -> str:
-    """Return the text in the bytes of a file, with LF as the end of every line.
+    """Return the text that the bytes of a file encode, with LF at the end of every line.
 
-    Encodings are UTF-8, UTF-16 and otherwise Latin-1. Line ends are LF, CR LF, CR, LF CR and CR CR LF (from a program
-    that converts CR LF twice). Control-Z and zero bytes after the last line, which DOS programs add, are removed.
+    The encoding is UTF-8, UTF-16 or, otherwise, Latin-1. Lines may end with LF, CR LF, CR, LF CR or CR CR LF (written
+    by programs that convert CR LF twice). Control-Z and zero bytes after the last line, which DOS programs add, are
+    removed.
     """
     if _is_utf_16(data):
         is_big = data.startswith(codecs.BOM_UTF16_BE) or (data[0] == 0 and not data.startswith(codecs.BOM_UTF16_LE))

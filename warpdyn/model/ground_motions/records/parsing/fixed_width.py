@@ -24,14 +24,14 @@ _FORMAT = re.compile(
 
 @dataclass(frozen=True)
 class Layout:
-    """Layout of the values in a line: `8F9.6` is 8 values of 9 characters with 6 decimals.
+    """Layout of the values in a line, such as `8F9.6`: 8 values of 9 characters with 6 decimals.
 
     Args:
-        per_line: Values per line; the last line may have fewer.
-        width: Characters per value.
-        decimals: Digits after the point; None if their number is not fixed, 0 for whole numbers without a point.
-        indent: Blanks before the first value of a line.
-        is_scientific: Whether values have one digit before the point and an exponent, as 1.2345E+1.
+        per_line: Number of values per line; the last line may have fewer.
+        width: Number of characters per value.
+        decimals: Number of digits after the point; None: it varies; 0: whole numbers without a point.
+        indent: Number of blanks before the first value of a line.
+        is_scientific: Whether values have one digit before the point and an exponent, such as 1.2345E+1.
     """
 
     per_line: int
@@ -42,7 +42,7 @@ class Layout:
 
     @classmethod
     def of(cls, text: str) -> Layout | None:
-        """Return the layout of a Fortran format such as "(8f9.6)", or None."""
+        """Return the layout that a Fortran format such as "(8f9.6)" describes; None if the text contains no format."""
         found = _FORMAT.search(text)
         if found is None or not int(found["per_line"]) or not int(found["width"]):
             return None
@@ -52,11 +52,11 @@ class Layout:
 
 
 class Header(dict[str, tuple[str, str]]):
-    """Name -> (value, place) for the lines "NAME: value" of a header; a missing name raises a ValueError.
+    """Lines "NAME: value" of a header, as name -> (value, place); reading a missing name raises a ValueError.
 
     Args:
         path: The file.
-        format: Name of its format, for errors.
+        format: Name of the file format, for errors.
     """
 
     def __init__(self, path: str | PathLike, format: str) -> None:
@@ -69,13 +69,13 @@ class Header(dict[str, tuple[str, str]]):
         )
 
     def starting(self, name: str) -> tuple[str, str]:
-        """Return the value and the place of the first line whose name starts with `name`."""
+        """Return the value and the place of the first header line whose name starts with `name`."""
         return self[next((key for key in self if key.startswith(name)), name)]
 
 
 @dataclass(frozen=True)
 class RecordText:
-    """The text of a record file, line by line; lines are counted from 0."""
+    """The text of a record file as a list of lines; line indices start at 0."""
 
     path: str | PathLike
     text: str
@@ -83,34 +83,40 @@ class RecordText:
 
     @classmethod
     def of(cls, path: str | PathLike) -> RecordText:
-        """Return the text of a file."""
+        """Return the text of the file at `path`; raise an error if it is not text."""
         text = text_of(path)
         return cls(path, text, lines_of(text))
 
     @property
     def stem(self) -> str:
-        """The name of the file without its suffix."""
+        """Name of the file without folder and suffix."""
         return Path(self.path).stem
 
     def place(self, i: int) -> str:
-        """Return file and line, such as "quake.V1:7", of line `i`."""
+        """Return the path and the line number (from 1) of line `i`, such as "quake.V1:7", for messages."""
         return f"{self.path}:{i + 1}"
 
     def line(self, i: int, what: str) -> str:
-        """Return line `i`, or raise a ValueError if the file ends before it."""
+        """Return line `i`; raise a ValueError if the file ends before this line, which should contain `what`."""
         if i >= len(self.lines):
             raise damaged(f"{self.path}: truncated: the file ends at line {len(self.lines)}, before {what}")
         return self.lines[i]
 
     def expected(self, i: int, pattern: re.Pattern[str], what: str) -> re.Match[str]:
-        """Return the match of a pattern in line `i`, or raise a ValueError with the expected text."""
+        """Return the match of a pattern in line `i`; raise a ValueError that names the expected text `what` if none."""
         found = pattern.search(self.line(i, what))
         if found is None:
             raise damaged(f"{self.place(i)}: expected {what}, got {self.lines[i].strip()[:60]!r}")
         return found
 
     def header(self, format: str, end: int, clean: Callable[[str], str] = str.upper) -> Header:
-        """Return the lines "NAME: value" before line `end`; `clean` converts a name to the key in the header."""
+        """Return the header of a file: the lines "NAME: value" before line `end`, as name -> (value, place).
+
+        Args:
+            format: Name of the file format, for errors.
+            end: Index of the line after the header.
+            clean: Function that converts the name in a line to the key.
+        """
         header = Header(self.path, format)
         for i, line in enumerate(self.lines[:end]):
             name, colon, value = line.partition(":")
@@ -119,12 +125,12 @@ class RecordText:
         return header
 
     def numbers(self, first: int) -> NumberLines:
-        """Return the lines from `first` on that are not blank, as lines of numbers."""
+        """Return all lines from line `first` on that are not blank, as lines of numbers."""
         kept = [i for i in range(first, len(self.lines)) if self.lines[i].strip()]
         return NumberLines(self.path, [self.lines[i] for i in kept], [i + 1 for i in kept])
 
     def motion(self, values: np.ndarray, step: float, component: str, record: str = "") -> GroundMotion:
-        """Return a motion that is named by the file and the component."""
+        """Return the ground motion with these values [m/s2] and step [s], named by the file and the component."""
         name = f"{self.stem} {component}".strip()
         return GroundMotion(np.array(values), step, name, str(self.path), record.strip(), component)
 
@@ -132,14 +138,14 @@ class RecordText:
 def block(
     record: RecordText, first: int, count: int, layout: Layout, *, is_data: bool = True
 ) -> tuple[np.ndarray, int]:
-    """Return values of fixed width, which may follow each other without a blank, and the number of the next line.
+    """Return values in fields of fixed width, which need no blank between them, and the index of the next line.
 
     Args:
-        record: The text.
-        first: Number of the first line, from 0.
+        record: Lines of the file.
+        first: Index of the first line of values, from 0.
         count: Number of values.
         layout: Layout of the values in a line.
-        is_data: Whether the values are samples, which cannot be missing, and not numbers of a header.
+        is_data: Whether the values are samples of the record, which must not be missing, instead of header numbers.
 
     Raises:
         ValueError: If there are fewer values, a line is longer or shorter than in the layout, or a field is blank, full
@@ -175,7 +181,7 @@ def block(
 
 
 def _check_line(line: str, fields: int, layout: Layout, place: str, *, is_end: bool) -> None:
-    """Raise a ValueError unless a line has exactly this number of fields, each with a right-aligned number."""
+    """Raise a ValueError unless a line has exactly `fields` fields, each with a right-aligned number."""
     width = layout.width
     row = [line[i : i + width] for i in range(0, len(line), width)]
     for field in row:
@@ -202,7 +208,7 @@ def _check_line(line: str, fields: int, layout: Layout, place: str, *, is_end: b
 
 @cache
 def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]:
-    # Fortran prints no plus sign before a number.
+    # Fortran writes no plus sign before a positive number.
     if is_scientific:
         return re.compile(rf" *-?\d\.\d{{{decimals}}}[EeDd][-+]\d{{1,3}}", re.ASCII)
     if decimals is None:
@@ -211,14 +217,14 @@ def _field_pattern(decimals: int | None, is_scientific: bool) -> re.Pattern[str]
 
 
 def layout_of_lines(record: RecordText, first: int, decimals: int | None = None) -> Layout:
-    """Return the layout of the values that start at a line, from the positions at which its numbers end.
+    """Return the layout of the values that start at a line, from the positions at which the numbers in it end.
 
-    Numbers that touch each other are separated by their signs or their number of decimals.
+    Numbers without a blank between them are separated by their signs or their number of decimals.
 
     Args:
-        record: The text.
-        first: Number of the first line of values, from 0.
-        decimals: Digits after the point; by default as many as the first number has.
+        record: Lines of the file.
+        first: Index of the first line of values, from 0.
+        decimals: Number of digits after the point; None: the number of digits of the first value.
     """
     line = record.line(first, "its values").rstrip()
     if decimals is None:
@@ -236,7 +242,7 @@ def layout_of_lines(record: RecordText, first: int, decimals: int | None = None)
 
 
 def check_end(record: RecordText, next_line: int) -> None:
-    """Raise a ValueError if a line from `next_line` on is not blank; warn if the file ends within a line."""
+    """Raise a ValueError if a line from `next_line` on is not blank; warn if the file ends within a line of blanks."""
     rest = [i for i in range(next_line, len(record.lines)) if record.lines[i].strip()]
     if rest:
         raise ValueError(

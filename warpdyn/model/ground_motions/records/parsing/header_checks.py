@@ -1,4 +1,4 @@
-"""Checks of a record against the number of values, the peak and the duration in its header, and for missing values."""
+"""Checks of a record: number of values, peak and duration against its header, and markers of missing values."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.text import NumberLines, check_forms, check_last_value, number
 from warpdyn.model.ground_motions.records.units import checked_step
 
-# Written instead of a value that is missing: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
+# Numbers that files contain instead of missing values: 999, -9999, 99999.9, -999.25, 1E20, 1.7E+38 (SMC), 3.4E+38.
 _MARKER = re.compile(r"9{3,}(\.[09]+)?|999\.25|1e\+[23]\d|1\.70*(e\+38)|3\.40\d+e\+38")
-# s; recorders take 20 to 1000 samples per second, and broadband channels at least 1.
+# Bounds of a step [s]. Recorders take 20 to 1000 samples per second, and broadband channels at least 1.
 SHORTEST_STEP, LONGEST_STEP = 2e-4, 1.0
-# A marker exceeds all other values by this factor. The peak of a record, such as 999 gal, does not.
+# A marker is more than this factor larger than all other values; the peak of a record, such as 999 gal, is not.
 FARTHEST_PEAK = 3.0
-FEWEST_OTHERS = 10  # values that a marker is compared with
+FEWEST_OTHERS = 10  # with fewer other values, a value is not treated as a marker
 
 
 def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> None:
@@ -26,7 +26,7 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
 
     Args:
         values: The values in the unit of the file.
-        place_of: Returns the file and line of a value, by its position.
+        place_of: Function that returns the file and line of a value from its index.
     """
     if values.size == 0:
         return
@@ -45,16 +45,16 @@ def check_missing_values(values: np.ndarray, place_of: Callable[[int], str]) -> 
 
 
 def checked_values(numbers: NumberLines, text: str, columns: Sequence[int] | None = None) -> np.ndarray:
-    """Return the numbers in lines of text, after checks for damage; shape [column, line] if columns are given.
+    """Return the numbers in lines of text, after checks for damage; shape [value], or [column, line] for `columns`.
 
     Args:
-        numbers: The lines.
-        text: The text of the file.
-        columns: The columns to read; None for all numbers, one after the other.
+        numbers: The lines of numbers.
+        text: Text of the whole file.
+        columns: Indices of the columns to read; None: all numbers, one after the other.
 
     Raises:
-        ValueError: If a value is not a finite number, is written in another form than the others, or marks a missing
-            value, or if the last value is cut.
+        ValueError: If a value is not a finite number, is written in another form than other values (such as a different
+            number of decimals), or marks a missing value; or if the last value is incomplete.
     """
     values = numbers.values(columns) if len(numbers) else np.zeros(0)
     check_last_value(text, [token for i in range(len(numbers)) for token in numbers.tokens(i)], numbers.path)
@@ -72,7 +72,7 @@ def checked_values(numbers: NumberLines, text: str, columns: Sequence[int] | Non
 
 
 def check_count(found: int, stated: str, place: str) -> None:
-    """Raise a ValueError if the number of values differs from that in the header."""
+    """Raise a ValueError if the number of values, `found`, differs from the number in the header, `stated`."""
     expected = stated_count(stated, place)
     if found != expected:
         kind = "truncated" if found < expected else "too long"
@@ -80,21 +80,21 @@ def check_count(found: int, stated: str, place: str) -> None:
 
 
 def printed_precision(text: str) -> float:
-    """Return the unit in the last place of a printed number: 0.001 for "-0.083", 0.01 for "1.234E+01"."""
+    """Return the unit in the last decimal place of a printed number: 0.001 for "-0.083", 0.01 for "1.234E+01"."""
     mantissa, _, exponent = text.strip().lower().replace("d", "e").partition("e")
     return 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
 
 
 def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: float = 0.0) -> None:
-    """Raise a ValueError if the largest absolute value differs from the peak in the header.
+    """Raise a ValueError if the largest absolute value differs from the peak that the header states.
+
+    The tolerance is one unit in the last place of both numbers, because programs either round or truncate.
 
     Args:
-        values: The values in the unit of the stated peak.
-        stated: The printed peak; 0 states nothing.
+        values: The values, in the unit of the stated peak.
+        stated: The peak as printed in the header; 0: the header does not state a peak.
         place: File and line of the header.
-        precision: Unit in the last place of the values, if the header prints more digits than they have.
-
-    The tolerance is one unit in the last place of both numbers, since programs round or cut off.
+        precision: Unit in the last place of the values, if the peak in the header has more digits than the values.
     """
     expected, peak = abs(number(stated.strip(), place)), float(np.abs(values).max())
     tolerance = printed_precision(stated) + precision
@@ -108,15 +108,15 @@ def check_printed_peak(values: np.ndarray, stated: str, place: str, precision: f
 def check_time_of_peak(
     values: np.ndarray, step: float, stated: str, place: str, precision: float = 0.0, first: float = 0.0
 ) -> None:
-    """Raise a ValueError if the value at the time of the peak in the header is not the largest.
+    """Raise a ValueError if the header states the peak at a time at which the values have no peak.
 
     Args:
         values: The values.
         step: Step [s].
-        stated: Printed time of the peak [s]; the first value may be at 0 or at one step.
+        stated: Time of the peak [s] as printed in the header; the first value may be at time 0 or at one step.
         place: File and line of the header.
-        precision: Unit in the last place of the values: the value at this time may be smaller than the peak by it.
-        first: Time between the first value and the zero of the stated time [s].
+        precision: Unit in the last place of the values; values within this distance of the largest count as peaks.
+        first: Time that is added to the stated time, because it is counted from another zero [s].
     """
     time = number(stated, place) + first
     sizes = np.abs(values)
@@ -137,7 +137,7 @@ def check_duration(count: int, step: float, stated: str, place: str, precision: 
     Args:
         count: Number of values.
         step: Step [s].
-        stated: The printed duration [s].
+        stated: The duration as printed in the header [s].
         place: File and line of the header.
         precision: Unit in the last place of the step [s].
     """
@@ -151,14 +151,14 @@ def check_duration(count: int, step: float, stated: str, place: str, precision: 
 
 
 def stated_count(text: str, place: str) -> int:
-    """Return the number of values in a header, from its text."""
+    """Return the number of values that the text of a header states; raise a ValueError if it is not at least 2."""
     if not re.fullmatch(r"\s*\d{1,9}\s*", text, re.ASCII) or int(text) < 2:
         raise damaged(f"{place}: the number of values must be a whole number of at least 2, got {text.strip()!r}")
     return int(text)
 
 
 def stated_step(text: str, place: str, *, is_rate: bool = False) -> float:
-    """Return the step [s] that a header states, or its inverse, the sampling rate [Hz]."""
+    """Return the step [s] that a header states; with `is_rate`, the header states the sampling rate [Hz] instead."""
     found = number(text.strip(), place)
     if found <= 0:
         raise damaged(f"{place}: the {'sampling rate' if is_rate else 'step'} must be above 0, got {text.strip()!r}")

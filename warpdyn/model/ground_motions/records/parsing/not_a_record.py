@@ -4,13 +4,13 @@ from __future__ import annotations
 
 
 class NotARecordError(ValueError):
-    """Error: a file contains no accelerations, or perhaps none. In an archive, it is skipped with a warning."""
+    """Error: a file contains no accelerations, or possibly none. In archives, such files are skipped with a warning."""
 
 
 class AmbiguousTextError(ValueError):
-    """Error: the columns of a text are ambiguous, and an argument of `read_text` must define them."""
+    """Error: the columns of a text file are ambiguous, so that the user must give an argument of `read_text`."""
 
 
 def damaged(problem: str) -> ValueError:
-    """Return the error for a file that differs from its format or contradicts its header, with the remedy."""
+    """Return the error for a file that differs from its format or contradicts its header; the message has a remedy."""
     return ValueError(f"{problem}. The file is damaged: get another copy, or correct it")

@@ -1,4 +1,4 @@
-"""Accelerations that were digitised from film at uneven times."""
+"""Interpolation of accelerations that were digitised from film at uneven times."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ import numpy as np
 from warpdyn.model.ground_motions.records.parsing.not_a_record import damaged
 from warpdyn.model.ground_motions.records.units import checked_step
 
-LONGEST_GAP = 0.1  # s; digitised records have up to 0.04 s between points of straight parts
-LARGEST_INTERPOLATED = 10_000_000  # samples; a step in a wrong unit must not fill the memory
+LONGEST_GAP = 0.1  # s; digitised records have gaps of up to 0.04 s in straight parts of the curve
+LARGEST_INTERPOLATED = 10_000_000  # samples; a step in a wrong unit must not exhaust the memory
 
 
 def at_equal_steps(
     times: np.ndarray, values: np.ndarray, step: float | None, path: str | PathLike, digits: float = 0.0
 ) -> tuple[np.ndarray, float]:
-    """Return values at equal steps, and the step [s].
+    """Return values at equal steps, shape [time], and the step [s].
 
-    If times are equally spaced up to the rounding of printed digits, values are unchanged. Otherwise, they are
-    interpolated linearly.
+    If the times are equally spaced (apart from the rounding of printed digits), the values are unchanged. Otherwise,
+    they are interpolated linearly.
 
     Args:
         times: Times [s].
