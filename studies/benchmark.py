@@ -4,7 +4,7 @@
 
 Measures the kernels (laws x storeys x number types x recorders x devices) and peers with the same task, whose peak
 drifts must agree with warpdyn's; the main job from its scene to a file, split into its parts; the scaling over samples,
-CPU threads and GPUs; and the first compile. Writes benchmark.nc and benchmark.png. Peers are in studies/peers; missing
+CPU threads and GPUs; and the first compile. Writes benchmark.nc and three figures. Peers are in studies/peers; missing
 peers are listed. With --method, only kernels by this method and the peers compared with them are measured, and
 benchmark_METHOD.nc is written.
 """
@@ -204,9 +204,10 @@ def main() -> None:
     build_scene()  # missing records are reported now, not after minutes
     result = build_dataset(devices, size)
     netcdf.write(result, target)
-    save_figures({"benchmark": draw(result)}, arguments.out)
+    figures = draw(result)
+    save_figures(figures, arguments.out)
     print_report(result)
-    print(f"wrote {target} and benchmark.png")
+    print(f"wrote {target}, {', '.join(f'{name}.png' for name in figures)}")
 
 
 if __name__ == "__main__":

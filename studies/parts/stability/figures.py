@@ -12,6 +12,7 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 STYLES = ("-", "--", ":")
 MEASURED, FAINT = "#F0E442", "0.6"
 TITLE = 10
+LEAST_DISTANCE = 0.2  # between labels
 NAMES = {
     "heun": "Heun",
     "kutta3": "Kutta 3",
@@ -75,32 +76,57 @@ def growth(dataset: xr.Dataset) -> Figure:
 
 
 def limits(dataset: xr.Dataset) -> Figure:
-    """Draw all limits over the damping ratio, and how far the measured ones are from the theoretical ones.
+    """Draw the stability limits over the damping ratio up to 1: theory as lines with labels, measurements as dots.
 
     Args:
         dataset: Dataset written by studies/stability.py.
     """
-    figure = Figure(figsize=(13, 5), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(10, 6.2), layout="constrained")
+    axes = figure.subplots()
+    dataset = dataset.sel(limit_damping_ratio=slice(0, 1))
     ratio = dataset["limit_damping_ratio"].values
-    for i, names in enumerate(equal_rows(dataset["theoretical_limit"])):
+    groups = equal_rows(dataset["theoretical_limit"])
+    ends = dataset["theoretical_limit"].isel(limit_damping_ratio=-1)
+    heights = _apart(np.array([ends.sel(limited_method=names[0]).item() for names in groups]), LEAST_DISTANCE)
+    furthest = 0.0
+    for i, (names, height) in enumerate(zip(groups, heights, strict=True)):
         row, colour = dataset.sel(limited_method=names), COLOURS[i % len(COLOURS)]
         theory, measured = (row[f"{kind}_limit"].values for kind in ("theoretical", "measured"))
-        style, label = STYLES[i // len(COLOURS)], ", ".join(map(words, names))
-        left.plot(ratio, theory[0], style, color=colour, lw=1.3, label=label)
-        left.plot(ratio, measured.T, "o", color=colour, ms=2.5)
+        axes.plot(ratio, theory[0], STYLES[i // len(COLOURS)], color=colour, lw=2)
+        axes.plot(ratio, measured.T, "o", color=colour, ms=4)
+        label = ", ".join(map(words, names))
+        axes.annotate(
+            label, (ratio[-1], theory[0, -1]), (1.04, height), color=colour, fontsize=12, va="center",
+            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.6},
+        )  # fmt: skip
         with np.errstate(divide="ignore", invalid="ignore"):
-            apart = 100 * np.abs(np.where(theory > 0, measured / theory - 1, np.nan))
-        right.semilogy(ratio, apart.T, "o", color=colour, ms=2.5)
-    left.set(xlabel="Damping ratio", ylabel="Largest $\\omega h$ without growth", ylim=(0, 4.8), xlim=(-0.02, 2.02))
-    left.set_title("Stability limits: theory (lines) and kernels (dots)", fontsize=TITLE)
-    left.legend(fontsize=8, ncols=2, loc="upper right")
-    right.axhline(0.2, color="black", lw=1)
-    right.text(1.98, 0.23, "0.2 %", ha="right", fontsize=8)
-    right.set(xlabel="Damping ratio", ylabel="Measured off theoretical limit [%]", ylim=(1e-6, 1), xlim=(-0.02, 2.02))
-    right.set_title("How far the two are apart", fontsize=TITLE)
-    grids(left, right)
+            furthest = max(furthest, np.nanmax(np.abs(np.where(theory > 0, measured / theory - 1, np.nan))))
+    axes.set(xlabel="Damping ratio of the oscillator", ylabel="Largest stable $\\omega h$", ylim=(0, 4), xlim=(0, 1.42))
+    axes.set_xticks(np.linspace(0, 1, 6))
+    for label in (axes.xaxis.label, axes.yaxis.label):
+        label.set_size(12)
+    axes.tick_params(labelsize=12)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines["bottom"].set_bounds(0, 1)
+    rk4 = dataset["theoretical_limit"].sel(limited_method="rk4").min().item()
+    message = f"RK4 is stable up to $\\bf{{\\omega h}}$ = {rk4:.1f} with any damping ratio up to 1"
+    figure.suptitle(message, fontsize=15, fontweight="bold", x=0.02, ha="left")
+    note = f"Lines: theory. Dots: measured with the kernels, at most {100 * furthest:.1g} % from theory"
+    figure.supxlabel(note, fontsize=11, x=0.02, ha="left", color="0.35")
     return figure
+
+
+def _apart(values: np.ndarray, least: float) -> np.ndarray:
+    """Return heights of labels, as close to the values as possible, with at least a distance between neighbours."""
+    order = np.argsort(values, kind="stable")
+    heights = values[order].astype(float)
+    for _ in range(100):
+        overlap = np.maximum(least - np.diff(heights), 0) / 2
+        heights[1:] += overlap
+        heights[:-1] -= overlap
+    found = np.empty_like(heights)
+    found[order] = np.maximum(heights, 0.05)
+    return found
 
 
 def accuracy(dataset: xr.Dataset) -> Figure:
