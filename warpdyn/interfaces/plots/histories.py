@@ -42,7 +42,7 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
         ax: Axes to draw into, three for a ShearBuilding, one for a LinearSystem; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset has no such history.
@@ -99,7 +99,7 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
         ax: Axes to draw into, one per storey; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset has no storey forces.

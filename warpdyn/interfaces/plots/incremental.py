@@ -54,7 +54,7 @@ def ida_curves(
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the run has several archetypes, fewer than two stripes or no drifts, or the scale is unknown.
@@ -136,7 +136,7 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset has no capacities, or all are infinite or failed.

@@ -42,7 +42,7 @@ def damage_map(
         ax: Axes to draw into, such as axes with the trace of a fault; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the table is not a result of `building_results`, lacks the state, the losses or (for losses) the

@@ -54,7 +54,7 @@ def hazard_and_rates(
         ax: Two axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         TypeError, ValueError: As for `annual_rates`.
@@ -110,7 +110,7 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset lacks the contributions or the dimension damage_state.
@@ -161,7 +161,7 @@ def vulnerability(
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset lacks the curve.
@@ -207,7 +207,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset lacks the curve.
