@@ -157,7 +157,7 @@ def _indices(dataset: xr.Dataset, histories: int | Sequence[int] | None) -> list
 
 
 def _frames(kept: np.ndarray, time: tuple[float, float] | None, step: float) -> np.ndarray:
-    """Return the times of the frames [s], shape [frame], at intervals of `step` within the part `time` of the histories."""
+    """Return the times of the frames [s], shape [frame], `step` apart, within the part `time` of the histories."""
     first, last = float(kept[0]), float(kept[-1])
     if time is not None:
         given = finite_numbers("time [s]", time)
