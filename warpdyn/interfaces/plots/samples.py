@@ -55,7 +55,7 @@ class Demands:
         return np.where(self.beyond, np.inf, self.values.astype(np.float64))
 
     def fractiles(self) -> np.ndarray:
-        """Return the 16, 50 and 84 % fractiles at each level, shape [level, share, ...]; undefined fractiles are NaN."""
+        """Return the 16, 50 and 84 % fractiles at each level, shape [level, share, ...]; NaN if undefined."""
         demand = self.unlimited
         return np.array([fractiles(demand[self.level == level]) for level in self.levels])
 
@@ -75,7 +75,7 @@ def fractiles(demand: np.ndarray, shares: tuple[float, ...] = SHARES) -> np.ndar
         shares: For each fractile, the share of samples at or below it.
 
     Returns:
-            Fractiles in the unit of the demand, shape [share, ...].
+        Fractiles in the unit of the demand, shape [share, ...].
     """
     counted = np.quantile(demand, shares, axis=0, method="inverted_cdf")
     with np.errstate(invalid="ignore"):
