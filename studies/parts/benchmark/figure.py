@@ -1,4 +1,4 @@
-"""The figure of the study benchmark."""
+"""Figure of the study benchmark: speeds, peers, scaling, main job and start times."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, ScalarFormatter
 from parts.benchmark.cases import LABELS
 from parts.benchmark.report import BY_HAND, beside_peers, measurements
 
-# Colours by Okabe and Ito, distinct also for colour-blind readers.
+# Colours of Okabe and Ito, which colour-blind readers can distinguish.
 BLACK, ORANGE, BLUE, GREEN, PURPLE, SKY, YELLOW = (
     "black",
     "#D55E00",
@@ -26,20 +26,20 @@ LAW_COLOURS = {"elastic": GREEN, "bilinear": PURPLE, "bouc_wen": BLUE}
 LAW_NAMES = {"elastic": "elastic", "bilinear": "bilinear", "bouc_wen": "Bouc-Wen"}
 DTYPE_STYLES = {"float32": "o-", "float64": "s:"}
 HAND_NAMES = {"cpu": "C++ by hand", "cuda": "CUDA by hand"}
-SHARES = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20)  # ticks
-FULL = 0.75  # of the highest speed
-USUAL_STOREYS = 20  # above these, registers of the hand-written CUDA code spill in float32
+SHARES = (0.3, 0.5, 0.7, 1, 1.5, 2, 3, 5, 10, 20)  # ticks of the axis of relative speeds
+FULL = 0.75  # share of the highest speed at which a device counts as busy
+USUAL_STOREYS = 20  # in taller buildings, the hand-written CUDA code needs more registers than there are (float32)
 TITLE, SMALL = 11, 9  # font sizes
 PART_COLOURS = (SKY, BLUE, YELLOW, PURPLE, GREEN, ORANGE)
 
 
 def draw(result: xr.Dataset) -> Figure:
-    """Draw the speed of kernels and of other programs on each device, the parts of the main job, and the scaling.
+    """Return the figure: speed of kernels and peers on each device, scaling, parts of the main job, and start times.
 
     Args:
-        result: Dataset written by studies/benchmark.py.
+        result: Dataset that studies/benchmark.py wrote.
     """
-    result = result.isel(measurement=np.flatnonzero(result["method"] != "stoermer"))  # the panels are for RK4
+    result = result.isel(measurement=np.flatnonzero(result["method"] != "stoermer"))  # all panels show RK4
     kernels = measurements(result, "kernels")
     peers, own = beside_peers(result), kernels[kernels["peer"] == "warpdyn"]
     devices = [device for device in ("cuda:0", "cpu") if device in set(own["device"])]
@@ -65,7 +65,7 @@ def _device_words(device: str) -> str:
 
 
 def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
-    """Draw the speed over storeys: relative to hand-written code, or in DOF-steps/s without such code."""
+    """Draw the speed against the number of storeys, relative to hand-written code, or in DOF-steps/s without it."""
     table = table[(table["status"] == "measured") & (table["substeps"] == 1) & (table["recorders"] == "drift")]
     keys = ["law", "dtype", "storeys"]
     own = table[table["peer"] == "warpdyn"].set_index(keys)["dof_steps_per_second"]
@@ -85,7 +85,7 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
     axis.xaxis.set_major_formatter(ScalarFormatter())
     axis.xaxis.set_minor_formatter(NullFormatter())
     least, most = axis.get_ylim()
-    axis.set_ylim(least, most * (most / least) ** 0.2)  # space for the legend above
+    axis.set_ylim(least, most * (most / least) ** 0.2)  # space for the legend at the top
     axis.legend(fontsize=SMALL, ncols=2, loc="upper left")
     axis.grid(alpha=0.3, which="both")
     if not is_share:
@@ -111,7 +111,7 @@ def _kernels(axis: Axes, table: pd.DataFrame, device: str) -> None:
 
 
 def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> None:
-    """Draw a bar for each peer at the number of storeys that most of them have, with warpdyn's speed over it."""
+    """Draw one bar per peer, for 5 storeys if measured, with the ratio of the speed of warpdyn to its speed."""
     chosen = peers[(peers["law"] == "bouc_wen") & (peers["dtype"] == "float32") & (peers["status"] == "measured")]
     chosen = chosen[chosen["recorders"] == "drift"]
     if chosen.empty:
@@ -143,7 +143,7 @@ def _peers(axis: Axes, peers: pd.DataFrame, own: pd.DataFrame, device: str) -> N
         )
     decades = np.log10(max(speeds) / min(speeds)) + 0.5
     axis.set(xscale="log", xlabel=f"DOF-steps/s, {storeys} storeys, Bouc-Wen, float32")
-    axis.set_xlim(min(speeds) / 3, max(speeds) * 10 ** (0.9 * decades))  # space for the numbers
+    axis.set_xlim(min(speeds) / 3, max(speeds) * 10 ** (0.9 * decades))  # space for the texts right of the bars
     axis.grid(alpha=0.3, axis="x")
 
 
@@ -152,7 +152,7 @@ def _name(row: object) -> str:
 
 
 def _plain(value: float) -> str:
-    """Return a number in two digits, in powers of ten if it is large."""
+    """Return a number with two digits as text; very large and very small numbers are written with powers of ten."""
     if 0.01 <= value < 1e5:
         return f"{float(f'{value:.2g}'):,g}"
     mantissa, exponent = f"{value:.1e}".split("e")
@@ -160,7 +160,7 @@ def _plain(value: float) -> str:
 
 
 def _samples(axis: Axes, table: pd.DataFrame) -> None:
-    """Draw DOF-steps/s over samples, in kernels and in the whole of simulate."""
+    """Draw the speed [DOF-steps/s] against the number of samples, for the kernels alone and for all of `simulate`."""
     for colour, (device, rows) in zip((BLUE, ORANGE), table.groupby("device", sort=False), strict=False):
         threads = f", {rows['threads'].iloc[0]} threads" if device == "cpu" else ""
         whole = rows["dof_steps_per_second"] * rows["seconds"] / rows["seconds_in_simulate"]
@@ -183,7 +183,7 @@ def _samples(axis: Axes, table: pd.DataFrame) -> None:
 
 
 def _devices(axis: Axes, result: xr.Dataset) -> None:
-    """Draw the speed of several threads, and of several GPUs, over that of one."""
+    """Draw the speed of several CPU threads and of several GPUs, divided by the speed of one."""
     largest, told, names = 1, [], {"threads": "CPU threads", "gpus": "GPUs"}
     for part, column, colour in (("threads", "threads", ORANGE), ("gpus", "gpus", BLUE)):
         table = measurements(result, part)
@@ -208,7 +208,7 @@ def _devices(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _jobs(axis: Axes, result: xr.Dataset) -> None:
-    """Draw the shares of the main job's parts."""
+    """Draw the share of each part of the main job in its time [%]."""
     names, left = [], np.zeros(result.sizes["job"])
     seconds = result["seconds_of_part"].values
     shares = 100 * np.maximum(seconds, 0) / np.maximum(seconds, 0).sum(axis=1, keepdims=True)
@@ -238,7 +238,7 @@ def _jobs(axis: Axes, result: xr.Dataset) -> None:
 
 
 def _starts(axis: Axes, result: xr.Dataset) -> None:
-    """Draw the time of a new process until its first run has finished."""
+    """Draw the time from the start of a new process to the end of its first run [s]."""
     places = np.arange(result.sizes["start"])[::-1]
     importing, first, second = (result[f"start_{name}"].values for name in ("importing", "first_run", "second_run"))
     left = np.zeros(places.size)
