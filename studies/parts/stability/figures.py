@@ -1,4 +1,4 @@
-"""Figures of the study stability on single oscillators: each takes its dataset and returns a matplotlib Figure."""
+"""Figures of the study stability on single oscillators; each function draws one figure of the dataset."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Colours by Okabe and Ito, distinct also for colour-blind readers, and a grey.
+# Colours of Okabe and Ito, which colour-blind readers can distinguish, and a grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "0.55")
 STYLES = ("-", "--", ":")
 MEASURED, FAINT = "#F0E442", "0.6"
@@ -32,15 +32,15 @@ NAMES = {
 
 
 def words(name: str) -> str:
-    """Return a method's name for text."""
+    """Return the name of a method as it is written in figures."""
     return NAMES.get(name, name.replace("_", " "))
 
 
 def growth(dataset: xr.Dataset) -> Figure:
-    """Draw each method's map of growth with its limit, measured over theoretical.
+    """Return a figure with a map of the growth per step of each method, and its measured and theoretical limits.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(15, 8.2), layout="constrained")
     axes = figure.subplots(3, 6, sharex=True, sharey=True)
@@ -75,10 +75,10 @@ def growth(dataset: xr.Dataset) -> Figure:
 
 
 def limits(dataset: xr.Dataset) -> Figure:
-    """Draw all limits over the damping ratio, and how far the measured ones are from the theoretical ones.
+    """Return a figure of all stability limits against the damping ratio, and of the errors of the measured limits.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(13, 5), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -104,10 +104,10 @@ def limits(dataset: xr.Dataset) -> Figure:
 
 
 def accuracy(dataset: xr.Dataset) -> Figure:
-    """Draw period error and numerical damping over the step in periods.
+    """Return a figure of period error and numerical damping against the step divided by the period.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(14, 5.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -143,10 +143,10 @@ def accuracy(dataset: xr.Dataset) -> Figure:
 
 
 def rk4(dataset: xr.Dataset) -> Figure:
-    """Draw undamped motions under RK4 on either side of its limit.
+    """Return a figure of undamped motions with RK4 at steps slightly below and above its stability limit.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -178,7 +178,7 @@ FIGURES = {"growth": growth, "limits": limits, "accuracy": accuracy, "rk4": rk4}
 
 
 def equal_rows(values: xr.DataArray) -> list[list[str]]:
-    """Return the names along the first dimension whose rows are equal except for rounding, as groups."""
+    """Return groups of names along the first dimension; the values of the names in a group are equal within 1e-4."""
     groups: dict[int, list[str]] = {}
     rows = values.values
     for i, name in enumerate(values[values.dims[0]].values.tolist()):
@@ -188,6 +188,6 @@ def equal_rows(values: xr.DataArray) -> list[list[str]]:
 
 
 def grids(*axes: Axes) -> None:
-    """Draw a faint grid."""
+    """Draw a pale grid in each of the axes."""
     for axis in axes:
         axis.grid(alpha=0.3)
