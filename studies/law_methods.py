@@ -33,7 +33,7 @@ YARDSTICK = "bilinear"  # law whose time with RK4 is the unit of all times
 SHOWN = ("rk4", "velocity_verlet", "heun", "central_difference", "newmark_average")  # methods for other laws
 STOREYS, PERIOD, LEVELS = 5, 0.6, (1.0, 2.0, 4.0)  # period in s; levels are multiples of the intensity at yield
 RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # indices in the far-field set; the records have steps of 5, 10 and 20 ms
-TIMED_RUNS = 5  # number of timed runs, of which the shortest counts
+TIMED_RUNS = 5  # number of timed runs; the shortest counts
 COLUMNS = ("law", "method", "median_error", "error_95", "time_over_bilinear_rk4")
 
 

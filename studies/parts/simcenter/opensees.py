@@ -3,7 +3,7 @@
 The analysis follows the scripts that the application OpenSees-Simulation writes for models of MDOF-LU with the settings
 of the examples E2 and E3 of R2D (NHERI-SimCenter/R2DExamples; E3 is a magnitude 7 earthquake on the Hayward fault):
 
-- Nodes have six degrees of freedom, four of which are fixed.
+- Nodes have six degrees of freedom; four of them are fixed.
 - Each storey is a zeroLength element with the material Hysteretic in both directions.
 - The integrator is Newmark's average acceleration. Newton's method iterates until unbalanced forces are below 0.01 N.
 The solver is Umfpack. If the iteration fails, shorter steps are used.

@@ -32,7 +32,7 @@ NAMES = {
 
 
 def words(name: str) -> str:
-    """Return the name of a method as it is written in figures."""
+    """Return the name of a method for figures."""
     return NAMES.get(name, name.replace("_", " "))
 
 

@@ -54,7 +54,7 @@ def check_same_table(function: str, path: Path, columns: Sequence[str], overwrit
         function: Name of the public function that writes the table, for error messages.
         path: Path of the file; its name ends in ".csv", ".parquet", ".xlsx" or ".geojson".
         columns: Names of the columns of the new table (for GeoJSON, of the properties).
-        overwrite: If True, the file may be replaced whatever it contains.
+        overwrite: If True, a file with any content may be replaced.
     """
     _check_own(function, path, overwrite, "a table with the same columns", lambda: _columns_of(path) == set(columns))
 
@@ -67,7 +67,7 @@ def check_same_format(function: str, path: Path, mark: str, what: str, overwrite
         path: Path of the file.
         mark: Text that the first lines of each file from this function contain, and of no other file.
         what: Description of a file from this function, for error messages.
-        overwrite: If True, the file may be replaced whatever it contains.
+        overwrite: If True, a file with any content may be replaced.
     """
     _check_own(function, path, overwrite, what, lambda: mark in _head_of(path))
 

@@ -47,7 +47,7 @@ def outcome(run: xr.Dataset) -> list[Part]:
 
 
 def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
-    """Return sentences that describe limitations of the results of a run; an empty list if there are none.
+    """Return sentences that describe limitations of the results of a run; an empty list if there is no limitation.
 
     Args:
         run: Result of `simulate`, for one event.
